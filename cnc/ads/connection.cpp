@@ -1,0 +1,144 @@
+#include "cnc/ads/connection.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <fmt/format.h>
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
+constexpr std::size_t chunk_size = 16384;
+
+Moment now() {
+  using HundredNanoseconds = std::chrono::duration<std::int64_t, std::ratio<1, 10'000'000>>;
+  constexpr std::int64_t unix_epoch = 116'444'736'000'000'000;  // in 100 ns since 1601
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  const auto count = std::chrono::duration_cast<HundredNanoseconds>(since_1970).count();
+  return {Clock::now(), static_cast<std::uint64_t>(unix_epoch + count)};
+}
+
+// Unspecified for a peer that is already gone; the first read will tell.
+tcp::endpoint endpoint_of(const tcp::socket& socket) {
+  boost::system::error_code ignored;
+  return socket.remote_endpoint(ignored);
+}
+
+}  // namespace
+
+Connection::Connection(tcp::socket socket, Device& device, const ServerOptions& options,
+                       idl::program::Log log)
+    : socket_(std::move(socket)),
+      options_(options),
+      session_(device, options.session),
+      reader_(options.max_frame),
+      outbox_(socket_, options.max_output),
+      due_(socket_.get_executor(), Clock::time_point::max()),
+      log_(std::move(log)) {
+  const auto endpoint = endpoint_of(socket_);
+  address_ = endpoint.address();
+  peer_ = fmt::format("{}:{}", address_.to_string(), endpoint.port());
+  boost::system::error_code ignored;  // a socket already closed shows in the first read
+  socket_.set_option(tcp::no_delay(true), ignored);
+}
+
+asio::awaitable<void> Connection::run() {
+  const auto self = shared_from_this();
+  asio::co_spawn(socket_.get_executor(), write(self), asio::detached);
+  asio::co_spawn(socket_.get_executor(), send_when_due(self), asio::detached);
+  co_await receive();
+  close();
+}
+
+asio::awaitable<void> Connection::write(std::shared_ptr<Connection> self) {
+  co_await self->outbox_.run();
+  self->close();
+}
+
+asio::awaitable<void> Connection::send_when_due(std::shared_ptr<Connection> self) {
+  while (!self->outbox_.stopped()) {
+    self->due_.expires_at(self->next_due());
+    co_await self->due_.async_wait(quietly);
+    co_await self->outbox_.room();
+    if (self->outbox_.stopped()) {
+      co_return;  // the server may be gone, its device and its options with it
+    }
+    const auto time = now();
+    self->send(self->session_.poll(time), time);
+    self->outbox_.push(self->faulty_line_.take(time.steady));
+  }
+}
+
+asio::awaitable<void> Connection::receive() {
+  std::array<std::uint8_t, chunk_size> chunk{};
+  while (!outbox_.stopped()) {
+    const auto buffer = asio::buffer(chunk);
+    const auto [error, size] = co_await socket_.async_read_some(buffer, quietly);
+    if (error) {
+      log_->debug("{}: connection closed: {}", peer_, error.message());
+      co_return;
+    }
+    reader_.feed(BytesView(chunk).first(size));
+    co_await react_to_frames();
+  }
+}
+
+asio::awaitable<void> Connection::react_to_frames() {
+  while (!outbox_.stopped()) {
+    const auto frame = reader_.next();
+    if (frame && !*frame) {
+      co_return;
+    }
+    const auto time = now();
+    auto reaction = frame.and_then(
+        [&](const std::optional<Frame>& whole) { return session_.react(*whole, time); });
+    if (!reaction) {
+      log_->warn("{}: connection closed by us: {}", peer_, reaction.error().message);
+      close();
+      co_return;
+    }
+    send(std::move(*reaction), time);
+    if (next_due() < due_.expiry()) {
+      due_.cancel();
+    }
+    co_await outbox_.room();
+  }
+}
+
+void Connection::send(Bytes frames, Moment time) {
+  if (frames.empty()) {
+    return;
+  }
+  const auto& faults = options_.faults;
+  const bool as_they_are = faults.delay.count() == 0 && faults.drop_every == 0;
+  outbox_.set_segment(faults.segment == 0 ? frames.max_size() : faults.segment);
+  if (as_they_are) {
+    outbox_.push(frames);
+  } else {
+    faulty_line_.push(std::move(frames), faults, time.steady);
+  }
+}
+
+Subscriptions::Time Connection::next_due() const {
+  const auto notification = session_.next_due().value_or(Clock::time_point::max());
+  const auto answer = faulty_line_.next_due().value_or(Clock::time_point::max());
+  return std::min(notification, answer);
+}
+
+void Connection::close() {
+  outbox_.stop();
+  due_.cancel();
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+}
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,51 @@
+// One connection of a server: reads, reacts and writes, until either side closes it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+
+#include "cnc/ads/outbox.hpp"
+#include "cnc/ads/server.hpp"
+
+namespace millrace::cnc::ads {
+
+/// Not thread-safe. Keeps itself alive while its coroutines run.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  /// Device and options must outlive the connection; the faults among them may change.
+  Connection(boost::asio::ip::tcp::socket socket, Device& device, const ServerOptions& options,
+             idl::program::Log log);
+
+  /// Serves until the connection ends.
+  boost::asio::awaitable<void> run();
+  /// Ends it; the device is not called any more.
+  void close();
+  [[nodiscard]] const boost::asio::ip::address& address() const { return address_; }
+  /// "127.0.0.1:54321"
+  [[nodiscard]] const std::string& peer() const { return peer_; }
+
+ private:
+  static boost::asio::awaitable<void> write(std::shared_ptr<Connection> self);
+  static boost::asio::awaitable<void> send_when_due(std::shared_ptr<Connection> self);
+  boost::asio::awaitable<void> receive();
+  boost::asio::awaitable<void> react_to_frames();
+  void send(Bytes frames, Moment now);
+  [[nodiscard]] Subscriptions::Time next_due() const;
+
+  boost::asio::ip::tcp::socket socket_;
+  const ServerOptions& options_;
+  Session session_;
+  FrameReader reader_;
+  Outbox outbox_;
+  FaultyLine faulty_line_;
+  // Runs out when the next notification or delayed answer is due.
+  boost::asio::steady_timer due_;
+  idl::program::Log log_;
+  boost::asio::ip::address address_;
+  std::string peer_;
+};
+
+}  // namespace millrace::cnc::ads

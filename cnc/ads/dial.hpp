@@ -1,0 +1,24 @@
+// A TCP connection to a host by name, within a deadline that holds whatever the resolver or the
+// network do.
+//
+//   auto socket = co_await dial("10.0.0.5", 48898, 3s);
+//   if (!socket) …                          // socket.error() says why
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <tl/expected.hpp>
+
+namespace millrace::cnc::ads {
+
+/// A connected socket, or why there is none, in words that go behind the name of the host.
+using Dialled = tl::expected<boost::asio::ip::tcp::socket, std::string>;
+
+/// Resolves and connects, all in all within `timeout`.
+boost::asio::awaitable<Dialled> dial(std::string host, std::uint16_t tcp_port,
+                                     std::chrono::milliseconds timeout);
+
+}  // namespace millrace::cnc::ads

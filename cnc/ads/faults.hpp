@@ -1,0 +1,50 @@
+// What a server can do wrong on purpose, so that clients can be tried. All off by default.
+//
+//   server.set_faults({.delay = 50ms, .drop_every = 10});
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <optional>
+
+#include "cnc/ads/bytes.hpp"
+
+namespace millrace::cnc::ads {
+
+struct Faults {
+  /// Each answer, and each frame of notifications, is sent this much later.
+  std::chrono::milliseconds delay{0};
+  /// Every n-th of them on a connection is not sent; 0 = none, 1 = all of them.
+  std::uint32_t drop_every = 0;
+  /// Every other one waits for twice the delay, so that the next one overtakes it.
+  bool out_of_order = false;
+  /// They leave in segments of so many bytes; 0 = as they are.
+  std::size_t segment = 0;
+  /// Each new connection is closed as soon as it is made.
+  bool refuse_connections = false;
+};
+
+/// The answers of one connection on their way through its faults. Pure.
+class FaultyLine {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  void push(Bytes answer, const Faults& faults, Time now);
+  /// What is to be sent by now.
+  Bytes take(Time now);
+  [[nodiscard]] std::optional<Time> next_due() const;
+  /// Bytes on their way.
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  struct Answer {
+    Time due;
+    Bytes bytes;
+  };
+
+  std::deque<Answer> answers_;
+  std::size_t size_ = 0;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,112 @@
+#include "cnc/ads/frame.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace millrace::cnc::ads {
+namespace {
+
+// Router frames carry 0 to 8 bytes; a longer frame of a kind we do not know is no AMS/TCP at all.
+constexpr std::size_t max_router_frame = 32;
+
+Address read_address(ByteReader& in) {
+  Address address;
+  const auto net_id = in.take(address.net_id.bytes.size());
+  std::ranges::copy(net_id, address.net_id.bytes.begin());
+  address.port = in.u16();
+  return address;
+}
+
+void write_address(ByteWriter& out, const Address& address) {
+  out.bytes(address.net_id.bytes).u16(address.port);
+}
+
+tl::unexpected<ProtocolError> broken(std::string message) {
+  return tl::make_unexpected(ProtocolError{std::move(message)});
+}
+
+}  // namespace
+
+void FrameReader::feed(BytesView bytes) {
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(consumed_));
+  consumed_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+tl::expected<std::optional<Frame>, ProtocolError> FrameReader::next() {
+  ByteReader in(BytesView(buffer_).subspan(consumed_));
+  const auto kind = in.u16();
+  const std::size_t length = in.u32();
+  if (!in.ok()) {
+    return std::nullopt;
+  }
+  if (length > max_frame_) {
+    return broken(
+        fmt::format("a frame announces {} bytes, at most {} are accepted", length, max_frame_));
+  }
+  if (kind == 0 && length < packet_header_size) {
+    return broken(fmt::format("an ADS frame of {} bytes is too short for its AMS header", length));
+  }
+  if (kind != 0 && length >= max_router_frame) {
+    return broken(fmt::format("no AMS/TCP frame: kind {:#06x} with {} bytes", kind, length));
+  }
+  const auto body = in.take(length);
+  if (!in.ok()) {
+    return std::nullopt;
+  }
+  consumed_ += frame_header_size + length;
+  return Frame{FrameKind{kind}, body};
+}
+
+tl::expected<Packet, ProtocolError> decode_packet(BytesView body) {
+  ByteReader in(body);
+  Packet packet;
+  packet.header.target = read_address(in);
+  packet.header.source = read_address(in);
+  packet.header.command = Command{in.u16()};
+  packet.header.flags = in.u16();
+  const std::size_t data_length = in.u32();
+  packet.header.error = from_wire(in.u32());
+  packet.header.invoke_id = in.u32();
+  if (!in.ok()) {
+    return broken(fmt::format("{} bytes are too short for an AMS header", body.size()));
+  }
+  packet.data = in.rest();
+  if (data_length != packet.data.size()) {
+    return broken(fmt::format("the AMS header announces {} bytes of data, its frame holds {}",
+                              data_length, packet.data.size()));
+  }
+  return packet;
+}
+
+Bytes encode_packet(const Header& header, BytesView data) {
+  ByteWriter out;
+  out.reserve(frame_header_size + packet_header_size + data.size());
+  out.u16(0).u32(static_cast<std::uint32_t>(packet_header_size + data.size()));
+  write_address(out, header.target);
+  write_address(out, header.source);
+  out.u16(static_cast<std::uint16_t>(header.command)).u16(header.flags);
+  out.u32(static_cast<std::uint32_t>(data.size()));
+  out.u32(static_cast<std::uint32_t>(header.error)).u32(header.invoke_id);
+  out.bytes(data);
+  return out.take();
+}
+
+Bytes encode_frame(FrameKind kind, BytesView body) {
+  ByteWriter out;
+  out.u16(static_cast<std::uint16_t>(kind))
+      .u32(static_cast<std::uint32_t>(body.size()))
+      .bytes(body);
+  return out.take();
+}
+
+Header response_header(const Header& request, ErrorCode error) {
+  Header header = request;
+  std::swap(header.target, header.source);
+  header.flags = flags::ads_command | flags::response;
+  header.error = error;
+  return header;
+}
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,120 @@
+// AMS/TCP framing: bytes of a TCP stream in, frames out, and the AMS header inside them.
+//
+//   FrameReader reader(max_frame);
+//   reader.feed(received);
+//   while (auto frame = reader.next()) {          // an error ends the connection: no way to resync
+//     if (!*frame) break;                         // more bytes are needed
+//     auto packet = decode_packet((*frame)->body);
+//   }
+//
+// All integers are little endian. Sources: Beckhoff's ADS protocol pages (IB/tc3_ads_intro,
+// documented); the router's frames 0x0001 and 0x1000..0x1002 are inferred from open-source clients.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "cnc/ads/address.hpp"
+#include "cnc/ads/bytes.hpp"
+#include "cnc/ads/error.hpp"
+
+namespace millrace::cnc::ads {
+
+inline constexpr std::size_t frame_header_size = 6;
+inline constexpr std::size_t packet_header_size = 32;
+
+/// What an AMS/TCP frame carries (its first 16 bits).
+enum class FrameKind : std::uint16_t {
+  ads = 0,
+  port_close = 0x0001,
+  port_connect = 0x1000,
+  router_note = 0x1001,
+  get_local_net_id = 0x1002,
+};
+
+/// One AMS/TCP frame without its 6-byte header; valid until the reader is fed again.
+struct Frame {
+  FrameKind kind = FrameKind::ads;
+  BytesView body;
+};
+
+/// Why the bytes of a peer cannot be understood, in words.
+struct ProtocolError {
+  std::string message;
+};
+
+/// Cuts a byte stream into frames. Its memory follows what has arrived, never what is announced.
+class FrameReader {
+ public:
+  /// A frame announced with a body longer than `max_frame` bytes is an error.
+  explicit FrameReader(std::size_t max_frame) : max_frame_(max_frame) {}
+
+  void feed(BytesView bytes);
+  /// The next whole frame, nothing if more bytes are needed, or why the stream is lost for good.
+  tl::expected<std::optional<Frame>, ProtocolError> next();
+  /// Bytes fed but not yet handed out.
+  [[nodiscard]] std::size_t pending() const { return buffer_.size() - consumed_; }
+
+ private:
+  std::size_t max_frame_;
+  Bytes buffer_;
+  std::size_t consumed_ = 0;
+};
+
+/// ADS commands.
+enum class Command : std::uint16_t {
+  read_device_info = 1,
+  read = 2,
+  write = 3,
+  read_state = 4,
+  write_control = 5,
+  add_notification = 6,
+  delete_notification = 7,
+  notification = 8,
+  read_write = 9,
+};
+
+/// State flags of an AMS header. On the wire of a TwinCAT only 4 (request, notification) and 5
+/// (response) are seen.
+namespace flags {
+inline constexpr std::uint16_t response = 0x0001;
+inline constexpr std::uint16_t no_return = 0x0002;
+inline constexpr std::uint16_t ads_command = 0x0004;
+}  // namespace flags
+
+/// The AMS header without its data length, which is that of the data.
+struct Header {
+  Address target;
+  Address source;
+  Command command{};
+  std::uint16_t flags = flags::ads_command;
+  /// Set by routers (6, 7 …); then the data may be empty.
+  ErrorCode error = ErrorCode::none;
+  /// Chosen by the requester, echoed in the response.
+  std::uint32_t invoke_id = 0;
+
+  [[nodiscard]] bool is_response() const { return (flags & flags::response) != 0; }
+  bool operator==(const Header&) const = default;
+};
+
+/// The body of an ADS frame; data is a view into it.
+struct Packet {
+  Header header;
+  BytesView data;
+};
+
+/// Fails if the header is cut short or its data length disagrees with the frame's.
+tl::expected<Packet, ProtocolError> decode_packet(BytesView body);
+
+/// A whole frame of kind ads.
+Bytes encode_packet(const Header& header, BytesView data);
+/// A whole frame of another kind.
+Bytes encode_frame(FrameKind kind, BytesView body);
+
+/// The header of the answer to `request`: addresses swapped, flags 5, same command and invoke id.
+Header response_header(const Header& request, ErrorCode error = ErrorCode::none);
+
+}  // namespace millrace::cnc::ads

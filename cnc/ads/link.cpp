@@ -1,0 +1,100 @@
+#include "cnc/ads/link.hpp"
+
+#include <array>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+
+constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
+constexpr std::size_t chunk_size = 16384;
+// Answers to a controller that asks but does not read; then we do not read from it either.
+constexpr std::size_t max_output = std::size_t{1} << 20U;
+
+std::string address_of(const tcp::socket& socket) {
+  boost::system::error_code error;
+  const auto endpoint = socket.local_endpoint(error);
+  return error ? "our address" : endpoint.address().to_string();
+}
+
+}  // namespace
+
+Link::Link(tcp::socket socket, std::size_t max_frame, LinkHandlers handlers)
+    : socket_(std::move(socket)),
+      reader_(max_frame),
+      outbox_(socket_, max_output),
+      handlers_(std::move(handlers)),
+      local_address_(address_of(socket_)) {
+  boost::system::error_code ignored;  // a socket already closed shows in the first read
+  socket_.set_option(tcp::no_delay(true), ignored);
+}
+
+void Link::start() {
+  asio::co_spawn(socket_.get_executor(), receive(shared_from_this()), asio::detached);
+  asio::co_spawn(socket_.get_executor(), write(shared_from_this()), asio::detached);
+}
+
+asio::awaitable<void> Link::receive(std::shared_ptr<Link> self) {
+  std::array<std::uint8_t, chunk_size> chunk{};
+  while (!self->outbox_.stopped()) {
+    co_await self->outbox_.room();
+    const auto buffer = asio::buffer(chunk);
+    const auto [error, size] = co_await self->socket_.async_read_some(buffer, quietly);
+    if (error) {
+      self->end({LinkEnd::Cause::closed_by_peer, error.message()});
+      co_return;
+    }
+    self->reader_.feed(BytesView(chunk).first(size));
+    const auto understood = self->hand_out_frames();
+    if (!understood) {
+      self->end({LinkEnd::Cause::broken_protocol, understood.error().message});
+    }
+  }
+}
+
+asio::awaitable<void> Link::write(std::shared_ptr<Link> self) {
+  const auto error = co_await self->outbox_.run();
+  self->end({LinkEnd::Cause::closed_by_peer, error.message()});
+}
+
+tl::expected<void, ProtocolError> Link::hand_out_frames() {
+  while (!outbox_.stopped()) {
+    const auto next = reader_.next();
+    if (!next) {
+      return tl::make_unexpected(next.error());
+    }
+    const auto& frame = next.value();
+    if (!frame) {
+      return {};
+    }
+    if (frame->kind != FrameKind::ads) {
+      handlers_.router_frame();
+      continue;
+    }
+    const auto packet = decode_packet(frame->body);
+    if (!packet) {
+      return tl::make_unexpected(packet.error());
+    }
+    handlers_.packet(*packet);
+  }
+  return {};
+}
+
+void Link::end(const LinkEnd& end) {
+  outbox_.stop();
+  boost::system::error_code ignored;
+  socket_.close(ignored);
+  const auto ended = std::exchange(handlers_.ended, nullptr);
+  if (ended && end.cause != LinkEnd::Cause::closed_by_us) {
+    ended(end);
+  }
+}
+
+}  // namespace millrace::cnc::ads

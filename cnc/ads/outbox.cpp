@@ -1,0 +1,77 @@
+#include "cnc/ads/outbox.hpp"
+
+#include <utility>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/write.hpp>
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
+
+}  // namespace
+
+// A timer that never runs out serves as condition variable: cancel_one() wakes who waits for it.
+Outbox::Outbox(asio::ip::tcp::socket& socket, std::size_t capacity)
+    : socket_(socket),
+      capacity_(capacity),
+      pushed_(socket.get_executor(), asio::steady_timer::time_point::max()),
+      written_(socket.get_executor(), asio::steady_timer::time_point::max()) {}
+
+void Outbox::push(BytesView bytes) {
+  if (stopped_) {
+    return;
+  }
+  waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+  pushed_.cancel_one();
+}
+
+asio::awaitable<error_code> Outbox::run() {
+  while (!stopped_) {
+    if (waiting_.empty()) {
+      co_await pushed_.async_wait(quietly);
+      continue;
+    }
+    std::swap(waiting_, writing_);
+    const auto error = co_await write();
+    writing_.clear();
+    if (error) {
+      stop();
+      co_return error;
+    }
+    written_.cancel();
+  }
+  co_return error_code{};
+}
+
+asio::awaitable<error_code> Outbox::write() {
+  auto rest = asio::buffer(std::as_const(writing_));
+  while (rest.size() > 0) {
+    const auto segment = asio::buffer(rest, segment_);
+    const auto [error, size] = co_await asio::async_write(socket_, segment, quietly);
+    if (error) {
+      co_return error;
+    }
+    rest += size;
+  }
+  co_return error_code{};
+}
+
+asio::awaitable<void> Outbox::room() {
+  while (size() > capacity_ && !stopped_) {
+    co_await written_.async_wait(quietly);
+  }
+}
+
+void Outbox::stop() {
+  stopped_ = true;
+  pushed_.cancel();
+  written_.cancel();
+}
+
+}  // namespace millrace::cnc::ads

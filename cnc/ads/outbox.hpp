@@ -1,0 +1,51 @@
+// Bytes on their way to a socket: pushed from anywhere on its executor, written by one coroutine.
+//
+//   Outbox outbox(socket, 1 << 20);
+//   co_spawn(executor, outbox.run(), …);
+//   outbox.push(frame);
+//   co_await outbox.room();      // back-pressure: until the peer has read enough
+#pragma once
+
+#include <limits>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "cnc/ads/bytes.hpp"
+
+namespace millrace::cnc::ads {
+
+/// Not thread-safe; must outlive run().
+class Outbox {
+ public:
+  /// `capacity` is what room() holds it to; a push is never refused.
+  Outbox(boost::asio::ip::tcp::socket& socket, std::size_t capacity);
+
+  /// What is pushed together leaves in as few segments as possible.
+  void push(BytesView bytes);
+  /// From now on writes at most so many bytes at once.
+  void set_segment(std::size_t size) { segment_ = size; }
+  /// Bytes pushed and not yet taken by the socket.
+  [[nodiscard]] std::size_t size() const { return waiting_.size() + writing_.size(); }
+  /// Writes what is pushed, until the socket fails or stop() is called; what the socket said.
+  boost::asio::awaitable<boost::system::error_code> run();
+  /// Returns when size() is within the capacity or the outbox has stopped.
+  boost::asio::awaitable<void> room();
+  void stop();
+  [[nodiscard]] bool stopped() const { return stopped_; }
+
+ private:
+  boost::asio::awaitable<boost::system::error_code> write();
+
+  boost::asio::ip::tcp::socket& socket_;
+  std::size_t capacity_;
+  boost::asio::steady_timer pushed_;
+  boost::asio::steady_timer written_;
+  Bytes waiting_;
+  Bytes writing_;
+  std::size_t segment_ = std::numeric_limits<std::size_t>::max();
+  bool stopped_ = false;
+};
+
+}  // namespace millrace::cnc::ads

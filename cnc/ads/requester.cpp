@@ -1,0 +1,159 @@
+#include "cnc/ads/requester.hpp"
+
+#include <cassert>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <fmt/format.h>
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+
+constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
+
+}  // namespace
+
+// A coroutine that waits for the answer to a request. The timer runs out at its deadline and is
+// cancelled by the answer.
+struct Requester::Waiter {
+  asio::steady_timer timer;
+  std::optional<Result<Bytes>> answer;
+
+  void wake(Result<Bytes> with) {
+    answer = std::move(with);
+    timer.cancel();
+  }
+};
+
+// A waiter's entry in the table, for as long as the coroutine is in its request; also if the
+// coroutine is destroyed while it waits.
+class Requester::Place {
+ public:
+  Place(Requester& requester, Exchange::Id id, Waiter& waiter) : requester_(requester), id_(id) {
+    requester_.waiters_.emplace(id, &waiter);
+  }
+  ~Place() {
+    if (requester_.waiters_.erase(id_) > 0) {
+      requester_.exchange_.give_up(id_);
+      requester_.flush();
+    }
+  }
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+
+ private:
+  Requester& requester_;
+  Exchange::Id id_;
+};
+
+Requester::Requester(asio::any_io_executor executor, const ClientOptions& options)
+    : executor_(std::move(executor)),
+      timeout_(options.timeout),
+      silent_timeouts_(options.silent_timeouts),
+      max_frame_(options.max_frame),
+      exchange_(options.source, options.target, options.in_flight, std::random_device{}()) {}
+
+asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> self,
+                                                  std::uint16_t port, Command command,
+                                                  Bytes payload) {
+  if (!self->link_) {
+    co_return tl::make_unexpected(ErrorCode::link_down);
+  }
+  Waiter waiter{asio::steady_timer(self->executor_, self->timeout_), std::nullopt};
+  const auto id = self->exchange_.begin(port, command, payload);
+  const Place place(*self, id, waiter);
+  self->flush();
+  const auto [interrupted] = co_await waiter.timer.async_wait(quietly);
+  if (waiter.answer) {
+    co_return std::move(*waiter.answer);
+  }
+  if (interrupted) {
+    co_return tl::make_unexpected(ErrorCode::cancelled);
+  }
+  self->time_out(id);
+  co_return tl::make_unexpected(ErrorCode::timeout);
+}
+
+void Requester::open(asio::ip::tcp::socket socket) {
+  assert(!link_);
+  link_ = std::make_shared<Link>(std::move(socket), max_frame_, handlers());
+  link_->start();
+}
+
+void Requester::close() {
+  if (const auto link = std::exchange(link_, nullptr)) {
+    link->close();
+  }
+  for (const auto id : exchange_.lose_link()) {
+    const auto waiter = waiters_.extract(id);
+    assert(!waiter.empty());
+    waiter.mapped()->wake(tl::make_unexpected(ErrorCode::link_lost));
+  }
+}
+
+LinkHandlers Requester::handlers() {
+  const auto weak = weak_from_this();
+  return {
+      .packet =
+          [weak](const Packet& packet) {
+            if (const auto self = weak.lock()) {
+              self->receive(packet);
+            }
+          },
+      .router_frame =
+          [weak] {
+            if (const auto self = weak.lock()) {
+              self->exchange_.receive_router_frame();
+            }
+          },
+      .ended =
+          [weak](const LinkEnd& how) {
+            if (const auto self = weak.lock()) {
+              self->end(how);
+            }
+          },
+  };
+}
+
+void Requester::receive(const Packet& packet) {
+  auto completion = exchange_.receive(packet);
+  if (completion) {
+    const auto waiter = waiters_.extract(completion->id);
+    assert(!waiter.empty());
+    waiter.mapped()->wake(std::move(completion->response));
+  }
+  flush();
+}
+
+void Requester::flush() {
+  const auto frames = exchange_.take_output();
+  if (link_ && !frames.empty()) {
+    link_->send(frames);
+  }
+}
+
+void Requester::end(const LinkEnd& how) {
+  close();
+  if (ended_) {
+    ended_(how);
+  }
+}
+
+void Requester::time_out(Exchange::Id id) {
+  waiters_.erase(id);
+  exchange_.time_out(id);
+  flush();
+  const auto silent = exchange_.silent_timeouts();
+  if (link_ && silent_timeouts_ > 0 && silent >= silent_timeouts_) {
+    end({LinkEnd::Cause::silent,
+         fmt::format("{} requests in a row of {} ms each", silent, timeout_.count())});
+  }
+}
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,60 @@
+// The requests of a client over its links, one link after the other: a coroutine asks, waits, and
+// gets the answer, the timeout or the end of the link, whichever comes first.
+//
+//   requester->open(std::move(socket));
+//   auto payload = co_await Requester::request(requester, 552, Command::read_state, Bytes());
+//
+// Whom an answer belongs to is decided by Exchange; the bytes are moved by Link.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <unordered_map>
+
+#include "cnc/ads/client.hpp"
+#include "cnc/ads/link.hpp"
+
+namespace millrace::cnc::ads {
+
+/// Not thread-safe. Kept alive by the requests under way.
+class Requester : public std::enable_shared_from_this<Requester> {
+ public:
+  Requester(boost::asio::any_io_executor executor, const ClientOptions& options);
+
+  /// Begins a link on a connected socket; there must be none.
+  void open(boost::asio::ip::tcp::socket socket);
+  /// Ends the link: what is pending ends with link_lost, now and not when its time is up.
+  void close();
+  [[nodiscard]] bool is_open() const { return link_ != nullptr; }
+  /// Our address towards the controller.
+  [[nodiscard]] const std::string& local_address() const { return link_->local_address(); }
+  /// Called when a link has ended, but not by close(), after the pending requests have.
+  void on_end(std::function<void(const LinkEnd&)> handler) { ended_ = std::move(handler); }
+
+  /// The payload of the response, or the error of its AMS header or of our own.
+  static boost::asio::awaitable<Result<Bytes>> request(std::shared_ptr<Requester> self,
+                                                       std::uint16_t port, Command command,
+                                                       Bytes payload);
+  [[nodiscard]] const ClientCounters& counters() const { return exchange_.counters(); }
+
+ private:
+  struct Waiter;
+  class Place;
+
+  LinkHandlers handlers();
+  void receive(const Packet& packet);
+  void flush();
+  void end(const LinkEnd& end);
+  void time_out(Exchange::Id id);
+
+  boost::asio::any_io_executor executor_;
+  std::chrono::milliseconds timeout_;
+  std::size_t silent_timeouts_;
+  std::size_t max_frame_;
+  Exchange exchange_;
+  std::unordered_map<Exchange::Id, Waiter*> waiters_;
+  std::shared_ptr<Link> link_;
+  std::function<void(const LinkEnd&)> ended_;
+};
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,65 @@
+// An ADS server on TCP: serves a Device to any number of clients.
+//
+//   Server server(io.get_executor(), device, {.tcp_port = 0}, log);   // listens from here on
+//   ready(fmt::format("on 127.0.0.1:{}", server.tcp_port()));
+//   io.run();
+//
+// A peer that breaks the protocol loses its connection, with a line in the log; the others notice
+// nothing. A peer that does not read its answers is not read from either, so that memory is
+// bounded.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "cnc/ads/faults.hpp"
+#include "cnc/ads/session.hpp"
+#include "idl/program/log.hpp"
+
+namespace millrace::cnc::ads {
+
+struct ServerOptions {
+  /// A numeric IP address of this host.
+  std::string address = "127.0.0.1";
+  /// 0 = any free port.
+  std::uint16_t tcp_port = 48898;
+  SessionOptions session{};
+  /// A frame announced longer than this closes its connection.
+  std::size_t max_frame = std::size_t{4} << 20U;
+  /// A connection with more unread output than this is not read from.
+  std::size_t max_output = std::size_t{1} << 20U;
+  /// A new connection closes the older ones from the same IP address, as a TwinCAT router does it
+  /// (inferred from many reports): two clients on one host then throw each other out.
+  bool one_connection_per_address = false;
+  Faults faults{};
+};
+
+/// Everything, the calls of the Device included, runs on the one executor it was given; not
+/// thread-safe.
+class Server {
+ public:
+  /// Throws std::runtime_error with the reason if it cannot listen. The device must outlive the
+  /// server.
+  Server(boost::asio::any_io_executor executor, Device& device, ServerOptions options,
+         idl::program::Log log);
+  /// Stops.
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// The port it listens on.
+  [[nodiscard]] std::uint16_t tcp_port() const;
+  [[nodiscard]] std::size_t connections() const;
+  /// Changes what goes wrong from now on, also for the connections that exist.
+  void set_faults(const Faults& faults);
+  /// Closes the listening socket and all connections; the device is not called any more.
+  void stop();
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,99 @@
+#include "cnc/ads/session.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "cnc/ads/answer.hpp"
+#include "cnc/ads/notification_answer.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+Bytes without_data(const Header& request, ErrorCode error) {
+  return encode_packet(response_header(request, error), {});
+}
+
+tl::unexpected<ProtocolError> close(std::string why) {
+  return tl::make_unexpected(ProtocolError{std::move(why)});
+}
+
+}  // namespace
+
+tl::expected<Bytes, ProtocolError> Session::react(const Frame& frame, Moment now) {
+  if (frame.kind == FrameKind::ads) {
+    return react_to_ads(frame.body, now);
+  }
+  return react_to_router(frame);
+}
+
+tl::expected<Bytes, ProtocolError> Session::react_to_ads(BytesView body, Moment now) {
+  const auto packet = decode_packet(body);
+  if (!packet) {
+    return tl::make_unexpected(packet.error());
+  }
+  const auto& header = packet->header;
+  if (header.is_response()) {
+    return Bytes{};  // we ask nothing, so nobody has anything to answer
+  }
+  if (!has_route_to(header.source.net_id)) {
+    return close(fmt::format("no route to NetId {}", header.source.net_id.to_string()));
+  }
+  if (header.target.net_id != options_.net_id) {
+    return react_to_foreign_target(header);
+  }
+  return answer(*packet, now);
+}
+
+tl::expected<Bytes, ProtocolError> Session::react_to_foreign_target(const Header& header) const {
+  switch (options_.foreign_target) {
+    case ForeignTarget::drop:
+      return Bytes{};
+    case ForeignTarget::close:
+      return close(fmt::format("a frame for {}, but this is {}", header.target.net_id.to_string(),
+                               options_.net_id.to_string()));
+    case ForeignTarget::answer_error_7:
+      break;
+  }
+  return without_data(header, ErrorCode::target_machine_not_found);
+}
+
+// A client that has registered a port with us carries our own NetId.
+bool Session::has_route_to(const NetId& client) const {
+  return options_.routes.empty() || client == options_.net_id ||
+         std::ranges::count(options_.routes, client) > 0;
+}
+
+Bytes Session::answer(const Packet& request, Moment now) {
+  const auto& header = request.header;
+  if (!device_.has_port(header.target.port)) {
+    return without_data(header, ErrorCode::target_port_not_found);
+  }
+  auto payload = answer_notification(subscriptions_, request, now);
+  if (!payload) {
+    payload = ads::answer(device_, header.target.port, header.command, request.data);
+  }
+  if ((header.flags & flags::no_return) != 0) {
+    return {};
+  }
+  return encode_packet(response_header(header), *payload);
+}
+
+// Clients that expect a router register a port first; without an answer they give up.
+Bytes Session::react_to_router(const Frame& frame) {
+  ByteReader in(frame.body);
+  ByteWriter out;
+  switch (frame.kind) {
+    case FrameKind::port_connect: {
+      const auto wanted = in.u16();
+      const auto port = wanted != 0 ? wanted : next_port_++;
+      return encode_frame(frame.kind, out.bytes(options_.net_id.bytes).u16(port).take());
+    }
+    case FrameKind::get_local_net_id:
+      return encode_frame(frame.kind, options_.net_id.bytes);
+    default:
+      return {};
+  }
+}
+
+}  // namespace millrace::cnc::ads

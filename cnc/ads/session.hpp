@@ -1,0 +1,63 @@
+// What a server does with the frames of one connection: pure, the socket is outside.
+//
+//   Session session(device, options);
+//   auto reaction = session.react(frame, now);
+//   if (!reaction) …                       // close the connection; reaction.error() says why
+//   send(*reaction);                       // nothing, or whole frames
+//   send(session.poll(now));               // notifications, again at session.next_due()
+#pragma once
+
+#include <vector>
+
+#include "cnc/ads/subscriptions.hpp"
+
+namespace millrace::cnc::ads {
+
+/// What becomes of a frame whose target NetId is not the server's. A TwinCAT router without a route
+/// to the target answers with AMS error 7.
+enum class ForeignTarget { answer_error_7, drop, close };
+
+struct SessionOptions {
+  /// The NetId the server answers for.
+  NetId net_id{{127, 0, 0, 1, 1, 1}};
+  ForeignTarget foreign_target = ForeignTarget::answer_error_7;
+  /// The NetIds of the clients that may speak; a frame of another one closes its connection, as a
+  /// TwinCAT does it (inferred from many reports). None = everybody may.
+  std::vector<NetId> routes{};
+  SubscriptionLimits subscriptions{};
+};
+
+/// One per connection. Executes each frame exactly once, in the order of arrival.
+class Session {
+ public:
+  Session(Device& device, SessionOptions options)
+      : device_(device),
+        options_(std::move(options)),
+        subscriptions_(device, options_.subscriptions) {}
+
+  /// The frames to send for a frame that came in; an error means that the connection must be
+  /// closed.
+  tl::expected<Bytes, ProtocolError> react(const Frame& frame, Moment now);
+  /// The notifications that are due.
+  Bytes poll(Moment now) { return subscriptions_.poll(now); }
+  /// When poll() is needed next.
+  [[nodiscard]] std::optional<Subscriptions::Time> next_due() const {
+    return subscriptions_.next_due();
+  }
+
+ private:
+  tl::expected<Bytes, ProtocolError> react_to_ads(BytesView body, Moment now);
+  [[nodiscard]] tl::expected<Bytes, ProtocolError> react_to_foreign_target(
+      const Header& header) const;
+  Bytes react_to_router(const Frame& frame);
+  Bytes answer(const Packet& request, Moment now);
+  [[nodiscard]] bool has_route_to(const NetId& client) const;
+
+  Device& device_;
+  SessionOptions options_;
+  Subscriptions subscriptions_;
+  // Where AMS routers begin to number the ports they hand out.
+  std::uint16_t next_port_ = 32768;
+};
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,99 @@
+// The device notifications of one connection: when which value is sampled, and when samples are
+// sent. Pure: time comes in, frames come out.
+//
+//   auto handle = subscriptions.add(header, request, now);   // answer this first …
+//   send(subscriptions.poll(now));                           // … then the first sample
+//   wait_until(subscriptions.next_due());
+//
+// Timing (IB/tc3_ads_intro, documented): a value is sampled every cycle, at most once in a cycle of
+// the task; on change, only what differs from the last sample is sent. Samples may be collected for
+// the max delay. All durations are in 100 ns on the wire, as Beckhoff's own libraries have it (the
+// protocol page says 1 ms).
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "cnc/ads/frame.hpp"
+#include "cnc/ads/request.hpp"
+#include "cnc/ads/response.hpp"
+
+namespace millrace::cnc::ads {
+
+/// One reading of both clocks.
+struct Moment {
+  std::chrono::steady_clock::time_point steady;
+  /// 100 ns since 1601-01-01 UTC.
+  std::uint64_t filetime = 0;
+};
+
+struct SubscriptionLimits {
+  /// The cycle of the task behind the AMS ports: nothing is sampled more often.
+  std::chrono::nanoseconds task_cycle = std::chrono::milliseconds(1);
+  /// Notifications of one connection; Beckhoff recommends at most 550 of a device (documented).
+  std::size_t handles = 550;
+  /// Samples of more bytes than this are sent before their max delay is over.
+  std::size_t collected_bytes = 65536;
+};
+
+class Subscriptions {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  Subscriptions(Device& device, const SubscriptionLimits& limits)
+      : device_(device), limits_(limits) {}
+
+  /// A new handle for the sender of `header`. Fails with what a read of the value fails with,
+  /// transmission_not_supported, or no_more_handles.
+  Result<std::uint32_t> add(const Header& header, const AddNotificationRequest& request,
+                            Moment now);
+  Result<void> remove(std::uint32_t handle);
+  [[nodiscard]] std::size_t size() const { return subscriptions_.size(); }
+
+  /// Takes the samples that are due; the frames that are due.
+  Bytes poll(Moment now);
+  /// When poll() is needed next.
+  [[nodiscard]] std::optional<Time> next_due() const;
+
+ private:
+  // From an AMS port of ours to a subscriber.
+  struct Route {
+    Address from;
+    Address to;
+    auto operator<=>(const Route&) const = default;
+  };
+  struct Subscription {
+    Route route;
+    AddNotificationRequest request;
+    std::chrono::nanoseconds cycle{};
+    Time next_sample;
+    std::optional<Bytes> last;
+    // The value could not be read any more; the subscriber has been told.
+    bool invalid = false;
+  };
+  struct CollectedSample {
+    std::uint64_t filetime = 0;
+    std::uint32_t handle = 0;
+    Bytes data;
+  };
+  // Samples that wait for their max delay, in the order of their time.
+  struct Collected {
+    std::vector<CollectedSample> samples;
+    std::size_t bytes = 0;
+    Time due;
+  };
+
+  void sample(std::uint32_t handle, Subscription& subscription, Moment now);
+  void collect(const Subscription& subscription, CollectedSample sample, Moment now);
+  static Bytes frame(const Route& route, const Collected& collected);
+
+  Device& device_;
+  SubscriptionLimits limits_;
+  std::map<std::uint32_t, Subscription> subscriptions_;
+  std::map<Route, Collected> collected_;
+  std::uint32_t next_handle_ = 1;
+};
+
+}  // namespace millrace::cnc::ads

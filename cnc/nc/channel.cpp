@@ -1,0 +1,183 @@
+#include "cnc/nc/channel.hpp"
+
+#include <functional>
+#include <utility>
+
+#include "cnc/nc/run/decoder.hpp"
+#include "cnc/nc/syntax/program_parser.hpp"
+
+namespace millrace::cnc::nc {
+
+struct Channel::State {
+  State(ChannelOptions given, std::shared_ptr<Timers> shared)
+      : options(std::move(given)),
+        timers(shared ? std::move(shared) : std::make_shared<Timers>()),
+        motion({options.axes, options.limits, options.rapid_feed, options.time_scale,
+                options.optional_stop}),
+        queue(options.queue, options.withhold_last_motion),
+        messages(options.messages_read_at_once),
+        interpolator(options.axes.size(), messages, *timers),
+        system(options.axes, motion, interpolator, *timers),
+        decoder({memory, macros, motion, queue, interpolator, messages, *timers, system},
+                options.skipped_levels) {}
+
+  /// Why no program can start now.
+  std::string refusal() const;
+  void abort(Fault fault, const run::Tick& tick);
+  void stop();
+  bool step(const run::Tick& tick, std::size_t& budget);
+
+  ChannelOptions options;
+  std::shared_ptr<Timers> timers;
+  run::Memory memory;
+  run::Macros macros;
+  run::MotionState motion;
+  run::Queue queue;
+  run::MessageBox messages;
+  run::Interpolator interpolator;
+  run::SystemVariables system;
+  run::Decoder decoder;
+  ChannelState state = ChannelState::idle;
+};
+
+Channel::Channel(ChannelOptions options, std::shared_ptr<Timers> timers)
+    : state_(std::make_unique<State>(std::move(options), std::move(timers))) {}
+Channel::~Channel() = default;
+Channel::Channel(Channel&&) noexcept = default;
+Channel& Channel::operator=(Channel&&) noexcept = default;
+
+tl::expected<void, std::vector<Diagnostic>> Channel::start(const std::string& file,
+                                                           const std::string& text) {
+  if (state_->state != ChannelState::idle) {
+    return tl::make_unexpected(std::vector<Diagnostic>{{{file, 0, 0, 0}, 0, state_->refusal()}});
+  }
+  auto program = syntax::parse_program(file, text);
+  if (!program) {
+    return tl::make_unexpected(std::move(program.error()));
+  }
+  state_->memory.start_program();
+  state_->motion.reset(state_->interpolator.position());
+  state_->interpolator.start_program();
+  state_->decoder.start(std::make_shared<const syntax::Program>(std::move(*program)));
+  state_->state = ChannelState::active;
+  return {};
+}
+
+std::string Channel::State::refusal() const {
+  if (state != ChannelState::error) {
+    return "a program is running; wait for its end or reset the channel";
+  }
+  return decoder.restart_needed() ? "the channel is in a fatal error; restart the controller"
+                                  : "the channel is in error; reset it before the next start";
+}
+
+void Channel::State::stop() {
+  decoder.stop();
+  queue.clear();
+  interpolator.reset();
+  messages.reset();
+}
+
+void Channel::State::abort(Fault fault, const run::Tick& tick) {
+  tick.emit(
+      AbortedEvent{{decoder.place(), fault.id, std::move(fault.text)}, decoder.restart_needed()});
+  stop();
+  state = ChannelState::error;
+}
+
+void Channel::reset() {
+  state_->stop();
+  if (!state_->decoder.restart_needed()) {
+    state_->state = ChannelState::idle;
+  }
+}
+
+void Channel::resume() {
+  if (state_->state == ChannelState::held) {
+    state_->interpolator.resume();
+    state_->state = ChannelState::active;
+  }
+}
+
+void Channel::read_messages(std::uint64_t number) {
+  state_->messages.read(number);
+}
+
+void Channel::acknowledge(std::uint64_t number) {
+  state_->messages.acknowledge(number);
+}
+
+// Both stages once; true if another round could get further at this time.
+bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
+  const bool moved = interpolator.advance(tick, queue);
+  if (interpolator.finished()) {
+    stop();
+    state = ChannelState::idle;
+    tick.emit(FinishedEvent{});
+    return false;
+  }
+  state = interpolator.held() ? ChannelState::held : ChannelState::active;
+  auto left = decoder.run(budget, tick);
+  if (!left) {
+    abort(std::move(left.error()), tick);
+    return false;
+  }
+  const bool decoded = *left != budget;
+  budget = *left;
+  return budget > 0 && (moved || decoded);
+}
+
+std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& environment) {
+  std::vector<Event> events;
+  if (!active()) {
+    return events;
+  }
+  const std::function<void(Event)> emit = [&events](Event event) {
+    events.push_back(std::move(event));
+  };
+  const run::Tick tick{now, environment, emit};
+  std::size_t budget = state_->options.decoder_budget;
+  while (state_->step(tick, budget)) {
+  }
+  return events;
+}
+
+ChannelState Channel::state() const {
+  return state_->state;
+}
+
+bool Channel::active() const {
+  return state_->state == ChannelState::active || state_->state == ChannelState::held;
+}
+
+std::vector<AxisPosition> Channel::axes() const {
+  std::vector<AxisPosition> axes;
+  const std::vector<double>& position = state_->interpolator.position();
+  for (std::size_t axis = 0; axis < position.size(); ++axis) {
+    axes.push_back({state_->options.axes[axis], position[axis]});
+  }
+  return axes;
+}
+
+MotionStatus Channel::motion() const {
+  return state_->interpolator.status();
+}
+
+long Channel::block_number() const {
+  return state_->interpolator.place().block;
+}
+
+Place Channel::decoder_place() const {
+  return state_->decoder.place();
+}
+
+VariableDirectory& Channel::variables() {
+  return state_->memory;
+}
+
+std::vector<Diagnostic> check(const std::string& file, const std::string& text) {
+  auto program = syntax::parse_program(file, text);
+  return program ? std::vector<Diagnostic>{} : std::move(program.error());
+}
+
+}  // namespace millrace::cnc::nc

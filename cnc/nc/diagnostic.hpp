@@ -1,0 +1,30 @@
+// Where something is in an NC program, and what is wrong there.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace millrace::cnc::nc {
+
+/// A place in a program; line and column count from 1 (0 = the program as a whole).
+struct Place {
+  std::string file;
+  int line = 0;
+  int column = 0;
+  /// The N number of the block, 0 if it has none.
+  long block = 0;
+};
+
+/// A mistake in a program, found before or while it runs.
+struct Diagnostic {
+  Place place;
+  /// The kernel's error id where the vendor documents one, else 0.
+  int id = 0;
+  std::string text;
+
+  /// "FILE:LINE:COLUMN: N10: error 21462: string for variable too long"; the severity may be
+  /// another word, such as "warning".
+  [[nodiscard]] std::string to_string(std::string_view severity = "error") const;
+};
+
+}  // namespace millrace::cnc::nc

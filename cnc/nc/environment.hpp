@@ -1,0 +1,40 @@
+// What an NC program can reach outside itself: variables of the controller and other programs. The
+// virtual CNC implements it; tests use a map.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <tl/expected.hpp>
+
+namespace millrace::cnc::nc {
+
+/// A value of the NC language: a number (REAL64 holds every integer type exactly) or a string in
+/// CP1252.
+using Value = std::variant<double, std::string>;
+
+/// An error of the kernel: its id where the vendor documents one, else 0, and what happened in
+/// words.
+struct Fault {
+  int id = 0;
+  std::string text;
+};
+
+class Environment {
+ public:
+  virtual ~Environment() = default;
+
+  /// A variable the interpreter does not own itself (V.G., V.A., V.E.), by its full name.
+  virtual tl::expected<Value, Fault> read(std::string_view name) = 0;
+  /// The same for writing; a string longer than the variable is fault 21462.
+  virtual tl::expected<void, Fault> write(std::string_view name, const Value& value) = 0;
+  /// Is this external variable (V.E.NAME, without indices) synchronous? Then the channel runs empty
+  /// before a block that touches it, as is the vendor's default
+  /// (IB/tf5200_external_variables/112461195).
+  virtual bool synchronous(std::string_view /*name*/) { return true; }
+  /// The text of a global subprogram or cycle, by the name written in the program.
+  virtual tl::expected<std::string, Fault> load(std::string_view program) = 0;
+};
+
+}  // namespace millrace::cnc::nc

@@ -1,0 +1,55 @@
+// What the decoder hands to the interpolator.
+#pragma once
+
+#include <cstddef>
+#include <variant>
+#include <vector>
+
+#include "cnc/nc/diagnostic.hpp"
+#include "cnc/nc/event.hpp"
+#include "cnc/nc/run/tick.hpp"
+#include "cnc/nc/syntax/statement.hpp"
+
+namespace millrace::cnc::nc::run {
+
+/// Axes go straight to a position, in the order of the channel's axes.
+struct Motion {
+  std::vector<double> target;
+  Duration duration{};
+};
+
+/// Nothing moves: G04, #TIME, and the short stop of #FLUSH.
+struct Dwell {
+  Duration duration{};
+};
+
+/// An M function of the machine.
+struct MachineFunction {
+  int number = 0;
+};
+
+/// #MSG SYN and SYN_ACK
+struct SynchronousMessage {
+  MessageEvent message;
+};
+
+/// #TIMER … SYN
+struct TimerOrder {
+  syntax::TimerAction action{};
+  std::size_t id = 0;
+};
+
+/// M00, M01: the interpolator waits for the operator.
+struct Hold {};
+
+/// The program's last block.
+struct End {};
+
+struct Block {
+  using Action =
+      std::variant<Motion, Dwell, MachineFunction, SynchronousMessage, TimerOrder, Hold, End>;
+  Action action;
+  Place place;
+};
+
+}  // namespace millrace::cnc::nc::run

@@ -1,0 +1,42 @@
+// The first stage: reads the program operation by operation, computes, and fills the queue for the
+// interpolator. It waits (for a variable, for room, for the interpolator) by trying the same
+// operation again in the next tick.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "cnc/nc/run/decoder_state.hpp"
+#include "cnc/nc/run/tick.hpp"
+
+namespace millrace::cnc::nc::run {
+
+class Decoder {
+ public:
+  /// Blocks marked with /n are skipped if bit n-1 is set.
+  Decoder(Surroundings surroundings, std::uint16_t skipped_levels)
+      : state_{surroundings, {}, {}, {}, {}, false, false}, skipped_levels_(skipped_levels) {}
+
+  void start(std::shared_ptr<const syntax::Program> program);
+  void stop() { state_.frames.clear(); }
+  /// A program is being decoded.
+  [[nodiscard]] bool running() const { return !state_.frames.empty(); }
+  /// Where the decoder is.
+  [[nodiscard]] Place place() const { return state_.place(); }
+  /// The fault that ended the program does not go away with a reset.
+  [[nodiscard]] bool restart_needed() const { return state_.restart_needed; }
+
+  /// Decodes until it must wait or has done `budget` operations; gives what is left of it. A fault
+  /// aborts the program; its place is `place`.
+  values::Result<std::size_t> run(std::size_t budget, const Tick& tick);
+
+ private:
+  [[nodiscard]] bool skips(const syntax::Operation& operation) const;
+  /// True if the decoder may go on, false if it must wait for the next tick.
+  values::Result<bool> step(const Tick& tick);
+
+  DecoderState state_;
+  std::uint16_t skipped_levels_;
+};
+
+}  // namespace millrace::cnc::nc::run

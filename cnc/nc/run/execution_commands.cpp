@@ -1,0 +1,176 @@
+// # commands but for messages.
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "cnc/nc/run/execution.hpp"
+#include "cnc/nc/run/timer_order.hpp"
+#include "cnc/nc/values/conversion.hpp"
+
+namespace millrace::cnc::nc::run {
+namespace {
+
+using values::fault;
+using values::Result;
+
+// #FLUSH lets the motion stop for a moment; the vendor gives no time, this is our choice.
+constexpr double flush_stop_seconds = 0.002;
+constexpr std::size_t longest_error_string = 23;  // IB/tf5200_error_management/207457163
+constexpr long warning_class = 0;
+constexpr long error_class = 2;
+constexpr long fatal_class = 7;
+
+}  // namespace
+
+Result<Outcome> Execution::operator()(const syntax::Flush& flush) {
+  Queue& queue = state_.around.queue;
+  if (flush.kind == syntax::FlushKind::stop) {
+    if (queue.full()) {
+      return Outcome::again;
+    }
+    push(state_.around.motion.dwell(flush_stop_seconds));
+  }
+  queue.flush();
+  return flush.kind == syntax::FlushKind::wait && !state_.channel_empty() ? Outcome::again
+                                                                          : Outcome::done;
+}
+
+Result<Outcome> Execution::operator()(const syntax::WaitFor& wait) {
+  return evaluator_.number(wait.condition).map([](double value) {
+    return value > 0.5 ? Outcome::done : Outcome::again;
+  });
+}
+
+Result<Outcome> Execution::operator()(const syntax::TimeCommand& time) {
+  if (state_.around.queue.full()) {
+    return Outcome::again;
+  }
+  return evaluator_.number(time.seconds).and_then([this](double seconds) -> Result<Outcome> {
+    if (!(seconds >= 0)) {
+      return fault(0, "#TIME takes seconds from 0 on, not " + values::display(seconds));
+    }
+    push(state_.around.motion.dwell(seconds));
+    return Outcome::done;
+  });
+}
+
+Result<Outcome> Execution::operator()(const syntax::TimerCommand& timer) {
+  if (state_.awaits_timer) {
+    state_.awaits_timer = !state_.channel_empty();
+    return state_.awaits_timer ? Outcome::again : Outcome::done;
+  }
+  const auto id = evaluator_.integer(timer.id);
+  if (!id) {
+    return tl::make_unexpected(id.error());
+  }
+  if (*id < 0 || *id >= static_cast<long>(Timers::count)) {
+    return fault(0, "#TIMER: the timers are 0 to 127, there is no " + std::to_string(*id));
+  }
+  const TimerOrder order{timer.action, static_cast<std::size_t>(*id)};
+  if (!timer.synchronous) {
+    carry_out(order, state_.around.timers, tick_.now);
+    return Outcome::done;
+  }
+  if (state_.around.queue.full()) {
+    return Outcome::again;
+  }
+  push(order);
+  state_.awaits_timer = timer.action == syntax::TimerAction::read;
+  return state_.awaits_timer ? Outcome::again : Outcome::done;
+}
+
+Result<Outcome> Execution::operator()(const syntax::Declarations& declarations) {
+  for (const syntax::Declaration& declaration : declarations.variables) {
+    if (auto declared = declare(declaration); !declared) {
+      return tl::make_unexpected(declared.error());
+    }
+  }
+  return Outcome::done;
+}
+
+Result<void> Execution::declare(const syntax::Declaration& declaration) {
+  const auto written = evaluator_.name_of(declaration.variable);
+  if (!written) {
+    return tl::make_unexpected(written.error());
+  }
+  const ElementName name = split_name(*written);
+  VariableShape shape{declaration.type, declaration.length, {}};
+  for (const long dimension : name.indices) {
+    shape.dimensions.push_back(static_cast<std::size_t>(std::max(dimension, 0L)));
+  }
+  std::vector<Value> initial;
+  for (const syntax::Expression& expression : declaration.initial) {
+    auto value = declaration.type == VariableType::string ? evaluator_.evaluate_text(expression)
+                                                          : evaluator_.evaluate(expression);
+    if (!value) {
+      return tl::make_unexpected(value.error());
+    }
+    initial.push_back(std::move(*value));
+  }
+  return state_.around.memory.declare(name.variable, shape, initial);
+}
+
+Result<Outcome> Execution::operator()(const syntax::Deletion& deletion) {
+  for (const syntax::Reference& variable : deletion.variables) {
+    auto deleted = evaluator_.name_of(variable).and_then(
+        [this](const std::string& name) { return state_.around.memory.erase(name); });
+    if (!deleted) {
+      return tl::make_unexpected(deleted.error());
+    }
+  }
+  return Outcome::done;
+}
+
+Result<Outcome> Execution::operator()(const syntax::ForgetMacros& /*forget*/) {
+  state_.around.macros.clear();
+  return Outcome::done;
+}
+
+Result<Outcome> Execution::operator()(const syntax::UserError& error) {
+  long id = 0;
+  long recovery_class = error_class;
+  std::string details;
+  for (const syntax::ErrorParameter& parameter : error.parameters) {
+    const auto value = evaluator_.evaluate_text(parameter.value);
+    const auto number = value ? values::integer(*value) : Result<long>(0);
+    if (!value || (!number && parameter.name.front() != 'P')) {
+      return tl::make_unexpected(value ? number.error() : value.error());
+    }
+    const std::string shown = values::display(*value);
+    if (std::holds_alternative<std::string>(*value) && shown.size() > longest_error_string) {
+      return fault(21462, parameter.name + ": a string of #ERROR has at most 23 characters");
+    }
+    if (parameter.name == "ID") {
+      id = *number;
+    } else if (parameter.name == "RC") {
+      recovery_class = *number;
+    } else {
+      details += ' ' + parameter.name + '=' + shown;
+    }
+  }
+  if (id < 1 || id > 1000) {
+    return fault(0, "#ERROR: ID is 1 to 1000, not " + std::to_string(id));
+  }
+  return raise(id, recovery_class, "raised by the program with #ERROR" + details);
+}
+
+Result<Outcome> Execution::raise(long id, long recovery_class, std::string text) {
+  switch (recovery_class) {
+    case warning_class:
+      warn(std::move(text), static_cast<int>(id));
+      return Outcome::done;
+    case fatal_class:
+      state_.restart_needed = true;
+      return fault(static_cast<int>(id), std::move(text));
+    case error_class:
+      return fault(static_cast<int>(id), std::move(text));
+    default:
+      return fault(0, "#ERROR: RC is 0, 2 or 7, not " + std::to_string(recovery_class));
+  }
+}
+
+void Execution::warn(std::string text, int id) {
+  tick_.emit(WarningEvent{{state_.place(), id, std::move(text)}});
+}
+
+}  // namespace millrace::cnc::nc::run

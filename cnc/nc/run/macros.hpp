@@ -1,0 +1,38 @@
+// The macros of a channel: "NAME" = "text". They live until #INIT MACRO TAB or the channel's end
+// (IB/tccncprogramming/15557228683, documented).
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "cnc/nc/syntax/statement.hpp"
+#include "cnc/nc/values/result.hpp"
+
+namespace millrace::cnc::nc::run {
+
+class Macros {
+ public:
+  values::Result<void> define(const std::string& name, const std::string& text);
+  void clear() { macros_.clear(); }
+  [[nodiscard]] bool contains(std::string_view name) const { return macros_.contains(name); }
+  /// The text of a macro that exists.
+  [[nodiscard]] const std::string& text(std::string_view name) const;
+  /// The text read as an expression, or as the words of a block; a fault if it is none, or if
+  /// there is no such macro. Read once, then kept.
+  values::Result<std::shared_ptr<const syntax::Expression>> expression(std::string_view name);
+  values::Result<std::shared_ptr<const syntax::Words>> words(std::string_view name);
+
+ private:
+  struct Macro {
+    std::string text;
+    std::shared_ptr<const syntax::Expression> expression;
+    std::shared_ptr<const syntax::Words> words;
+  };
+  values::Result<Macro*> find(std::string_view name);
+
+  std::map<std::string, Macro, std::less<>> macros_;
+};
+
+}  // namespace millrace::cnc::nc::run

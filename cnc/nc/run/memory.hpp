@@ -1,0 +1,69 @@
+// Everything a channel's programs remember: parameters and their own variables, each kind with its
+// life time (IB/tf5200_programming_manual/207966475, 207973899 and 486123531).
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cnc/nc/run/variable_table.hpp"
+#include "cnc/nc/variable_directory.hpp"
+
+namespace millrace::cnc::nc::run {
+
+/// What the caller of a cycle passes, by number: @P1.
+using CycleArguments = std::map<long, Value>;
+
+class Memory : public VariableDirectory {
+ public:
+  Memory();
+
+  /// A main program starts: P and V.P are gone, V.S stays.
+  void start_program();
+  /// A subprogram begins or ends; a cycle brings arguments.
+  void enter_level(std::optional<CycleArguments> arguments);
+  void leave_level();
+
+  /// Is it one of the variables kept here (P, V.P, V.L, V.S, V.CYC)?
+  [[nodiscard]] static bool owns(std::string_view name);
+  /// An assignment of a program, which creates single P, V.P and V.S.
+  values::Result<void> assign(std::string_view name, const Value& value);
+  /// A line of #VAR.
+  values::Result<void> declare(std::string_view name, const VariableShape& shape,
+                               std::span<const Value> initial);
+  /// #DELETE
+  values::Result<void> erase(std::string_view name);
+  /// @P<number> of the innermost cycle; null if it was not passed.
+  [[nodiscard]] const Value* cycle_argument(long number) const;
+
+  [[nodiscard]] std::size_t count(VariableFamily family) const override;
+  [[nodiscard]] std::optional<VariableInfo> info(VariableFamily family,
+                                                 std::size_t index) const override;
+  [[nodiscard]] std::optional<VariableInfo> find(std::string_view name) const override;
+  [[nodiscard]] values::Result<Value> read(std::string_view name) const override;
+  values::Result<void> overwrite(std::string_view name, const Value& value) override;
+  /// A variable, or an element of an array, of this name.
+  [[nodiscard]] bool exists(std::string_view name) const;
+
+ private:
+  struct Level {
+    VariableTable locals;
+    VariableTable cycle;
+    std::optional<CycleArguments> arguments;
+  };
+  [[nodiscard]] static std::optional<VariableFamily> family_of(std::string_view name);
+  /// Where a name is, or where it would be made.
+  [[nodiscard]] const VariableTable& table_of(VariableFamily family, std::string_view name) const;
+  [[nodiscard]] VariableTable& table_of(VariableFamily family, std::string_view name);
+
+  VariableTable parameters_;
+  VariableTable program_;
+  VariableTable self_;
+  /// The main program first.
+  std::vector<Level> levels_;
+};
+
+}  // namespace millrace::cnc::nc::run

@@ -1,0 +1,58 @@
+// The blocks between decoder and interpolator. The last motion block may be withheld until
+// something follows it: the path preparation needs the next block for a smooth transition.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <utility>
+
+#include "cnc/nc/run/block.hpp"
+
+namespace millrace::cnc::nc::run {
+
+class Queue {
+ public:
+  /// Holds about `capacity` blocks; withholds the last motion if asked to.
+  Queue(std::size_t capacity, bool withhold)
+      : capacity_(std::max<std::size_t>(capacity, 1)), withhold_(withhold) {}
+
+  /// The decoder must wait. (One block of the program may still push all it is made of.)
+  [[nodiscard]] bool full() const { return blocks_.size() >= capacity_; }
+  [[nodiscard]] bool empty() const { return blocks_.empty(); }
+
+  /// Adds a block, which releases all before it, and itself unless it is a motion.
+  void push(Block block) {
+    const bool motion = std::holds_alternative<Motion>(block.action);
+    blocks_.push_back(std::move(block));
+    released_ = blocks_.size() - (motion && withhold_ ? 1 : 0);
+  }
+
+  /// Releases everything: #FLUSH and its relatives.
+  void flush() { released_ = blocks_.size(); }
+
+  /// The next released block.
+  std::optional<Block> pop() {
+    if (released_ == 0) {
+      return std::nullopt;
+    }
+    Block block = std::move(blocks_.front());
+    blocks_.pop_front();
+    --released_;
+    return block;
+  }
+
+  void clear() {
+    blocks_.clear();
+    released_ = 0;
+  }
+
+ private:
+  std::size_t capacity_;
+  bool withhold_;
+  std::deque<Block> blocks_;
+  std::size_t released_ = 0;
+};
+
+}  // namespace millrace::cnc::nc::run

@@ -1,0 +1,193 @@
+#include "cnc/nc/syntax/command_parser.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+#include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/expression_parser.hpp"
+
+namespace millrace::cnc::nc::syntax {
+namespace {
+
+// The second word of a command.
+void expect_word(Cursor& cursor, std::string_view word) {
+  if (!cursor.accept_word(word)) {
+    cursor.fail("'" + std::string(word) + "' expected before " + describe(cursor.peek()));
+  }
+}
+
+Statement parse_flush(Cursor& cursor) {
+  if (cursor.accept_word("CONTINUE")) {
+    return Flush{FlushKind::go_on};
+  }
+  return Flush{cursor.accept_word("WAIT") ? FlushKind::wait : FlushKind::stop};
+}
+
+Statement parse_wait_for(Cursor& cursor) {
+  expect_word(cursor, "FOR");
+  return WaitFor{parse_expression(cursor)};
+}
+
+Statement parse_time(Cursor& cursor) {
+  return TimeCommand{parse_expression(cursor)};
+}
+
+// [MSG="path"]
+Statement parse_report_name(Cursor& cursor) {
+  ReportFile file;
+  cursor.expect("[");
+  expect_word(cursor, "MSG");
+  cursor.expect("=");
+  file.name = parse_expression(cursor);
+  cursor.expect("]");
+  return file;
+}
+
+Statement parse_file(Cursor& cursor) {
+  expect_word(cursor, "NAME");
+  return parse_report_name(cursor);
+}
+
+// ID=5, ID5 and ID 5.
+Expression parse_parameter(Cursor& cursor, std::string_view name) {
+  if (cursor.accept_word(name)) {
+    cursor.accept("=");
+    return parse_expression(cursor);
+  }
+  const std::string_view digits = cursor.peek().text.substr(name.size());
+  unsigned number = 0;
+  const char* end = digits.data() + digits.size();
+  if (std::from_chars(digits.data(), end, number).ptr != end) {
+    cursor.fail("a number expected behind " + std::string(name));
+  }
+  cursor.take();
+  return {Number{static_cast<double>(number)}};
+}
+
+bool at_parameter(const Cursor& cursor, std::string_view name) {
+  const Token& token = cursor.peek();
+  return token.kind == TokenKind::name && token.text.size() >= name.size() &&
+         same_word(token.text.substr(0, name.size()), name) &&
+         std::all_of(token.text.begin() + static_cast<std::ptrdiff_t>(name.size()),
+                     token.text.end(), is_digit);
+}
+
+struct NamedAction {
+  std::string_view name;
+  TimerAction action;
+};
+constexpr std::array<NamedAction, 4> timer_actions = {{{"START", TimerAction::start},
+                                                       {"STOP", TimerAction::stop},
+                                                       {"READ", TimerAction::read},
+                                                       {"CLEAR", TimerAction::clear}}};
+
+// #TIMER READ SYN [ID=3]
+Statement parse_timer(Cursor& cursor) {
+  TimerCommand timer;
+  const auto action =
+      std::find_if(timer_actions.begin(), timer_actions.end(),
+                   [&](const NamedAction& entry) { return cursor.accept_word(entry.name); });
+  if (action == timer_actions.end()) {
+    cursor.fail("START, STOP, READ or CLEAR expected before " + describe(cursor.peek()));
+    return timer;
+  }
+  timer.action = action->action;
+  timer.synchronous = cursor.accept_word("SYN");
+  cursor.expect("[");
+  if (at_parameter(cursor, "ID")) {
+    timer.id = parse_parameter(cursor, "ID");
+  } else {
+    cursor.fail("ID=… expected before " + describe(cursor.peek()));
+  }
+  cursor.expect("]");
+  return timer;
+}
+
+constexpr std::array<std::string_view, 3> error_keys = {"ID", "RC", "MID"};
+constexpr std::array<std::string_view, 3> error_values = {"PV", "PM", "PIV"};
+constexpr std::size_t most_error_parameters = 17;
+
+// ID455, RC=2, PV1=P3
+ErrorParameter parse_error_parameter(Cursor& cursor) {
+  for (const std::string_view key : error_keys) {
+    if (at_parameter(cursor, key)) {
+      return {std::string(key), parse_parameter(cursor, key)};
+    }
+  }
+  for (const std::string_view key : error_values) {
+    if (at_parameter(cursor, key)) {
+      std::string name = upper(cursor.take().text);
+      cursor.expect("=");
+      return {std::move(name), parse_expression(cursor)};
+    }
+  }
+  cursor.fail("#ERROR has no parameter " + describe(cursor.peek()) +
+              "; it has ID, RC, MID, PV1 to PV5, PM1 to PM5 and PIV1 to PIV4");
+  return {};
+}
+
+// #ERROR [ID=455 RC=2 PV1=P3]
+Statement parse_error(Cursor& cursor) {
+  UserError error;
+  cursor.expect("[");
+  while (!cursor.at_block_end() && !cursor.peek().is("]")) {
+    if (error.parameters.size() == most_error_parameters) {
+      cursor.fail("too many parameters of #ERROR");
+      break;
+    }
+    error.parameters.push_back(parse_error_parameter(cursor));
+    cursor.accept(",");
+  }
+  cursor.expect("]");
+  return error;
+}
+
+Statement parse_init(Cursor& cursor) {
+  if (!cursor.accept_word("MAKRO")) {
+    expect_word(cursor, "MACRO");
+  }
+  expect_word(cursor, "TAB");
+  return ForgetMacros{};
+}
+
+Statement parse_disable(Cursor& cursor) {
+  expect_word(cursor, "MODAL");
+  expect_word(cursor, "CYCLE");
+  return EndModalCycle{};
+}
+
+struct Command {
+  std::string_view name;
+  Statement (*parse)(Cursor&);
+};
+// By first words. #COMMENT is read by the program parser: it is about text, not about blocks.
+constexpr std::array<Command, 12> commands = {{
+    {"DELETE", parse_deletion},
+    {"DISABLE", parse_disable},
+    {"ERROR", parse_error},
+    {"FILE", parse_file},
+    {"FILENAME", parse_report_name},
+    {"FLUSH", parse_flush},
+    {"INIT", parse_init},
+    {"MSG", parse_message},
+    {"TIME", parse_time},
+    {"TIMER", parse_timer},
+    {"VAR", parse_declarations},
+    {"WAIT", parse_wait_for},
+}};
+
+}  // namespace
+
+Statement parse_command(Cursor& cursor) {
+  const Token name = cursor.peek();
+  for (const Command& command : commands) {
+    if (cursor.accept_word(command.name)) {
+      return command.parse(cursor);
+    }
+  }
+  cursor.fail("unknown command #" + std::string(name.text));
+  return Words{};
+}
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,85 @@
+// Reads $ statements and turns them into jumps (IB/tf5200_programming_manual/206901003 and the
+// pages behind it). All of them are in one table in control_parser.cpp.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "cnc/nc/syntax/cursor.hpp"
+#include "cnc/nc/syntax/routine_writer.hpp"
+
+namespace millrace::cnc::nc::syntax {
+
+class ControlParser {
+ public:
+  ControlParser(Cursor& cursor, RoutineWriter& writer) : cursor_(cursor), writer_(writer) {}
+
+  /// A statement behind its `$`.
+  void parse();
+  /// The routine ends: what is still open is a mistake.
+  void finish();
+
+ private:
+  enum class Kind { if_, while_, do_, repeat, for_, switch_ };
+
+  /// A statement whose end has not come yet.
+  struct Open {
+    Kind kind{};
+    int line = 0;
+    int column = 0;
+    /// First operation of the loop, or the Switch.
+    std::size_t begin = 0;
+    /// $IF: the Branch of the part that is open; none behind $ELSE.
+    std::size_t branch = none;
+    /// Jumps and branches that leave it.
+    std::vector<std::size_t> exits;
+    /// Jumps of $CONTINUE.
+    std::vector<std::size_t> continues;
+  };
+  struct Keyword {
+    std::string_view name;
+    void (ControlParser::*parse)();
+  };
+  static const std::vector<Keyword>& keywords();
+  static std::string_view opening_word(Kind kind);
+
+  void parse_if();
+  void parse_elseif();
+  void parse_else();
+  void parse_endif();
+  void parse_while();
+  void parse_endwhile();
+  void parse_do();
+  void parse_enddo();
+  void parse_repeat();
+  void parse_until();
+  void parse_for();
+  void parse_endfor();
+  void parse_switch();
+  void parse_case();
+  void parse_default();
+  void parse_endswitch();
+  void parse_break();
+  void parse_continue();
+  void parse_goto();
+
+  void open(Kind kind, std::size_t begin);
+  /// The innermost open statement of this kind; a mistake if another one is open inside, and null
+  /// if there is none.
+  Open* innermost(Kind kind);
+  /// Ends the innermost statement: patches what leaves it to the next operation.
+  void close();
+  void patch(const std::vector<std::size_t>& operations, std::size_t target);
+  void set_target(std::size_t operation, std::size_t target);
+  void begin_if_part(Open& statement);
+
+  Cursor& cursor_;
+  RoutineWriter& writer_;
+  /// The word in hand, for messages.
+  Token word_;
+  std::vector<Open> open_;
+
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+};
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,129 @@
+#include <utility>
+
+#include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/command_parser.hpp"
+#include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/values/types.hpp"
+
+namespace millrace::cnc::nc::syntax {
+namespace {
+
+constexpr std::size_t longest_string = 127;
+constexpr std::size_t most_initial_values = 4096;  // more do not fit a block
+
+// STRING or STRING[n]
+void parse_string_type(Cursor& cursor, Declaration& declaration) {
+  declaration.type = VariableType::string;
+  declaration.length = longest_string;
+  if (!cursor.accept("[")) {
+    return;
+  }
+  const Token length = cursor.peek();
+  if (length.kind != TokenKind::number || length.number < 0 || length.number > longest_string) {
+    cursor.fail("the length of a string is 0 to " + std::to_string(longest_string));
+    return;
+  }
+  cursor.take();
+  declaration.length = static_cast<std::size_t>(length.number);
+  cursor.expect("]");
+}
+
+void parse_type(Cursor& cursor, Declaration& declaration) {
+  if (cursor.accept_word("STRING")) {
+    parse_string_type(cursor, declaration);
+  } else if (const auto type = values::find_type(cursor.peek().text)) {
+    cursor.take();
+    declaration.type = *type;
+  } else {
+    cursor.fail("unknown type " + describe(cursor.peek()) +
+                "; types are BOOLEAN SGN08 UNS08 SGN16 UNS16 SGN32 UNS32 REAL64 STRING[n]");
+  }
+}
+
+// [1, 2], or nested by rows: [[1, 2], [3, 4]]
+void parse_list(Cursor& cursor, std::vector<Expression>& list) {
+  cursor.expect("[");
+  if (!cursor.enter()) {
+    return;
+  }
+  do {
+    if (cursor.peek().is("[")) {
+      parse_list(cursor, list);
+    } else if (list.size() < most_initial_values) {
+      list.push_back(parse_expression(cursor));
+    }
+  } while (cursor.accept(",") && !cursor.failed());
+  cursor.leave();
+  cursor.expect("]");
+}
+
+bool is_array(const Reference& reference) {
+  if (const auto* parameter = std::get_if<Parameter>(&reference)) {
+    return !parameter->elements.empty();
+  }
+  const auto* variable = std::get_if<Variable>(&reference);
+  return variable != nullptr && !variable->parts.back().elements.empty();
+}
+
+Declaration parse_declaration(Cursor& cursor) {
+  Declaration declaration;
+  declaration.variable = parse_reference(cursor);
+  if (cursor.accept(":")) {
+    parse_type(cursor, declaration);
+  }
+  if (!cursor.accept("=")) {
+    return declaration;
+  }
+  if (!is_array(declaration.variable)) {
+    declaration.initial.push_back(parse_expression(cursor));
+    return declaration;
+  }
+  do {
+    parse_list(cursor, declaration.initial);
+  } while (cursor.accept(",") && !cursor.failed());
+  return declaration;
+}
+
+void skip_block_number(Cursor& cursor) {
+  if (cursor.peek().kind == TokenKind::name && upper(cursor.peek().text.front()) == 'N') {
+    cursor.take_letter();
+    static_cast<void>(parse_word_value(cursor));
+  }
+}
+
+}  // namespace
+
+Statement parse_declarations(Cursor& cursor) {
+  Declarations declarations;
+  const Token begin = cursor.peek();
+  while (true) {
+    cursor.next_block();
+    skip_block_number(cursor);
+    if (cursor.at_program_end()) {
+      cursor.report(begin.line, begin.column, "#VAR without #ENDVAR");
+      return declarations;
+    }
+    if (at_reference(cursor)) {
+      declarations.variables.push_back(parse_declaration(cursor));
+    } else if (!cursor.at_block_end()) {
+      if (!cursor.accept("#") || !cursor.accept_word("ENDVAR")) {
+        cursor.fail("a declaration or #ENDVAR expected before " + describe(cursor.peek()));
+      }
+      return declarations;
+    }
+  }
+}
+
+Statement parse_deletion(Cursor& cursor) {
+  Deletion deletion;
+  do {
+    if (!at_reference(cursor)) {
+      cursor.fail("a variable expected before " + describe(cursor.peek()));
+      break;
+    }
+    deletion.variables.push_back(parse_reference(cursor));
+  } while (cursor.accept(","));
+  return deletion;
+}
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,86 @@
+// Expressions and references to variables, as the parser leaves them and the interpreter evaluates
+// them. Immutable after parsing.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "cnc/nc/values/functions.hpp"
+#include "cnc/nc/values/operators.hpp"
+
+namespace millrace::cnc::nc::syntax {
+
+struct Expression;
+using ExpressionPointer = std::unique_ptr<Expression>;
+
+struct Number {
+  double value = 0;
+};
+
+/// "…": a string, or the name of a macro where one of that name is defined.
+struct Text {
+  std::string text;
+};
+
+enum class UnaryOperator { minus, logical_not };
+
+struct Unary {
+  UnaryOperator operation{};
+  ExpressionPointer operand;
+};
+
+struct Binary {
+  values::BinaryOperator operation{};
+  ExpressionPointer left;
+  ExpressionPointer right;
+};
+
+struct Call {
+  const values::Function* function = nullptr;
+  std::vector<Expression> arguments;
+};
+
+/// P10, P[expr], PP10 (one indirection), P10[i][j].
+struct Parameter {
+  int indirections = 0;
+  ExpressionPointer index;
+  std::vector<Expression> elements;
+};
+
+/// One part of a variable's name: NP[98] in V.G.NP[98].V.X.
+struct VariablePart {
+  std::string name;
+  std::vector<Expression> elements;
+};
+
+/// V.… with all its parts; the first is "V".
+struct Variable {
+  std::vector<VariablePart> parts;
+};
+
+/// @P1: what the caller of a cycle passed.
+struct CycleParameter {
+  ExpressionPointer number;
+};
+
+using Reference = std::variant<Parameter, Variable, CycleParameter>;
+
+/// A function of a variable itself, not of its value.
+enum class QueryKind { exists, size_of, is_string, is_number };
+
+/// EXIST[V.P.A], SIZEOF[V.P.A, 2]
+struct Query {
+  QueryKind kind{};
+  std::unique_ptr<Reference> subject;
+  ExpressionPointer dimension;
+};
+
+struct Expression {
+  using Node =
+      std::variant<Number, Text, Unary, Binary, Call, Parameter, Variable, CycleParameter, Query>;
+  Node node;
+};
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,61 @@
+// Cuts a program text into tokens, one at a time.
+//
+// The parser pulls tokens because some depend on where they stand: N10G01X5 is one name to an
+// expression but three words to a block. So the parser may take only the first letter of a name,
+// or a raw word such as a file name, and the lexer goes on behind it.
+//
+// Comments, blanks and continued lines (\ at the line's end) separate tokens and are skipped
+// (IB/tf5200_programming_manual/205979659, documented).
+#pragma once
+
+#include <string_view>
+
+#include "cnc/nc/syntax/token.hpp"
+
+namespace millrace::cnc::nc::syntax {
+
+class Lexer {
+ public:
+  /// The text must outlive the lexer and its tokens.
+  explicit Lexer(std::string_view text) : text_(text) {}
+
+  /// The token at the current position; goes behind it.
+  Token next();
+  /// The first letter of a name alone; goes behind it.
+  Token letter(const Token& name);
+  /// The characters from a token up to a blank, a comment, a bracket, a comma or a quote: a file
+  /// or program name.
+  Token raw_word(const Token& first);
+  /// One part of a variable's name behind a dot: also digits first, also + and - first
+  /// (V.A.+SWE.X).
+  Token name_part(const Token& first);
+  /// Skips whole lines behind a token, up to and including the one that says `#COMMENT END`;
+  /// false if there is none.
+  bool skip_comment_lines(const Token& last);
+
+ private:
+  [[nodiscard]] char at(std::size_t position) const {
+    return position < text_.size() ? text_[position] : '\0';
+  }
+  void rewind(const Token& token);
+  void skip_separators();
+  void skip_bracketed_comment();
+  void skip_to_line_end();
+  void new_line(std::size_t next_line);
+  [[nodiscard]] std::size_t line_end_length(std::size_t position) const;
+  [[nodiscard]] std::size_t continued_line() const;
+  [[nodiscard]] Token make(TokenKind kind, std::size_t end) const;
+  [[nodiscard]] Token number_token() const;
+  [[nodiscard]] Token name_token() const;
+  [[nodiscard]] Token string_token() const;
+  [[nodiscard]] Token symbol_token() const;
+  Token finish(Token token);
+
+  std::string_view text_;
+  std::size_t position_ = 0;
+  std::size_t line_begin_ = 0;
+  std::size_t last_end_ = 0;
+  int line_ = 1;
+};
+
+}  // namespace millrace::cnc::nc::syntax

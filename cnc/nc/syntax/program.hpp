@@ -1,0 +1,52 @@
+// A parsed program: routines, each a flat list of operations. Control statements are jumps with
+// their targets resolved, so a $GOTO may go anywhere within its routine and the interpreter needs
+// no stack for loops.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cnc/nc/syntax/statement.hpp"
+
+namespace millrace::cnc::nc::syntax {
+
+/// An external variable in a block.
+struct ExternalUse {
+  std::string name;
+  /// Vs.E.NAME: synchronous here, whatever the variable is otherwise.
+  bool synchronous = false;
+};
+
+/// One step of the decoder: a block, or a part of one.
+struct Operation {
+  int line = 0;
+  int column = 0;
+  /// The N number, which may be an expression.
+  std::optional<Expression> number;
+  /// Level of a skippable block (/ or /n), 0 = never skipped.
+  std::uint8_t skip_level = 0;
+  /// External variables (V.E.) it touches, without indices.
+  std::vector<ExternalUse> externals;
+  Statement statement;
+};
+
+/// A main program or a subprogram.
+struct Routine {
+  std::string name;
+  std::vector<Operation> operations;
+  /// Targets of $GOTO: `N100:` and `[NAME]`, as indices of operations.
+  std::map<long, std::size_t> numbers;
+  std::map<std::string, std::size_t, std::less<>> labels;
+};
+
+struct Program {
+  std::string file;
+  Routine main;
+  /// Local subprograms by name.
+  std::map<std::string, Routine, std::less<>> subprograms;
+};
+
+}  // namespace millrace::cnc::nc::syntax

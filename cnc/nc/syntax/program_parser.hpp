@@ -1,0 +1,22 @@
+// From the text of a program to its routines, with every mistake found on the way.
+//
+//   auto parsed = parse_program("demo.nc", text);
+//   if (!parsed) for (const Diagnostic& mistake : parsed.error()) …
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "cnc/nc/diagnostic.hpp"
+#include "cnc/nc/syntax/program.hpp"
+
+namespace millrace::cnc::nc::syntax {
+
+/// A program without mistakes, or all of them (at most 100), in the order of the text.
+[[nodiscard]] tl::expected<Program, std::vector<Diagnostic>> parse_program(const std::string& file,
+                                                                           std::string_view text);
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,122 @@
+#include <algorithm>
+
+#include "cnc/nc/characters.hpp"
+#include "cnc/nc/syntax/expression_parser.hpp"
+
+namespace millrace::cnc::nc::syntax {
+namespace {
+
+constexpr int most_dimensions = 4;
+constexpr std::size_t most_parts = 12;
+constexpr std::ptrdiff_t most_indirections = 8;
+
+bool is_run_of_p(std::string_view name) {
+  return !name.empty() &&
+         std::all_of(name.begin(), name.end(), [](char c) { return upper(c) == 'P'; });
+}
+
+// [i][j]… behind a parameter or a part of a name.
+std::vector<Expression> parse_elements(Cursor& cursor) {
+  std::vector<Expression> elements;
+  while (cursor.peek().is("[") && cursor.peek().adjacent) {
+    if (elements.size() == most_dimensions) {
+      cursor.fail("an array has at most " + std::to_string(most_dimensions) + " dimensions");
+      break;
+    }
+    cursor.take();
+    elements.push_back(parse_expression(cursor));
+    cursor.expect("]");
+  }
+  return elements;
+}
+
+Parameter parse_parameter(Cursor& cursor) {
+  Parameter parameter;
+  const Token run = cursor.take();
+  parameter.indirections = static_cast<int>(run.text.size()) - 1;
+  if (static_cast<std::ptrdiff_t>(run.text.size()) > most_indirections) {
+    cursor.fail_at(run,
+                   "a parameter has at most " + std::to_string(most_indirections) + " letters P");
+  }
+  if (cursor.peek().kind == TokenKind::number) {
+    parameter.index = std::make_unique<Expression>(Expression{Number{cursor.take().number}});
+  } else if (cursor.accept("[")) {
+    parameter.index = std::make_unique<Expression>(parse_expression(cursor));
+    cursor.expect("]");
+  } else {
+    cursor.fail("a parameter needs a number: P12 or P[expression]");
+    parameter.index = std::make_unique<Expression>();
+  }
+  parameter.elements = parse_elements(cursor);
+  return parameter;
+}
+
+// The name without indices, if it is external.
+void note_external(Cursor& cursor, const Variable& variable, bool synchronous) {
+  if (variable.parts.size() < 3 || variable.parts[1].name != "E") {
+    return;
+  }
+  std::string name = variable.parts[0].name;
+  for (std::size_t i = 1; i < variable.parts.size(); ++i) {
+    name += '.' + variable.parts[i].name;
+  }
+  cursor.note_external({std::move(name), synchronous});
+}
+
+Variable parse_variable(Cursor& cursor) {
+  Variable variable;
+  const bool synchronous = cursor.take().text.size() == 2;  // Vs.E.NAME
+  variable.parts.push_back({"V", {}});
+  while (cursor.peek().is(".") && variable.parts.size() < most_parts) {
+    cursor.take();
+    const Token part = cursor.take_name_part();
+    if (part.text.empty()) {
+      cursor.fail("a name expected behind the dot");
+      break;
+    }
+    variable.parts.push_back({std::string(part.text), {}});
+    variable.parts.back().elements = parse_elements(cursor);
+  }
+  if (variable.parts.size() < 3) {
+    cursor.fail(
+        "a variable is written V.G.NAME, V.P.NAME, V.L.NAME, V.S.NAME, V.CYC.NAME, "
+        "V.E.NAME or V.A.NAME");
+  }
+  note_external(cursor, variable, synchronous);
+  return variable;
+}
+
+CycleParameter parse_cycle_parameter(Cursor& cursor) {
+  cursor.expect("@");
+  if (!cursor.at_word("P")) {
+    cursor.fail("a parameter of a cycle is written @P1");
+    return {std::make_unique<Expression>()};
+  }
+  Parameter parameter = parse_parameter(cursor);
+  return {std::move(parameter.index)};
+}
+
+bool at_variable(const Cursor& cursor) {
+  return cursor.at_word("V") || cursor.at_word("VS");
+}
+
+}  // namespace
+
+bool at_reference(const Cursor& cursor) {
+  const Token& token = cursor.peek();
+  return token.is("@") ||
+         (token.kind == TokenKind::name && (is_run_of_p(token.text) || at_variable(cursor)));
+}
+
+Reference parse_reference(Cursor& cursor) {
+  if (!cursor.enter()) {
+    return Parameter{0, std::make_unique<Expression>(), {}};
+  }
+  Reference reference = cursor.peek().is("@") ? Reference(parse_cycle_parameter(cursor))
+                        : at_variable(cursor) ? Reference(parse_variable(cursor))
+                                              : Reference(parse_parameter(cursor));
+  cursor.leave();
+  return reference;
+}
+
+}  // namespace millrace::cnc::nc::syntax

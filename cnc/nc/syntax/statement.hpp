@@ -1,0 +1,215 @@
+// What a block of a program does. The interpreter visits these; see program.hpp for their order.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "cnc/nc/syntax/expression.hpp"
+#include "cnc/nc/variable_directory.hpp"
+
+namespace millrace::cnc::nc::syntax {
+
+/// G01, X[-2*P1], M30: an address and its value. The bare value of `G04 3.0` has the address "".
+struct Word {
+  std::string address;
+  Expression value;
+};
+
+/// P1 = 3, V.P.A += 2.
+struct Assignment {
+  Reference target;
+  /// Unset for `=`.
+  std::optional<values::BinaryOperator> operation;
+  Expression value;
+};
+
+/// "NAME" = "text"
+struct MacroDefinition {
+  std::string name;
+  std::string text;
+};
+
+/// "NAME" among the words of a block: the text of the macro stands here.
+struct MacroUse {
+  std::string name;
+};
+
+using WordsItem = std::variant<Word, Assignment, MacroDefinition, MacroUse>;
+
+/// A block of words and assignments.
+struct Words {
+  std::vector<WordsItem> items;
+};
+
+/// How a condition is judged (IB/tf5200_programming_manual/206901003, 206940939, 206946827).
+enum class Truth {
+  half_or_beyond,  // |value| >= 0.5: $IF, $WHILE
+  above_half,      // value > 0.5: $UNTIL, #WAIT FOR
+  half_or_above    // value >= 0.5: $ENDDO
+};
+
+/// Goes to another operation of the routine.
+struct Jump {
+  std::size_t target = 0;
+};
+
+/// Goes there if the condition's truth is `when`.
+struct Branch {
+  Expression condition;
+  Truth rule = Truth::half_or_beyond;
+  bool when = false;
+  std::size_t target = 0;
+};
+
+/// $FOR: sets the counter on entry; EndFor steps it and comes back behind it.
+struct For {
+  Reference counter;
+  Expression start;
+  Expression end;
+  Expression step;
+  /// Where the loop is left to.
+  std::size_t exit = 0;
+};
+struct EndFor {
+  std::size_t loop = 0;
+};
+
+struct SwitchCase {
+  Expression value;
+  std::size_t target = 0;
+};
+/// $SWITCH: goes to the first case within 0.001 of the selector
+/// (IB/tf5200_programming_manual/206908427, documented).
+struct Switch {
+  Expression selector;
+  std::vector<SwitchCase> cases;
+  /// $DEFAULT, or behind the end.
+  std::size_t otherwise = 0;
+};
+
+/// A name written out, or the variable that holds it.
+using Name = std::variant<std::string, Variable>;
+
+/// $GOTO N<number>, $GOTO [NAME] or $GOTO V.E.name
+struct Goto {
+  std::variant<Expression, Name> target;
+};
+
+enum class FlushKind { stop, go_on, wait };
+
+/// #FLUSH, #FLUSH CONTINUE, #FLUSH WAIT
+struct Flush {
+  FlushKind kind{};
+};
+
+/// #WAIT FOR
+struct WaitFor {
+  Expression condition;
+};
+
+/// "text", value, value … of #MSG and its relatives.
+struct FormattedText {
+  std::string format;
+  std::vector<Expression> values;
+};
+
+/// #MSG SAVE
+struct SaveMessage {
+  FormattedText text;
+  bool time_stamp = true;
+  bool line_end = true;
+};
+
+/// #MSG and #MSG INFO
+struct Message {
+  FormattedText text;
+  std::string receiver;
+  /// Sent by the interpolator when it gets there, not by the decoder.
+  bool synchronous = false;
+  bool acknowledge = false;
+  bool info = false;
+};
+
+/// L and LL: a subprogram in its own file, or in this one.
+struct SubprogramCall {
+  bool local = false;
+  Name name;
+};
+
+/// When a modal cycle is called again.
+enum class CycleRepeat { once, after_motion, after_block };
+
+struct CycleArgument {
+  Expression number;
+  Expression value;
+};
+
+/// L CYCLE and LL CYCLE
+struct CycleCall {
+  bool local = false;
+  Name name;
+  CycleRepeat repeat = CycleRepeat::once;
+  std::vector<CycleArgument> arguments;
+};
+
+/// #DISABLE MODAL CYCLE
+struct EndModalCycle {};
+
+enum class TimerAction { start, stop, read, clear };
+
+/// #TIMER
+struct TimerCommand {
+  TimerAction action{};
+  Expression id;
+  bool synchronous = false;
+};
+
+/// #TIME: a dwell in seconds.
+struct TimeCommand {
+  Expression seconds;
+};
+
+/// #FILE NAME [MSG="…"]
+struct ReportFile {
+  Expression name;
+};
+
+/// A line between #VAR and #ENDVAR.
+struct Declaration {
+  Reference variable;
+  VariableType type = VariableType::real64;
+  /// Of STRING[n].
+  std::size_t length = 0;
+  std::vector<Expression> initial;
+};
+struct Declarations {
+  std::vector<Declaration> variables;
+};
+
+/// #DELETE
+struct Deletion {
+  std::vector<Reference> variables;
+};
+
+/// A parameter of #ERROR: ID, RC, MID, PV1, PM1, PIV1 …
+struct ErrorParameter {
+  std::string name;
+  Expression value;
+};
+/// #ERROR
+struct UserError {
+  std::vector<ErrorParameter> parameters;
+};
+
+/// #INIT MACRO TAB
+struct ForgetMacros {};
+
+using Statement =
+    std::variant<Words, Jump, Branch, For, EndFor, Switch, Goto, SubprogramCall, CycleCall,
+                 EndModalCycle, Flush, WaitFor, Message, SaveMessage, ReportFile, TimerCommand,
+                 TimeCommand, Declarations, Deletion, UserError, ForgetMacros>;
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,46 @@
+// The smallest pieces of an NC program.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace millrace::cnc::nc::syntax {
+
+enum class TokenKind {
+  end_of_program,
+  end_of_block,
+  number,
+  name,    // letters, digits and _, starting with a letter; `P12` is the name P and the number 12
+  string,  // "…" with \" for a quote inside
+  symbol,  // an operator or separator, two characters where the language has one
+  invalid  // text tells what is wrong
+};
+
+/// A token with its place. Its views point into the program text.
+struct Token {
+  TokenKind kind = TokenKind::end_of_program;
+  /// As written (a name, a symbol), or the message of an invalid token.
+  std::string_view text;
+  double number = 0;
+  /// Position of the first byte, and of the first byte behind the token.
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  int line = 1;
+  int column = 1;
+  /// Nothing separates it from the token before.
+  bool adjacent = false;
+
+  /// Is this symbol?
+  [[nodiscard]] bool is(std::string_view symbol) const {
+    return kind == TokenKind::symbol && text == symbol;
+  }
+  [[nodiscard]] bool ends_block() const {
+    return kind == TokenKind::end_of_block || kind == TokenKind::end_of_program;
+  }
+};
+
+/// The content of a string token: quotes off, \" resolved.
+[[nodiscard]] std::string unquote(std::string_view quoted);
+
+}  // namespace millrace::cnc::nc::syntax

@@ -1,0 +1,43 @@
+// The timers of #TIMER: 128 of them, shared by all channels of a controller
+// (IB/tf5200_programming_manual/207464587, documented).
+//
+//   auto timers = std::make_shared<Timers>();
+//   Channel first(options, timers), second(options, timers);
+//
+// Pure: the time is given. All channels that share timers must be ticked with one time origin.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace millrace::cnc::nc {
+
+class Timers {
+ public:
+  using Time = std::chrono::nanoseconds;
+  static constexpr std::size_t count = 128;
+
+  /// Runs on, from where it was stopped (documented is only that it runs; to resume is our choice).
+  void start(std::size_t id, Time now);
+  void stop(std::size_t id, Time now);
+  /// Stops it at zero; what was read stays until the next read.
+  void clear(std::size_t id);
+  /// Latches the timer's milliseconds for V.G.TIMER[id].
+  void read(std::size_t id, Time now);
+  /// V.G.TIMER[id]: the milliseconds at the last read.
+  [[nodiscard]] std::uint32_t latched(std::size_t id) const { return timers_.at(id).latched; }
+
+ private:
+  struct Timer {
+    /// Time it has run before `running_since`.
+    Time elapsed{};
+    std::optional<Time> running_since;
+    std::uint32_t latched = 0;
+  };
+  std::array<Timer, count> timers_;
+};
+
+}  // namespace millrace::cnc::nc

@@ -1,0 +1,33 @@
+// The functions of the language by name, in two tables: number_functions.cpp and
+// string_functions.cpp. Angles are in degrees (IB/tf5200_programming_manual/206014219, 206023179).
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include "cnc/nc/environment.hpp"
+#include "cnc/nc/values/result.hpp"
+
+namespace millrace::cnc::nc::values {
+
+using Arguments = std::span<const Value>;
+
+struct Function {
+  /// In upper case.
+  std::string_view name;
+  std::size_t least_arguments;
+  std::size_t most_arguments;
+  Result<Value> (*call)(Arguments);
+};
+
+[[nodiscard]] std::span<const Function> number_functions();
+[[nodiscard]] std::span<const Function> string_functions();
+
+/// Does it work on strings?
+[[nodiscard]] bool is_string_function(const Function& function);
+
+/// By name in any case; null if there is none.
+[[nodiscard]] const Function* find_function(std::string_view name);
+
+}  // namespace millrace::cnc::nc::values

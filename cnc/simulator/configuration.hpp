@@ -1,0 +1,20 @@
+// Reading the configuration of a virtual CNC: protobuf text format by the schema idl/cnc.proto.
+//
+//   Machine machine(read_settings("cnc.textproto"), …);
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "cnc/simulator/settings.hpp"
+
+namespace millrace::cnc::simulator {
+
+/// @throws idl::program::UsageError with the file and, where it can be told, line and column of
+/// each mistake
+Settings read_settings(const std::filesystem::path& file);
+
+/// The same for text that is already in memory; `name` stands for the file in messages.
+Settings parse_settings(const std::string& text, const std::string& name);
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,52 @@
+// The virtual CNC as a whole: its channels, advanced by ticks. No socket, file, thread or clock of
+// its own.
+//
+//   Machine machine(settings, {.clock = clock, .programs = folders});
+//   machine.channel(1)->start(program);
+//   while (machine.active())
+//     for (const Happening& happening : machine.tick(clock())) …
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "cnc/simulator/settings.hpp"
+#include "cnc/simulator/virtual_channel.hpp"
+
+namespace millrace::cnc::simulator {
+
+/// What a program told the outside.
+struct Happening {
+  /// The channel's number.
+  std::uint32_t channel = 0;
+  nc::Event event;
+};
+
+class Machine {
+ public:
+  Machine(Settings settings, const Surroundings& surroundings);
+
+  [[nodiscard]] const Settings& settings() const { return settings_; }
+  /// By its number, from 1; null if there is none.
+  [[nodiscard]] VirtualChannel* channel(std::uint32_t number);
+  /// Of all channels.
+  [[nodiscard]] std::uint32_t axes() const;
+  /// How long it has existed.
+  [[nodiscard]] std::chrono::nanoseconds age() const { return clock_() - born_; }
+
+  /// Advances every active channel to `now`, in the order of their numbers.
+  std::vector<Happening> tick(std::chrono::nanoseconds now);
+  /// Some channel runs a program.
+  [[nodiscard]] bool active() const;
+
+ private:
+  Settings settings_;
+  Clock clock_;
+  std::chrono::nanoseconds born_;
+  Common common_;
+  std::vector<std::unique_ptr<VirtualChannel>> channels_;
+};
+
+}  // namespace millrace::cnc::simulator

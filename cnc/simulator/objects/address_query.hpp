@@ -1,0 +1,14 @@
+// Where the objects of a channel or an axis begin: attribute 0x600 of a group, offset 0
+// (IB/hmiviaads/15685565323, documented).
+#pragma once
+
+#include "cnc/simulator/objects/group.hpp"
+#include "cnc/simulator/objects/object.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+/// ReadWrite: UNS32 channel and UNS32 axis in, UNS32 group and UNS32 offset out, both 0 where there
+/// is no such channel or axis.
+Object address_query(GroupKind kind);
+
+}  // namespace millrace::cnc::simulator::objects

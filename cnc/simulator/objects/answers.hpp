@@ -1,0 +1,29 @@
+// What many objects need: decoding small inputs, encoding small answers.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "cnc/simulator/objects/object.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+ads::Bytes encode_u32(std::uint32_t value);
+/// SGN32; a number that does not fit becomes the nearest that does.
+ads::Bytes encode_s32(long value);
+ads::Bytes encode_f64(double value);
+
+/// The text in a buffer of `size` bytes, filled up with zeros; invalid_size if it does not fit with
+/// its NUL.
+ads::Result<ads::Bytes> encode_buffer(std::string_view text, std::size_t size);
+
+/// An input of exactly four bytes; otherwise invalid_size.
+ads::Result<std::uint32_t> decode_u32(ads::BytesView in);
+
+/// The name at the front of an input; invalid_size if it is empty or longer than 255 characters.
+ads::Result<std::string_view> decode_name(ads::BytesView in);
+
+/// By name; otherwise the configured answer for an unknown variable.
+ads::Result<Selection> find_variable(const Context& at, std::string_view name);
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,124 @@
+#include "cnc/simulator/objects/catalogue.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "cnc/simulator/objects/address_query.hpp"
+#include "cnc/simulator/objects/answers.hpp"
+#include "cnc/simulator/objects/axis_functions.hpp"
+#include "cnc/simulator/objects/channel_state.hpp"
+#include "cnc/simulator/objects/commands.hpp"
+#include "cnc/simulator/objects/directory.hpp"
+#include "cnc/simulator/objects/generic_variables.hpp"
+#include "cnc/simulator/objects/old_variables.hpp"
+#include "cnc/simulator/objects/platform.hpp"
+#include "cnc/simulator/objects/program_variables.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+namespace {
+
+using ads::ErrorCode;
+
+constexpr unsigned axis_shift = 16;
+constexpr std::uint32_t offset_mask = 0xFFFF;
+
+/// Offset 0 of a group counts its objects (IB/hmiviaads/15685565323, documented): as the highest
+/// offset, since the kernel's offsets have no gaps.
+Object number_of_objects(const ObjectTable& table) {
+  const std::uint32_t number = table.all().rbegin()->first;
+  return {
+      .name = "number of objects",
+      .type = "UNS32",
+      .length = 4,
+      .read = [number](const Context&) -> ads::Result<ads::Bytes> { return encode_u32(number); }};
+}
+
+/// What a group and the upper half of an offset address; an error if there is no such thing.
+ads::Result<std::pair<Scope, Context>> resolve(Machine& machine, Group group, std::uint32_t axis) {
+  Context at{machine, machine.channel(group.channel), axis};
+  if (group.channel != 0 && at.channel == nullptr) {
+    return tl::unexpected(ErrorCode::invalid_group);
+  }
+  if (axis == 0) {
+    return std::pair(group.channel == 0 ? Scope::cnc : Scope::channel, at);
+  }
+  return at.channel != nullptr && axis <= at.channel->axes().size()
+             ? ads::Result<std::pair<Scope, Context>>(std::pair(Scope::axis, at))
+             : tl::unexpected(ErrorCode::invalid_offset);
+}
+
+}  // namespace
+
+Catalogue::Catalogue() {
+  constexpr std::uint16_t sda_port = variables::sda_port;
+  ObjectTable& decoder = tables_[{sda_port, GroupKind::decoder, Scope::channel}];
+  add_old_program_variables(decoder);
+  add_old_external_variables(decoder);
+  add_old_axis_variables(decoder);
+  add_axis_names(decoder);
+  add_old_global_variables(decoder);
+  add_generic_variables(decoder);
+  add_axis_functions(tables_[{sda_port, GroupKind::decoder, Scope::axis}]);
+  add_interpolator_state(tables_[{geo_port, GroupKind::interpolator, Scope::channel}]);
+  add_channel_state(tables_[{geo_port, GroupKind::channel_state, Scope::channel}]);
+  for (auto& [key, table] : tables_) {
+    table.add(0, number_of_objects(table));
+    queries_.emplace(key.kind, address_query(key.kind));
+  }
+  // The COM task has a directory instead of counts and attributes.
+  ObjectTable& commands = tables_[{com_port, GroupKind::com_channel, Scope::channel}];
+  ObjectTable& platform = tables_[{com_port, GroupKind::com_channel, Scope::cnc}];
+  add_commands(commands);
+  add_platform(platform);
+  const Directory directory(platform, commands);
+  directory.add_to(tables_[{com_port, GroupKind::com_directory, Scope::cnc}]);
+  directory.add_to(tables_[{com_port, GroupKind::com_directory, Scope::channel}]);
+}
+
+ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::Index index,
+                                    std::uint32_t room) const {
+  const auto group = Group::decode(index.group);
+  if (!group || !has_kind(port, group->kind)) {
+    return tl::unexpected(ErrorCode::invalid_group);
+  }
+  if (group->attribute == Attribute::address) {
+    return find_query(machine, *group, index.offset);
+  }
+  auto resolved = resolve(machine, *group, index.offset >> axis_shift);
+  if (!resolved) {
+    return tl::unexpected(resolved.error());
+  }
+  auto& [scope, at] = *resolved;
+  const auto table = tables_.find({port, group->kind, scope});
+  if (table == tables_.end()) {
+    return tl::unexpected(scope == Scope::axis ? ErrorCode::invalid_offset
+                                               : ErrorCode::invalid_group);
+  }
+  at.offset = index.offset & offset_mask;
+  at.room = room;
+  const Object* const object = table->second.find(at.offset);
+  return object != nullptr ? ads::Result<Target>(Target{object, at, group->attribute})
+                           : tl::unexpected(ErrorCode::invalid_offset);
+}
+
+ads::Result<Target> Catalogue::find_query(Machine& machine, Group group,
+                                          std::uint32_t offset) const {
+  const auto query = queries_.find(group.kind);
+  const bool exists = group.channel == 0 || machine.channel(group.channel) != nullptr;
+  if (query == queries_.end() || !exists) {
+    return tl::unexpected(ErrorCode::invalid_group);
+  }
+  if (offset != 0) {
+    return tl::unexpected(ErrorCode::invalid_offset);
+  }
+  return Target{&query->second, Context{machine}, Attribute::address};
+}
+
+bool Catalogue::has_kind(std::uint16_t port, GroupKind kind) const {
+  return std::any_of(tables_.begin(), tables_.end(), [&](const auto& entry) {
+    return entry.first.port == port && entry.first.kind == kind;
+  });
+}
+
+}  // namespace millrace::cnc::simulator::objects

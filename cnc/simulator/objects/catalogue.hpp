@@ -1,0 +1,56 @@
+// Every object of the virtual CNC, and how a request finds it.
+//
+//   const Catalogue catalogue;
+//   auto target = catalogue.find(machine, 552, {0x122301, 0x48}, room);
+//   target->object->exchange(target->at, name);
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <map>
+
+#include "cnc/simulator/objects/group.hpp"
+#include "cnc/simulator/objects/object.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+// Tasks of the CNC (IB/tf527x_kernelv_api/402275851, documented); the third is variables::sda_port.
+inline constexpr std::uint16_t geo_port = 551;
+inline constexpr std::uint16_t com_port = 553;
+
+/// Objects of one kind of group exist once, per channel, or per axis.
+enum class Scope { cnc, channel, axis };
+
+/// An object, how it was addressed, and what is asked about it.
+struct Target {
+  const Object* object = nullptr;
+  Context at;
+  Attribute attribute = Attribute::value;
+};
+
+class Catalogue {
+ public:
+  Catalogue();
+
+  /// invalid_group for a group or channel that does not exist, invalid_offset for an axis or object
+  /// that does not.
+  [[nodiscard]] ads::Result<Target> find(Machine& machine, std::uint16_t port, ads::Index index,
+                                         std::uint32_t room) const;
+
+ private:
+  struct TableKey {
+    std::uint16_t port = 0;
+    GroupKind kind = GroupKind::decoder;
+    Scope scope = Scope::channel;
+    auto operator<=>(const TableKey&) const = default;
+  };
+
+  [[nodiscard]] ads::Result<Target> find_query(Machine& machine, Group group,
+                                               std::uint32_t offset) const;
+  [[nodiscard]] bool has_kind(std::uint16_t port, GroupKind kind) const;
+
+  std::map<TableKey, ObjectTable> tables_;
+  std::map<GroupKind, Object> queries_;
+};
+
+}  // namespace millrace::cnc::simulator::objects

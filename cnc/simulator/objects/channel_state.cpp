@@ -1,0 +1,84 @@
+#include "cnc/simulator/objects/channel_state.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "cnc/ads/bytes.hpp"
+#include "cnc/simulator/objects/answers.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+namespace {
+
+using ads::Bytes;
+using ads::Result;
+
+/// A value that can only be read.
+Object value(std::string name, std::string type, std::uint32_t length,
+             Bytes (*read)(const VirtualChannel&), std::string unit = "") {
+  return {.name = std::move(name),
+          .type = std::move(type),
+          .length = length,
+          .unit = std::move(unit),
+          .read = [read](const Context& at) -> Result<Bytes> { return read(*at.channel); }};
+}
+
+Bytes state(const VirtualChannel& channel) {
+  return encode_u32(static_cast<std::uint32_t>(channel.control().state()));
+}
+
+Bytes mode(const VirtualChannel& channel) {
+  return encode_u32(static_cast<std::uint32_t>(channel.control().mode()));
+}
+
+Bytes number_of_axes(const VirtualChannel& channel) {
+  return ads::ByteWriter().u16(static_cast<std::uint16_t>(channel.axes().size())).take();
+}
+
+Bytes block_number(const VirtualChannel& channel) {
+  return encode_s32(channel.program().block_number());
+}
+
+// The kernel's unit of length is 0.1 µm.
+constexpr double tenths_of_a_micrometre_per_mm = 1e4;
+constexpr double micrometres_per_mm = 1e3;
+
+Bytes rest_path(const VirtualChannel& channel) {
+  return encode_f64(channel.program().motion().rest_path * tenths_of_a_micrometre_per_mm);
+}
+
+Bytes velocity(const VirtualChannel& channel) {
+  return encode_f64(channel.program().motion().velocity * micrometres_per_mm);
+}
+
+Bytes dwell_left(const VirtualChannel& channel) {
+  const std::chrono::duration<double> left = channel.program().motion().dwell_left;
+  return encode_f64(left.count());
+}
+
+Bytes block_count(const VirtualChannel& channel) {
+  return encode_s32(static_cast<long>(channel.program().motion().blocks));
+}
+
+Bytes path(const VirtualChannel& channel) {
+  return encode_f64(channel.program().motion().path * tenths_of_a_micrometre_per_mm);
+}
+
+}  // namespace
+
+void add_channel_state(ObjectTable& table) {
+  table.add(0x1F, value("state", "UNS32", 4, state));
+  table.add(0x20, value("mode", "UNS32", 4, mode));
+}
+
+void add_interpolator_state(ObjectTable& table) {
+  table.add(0x1, value("number of axes", "UNS16", 2, number_of_axes));
+  table.add(0x8, value("rest path", "REAL64", 8, rest_path, "0.1 um"));
+  table.add(0x15, value("path velocity", "REAL64", 8, velocity, "um/s"));
+  table.add(0x21, value("block number", "SGN32", 4, block_number));
+  table.add(0x22, value("rest of dwell", "REAL64", 8, dwell_left, "s"));
+  table.add(0x2E, value("block count", "SGN32", 4, block_count));
+  table.add(0x56, value("path from program start", "REAL64", 8, path, "0.1 um"));
+}
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,22 @@
+// The commands of a channel under the COM task (port 553): execution mode, and choosing, starting
+// and resetting programs.
+//
+//   write(553, {0x120101, 0x104}, u32(2));              // mode automatic
+//   write(553, {0x120101, 0x108}, "demo.nc");           // the program
+//   write(553, {0x120101, 0x105}, u32(3));              // state ready: choose it
+//   write(553, {0x120101, 0x105}, u32(4));              // state active: start it
+#pragma once
+
+#include "cnc/simulator/objects/object.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+/// 0x3F to 0x41 execution mode (IB/tf5264_conveyor_tracking/1174455947, documented): only normal
+/// execution, 0, is simulated. 0x104 mode, 0x105 state, 0x108 parameter: the documented way to
+/// command them is the PLC; these offsets come from an early version of an open-source client, and
+/// no page confirms them (our choice). mc_block_count_r and mc_active_feedrate_r (in µm/s) are
+/// named as an open-source client of real controllers finds them, at offsets of our choice. What
+/// cannot be done is invalid_data, and the operator is told why.
+void add_commands(ObjectTable& table);
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,42 @@
+// The object directory of the COM task: which objects there are and where
+// (IB/tf5200_ads_access_to_cnc/855973643, documented).
+//
+//   read(553, {0x130101, 0}, 4);             // UNS32: how many objects the directory of channel 1
+//   has read(553, {0x130101, 1}, 2 * 84);        // the records of the first two
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cnc/simulator/objects/object.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+class Directory {
+ public:
+  /// Lists the objects of the CNC and those of one channel, which are the same for all. The
+  /// directory of channel 0 has those of the CNC and of all channels, that of channel 1 those of
+  /// the CNC and its own (documented), any other its own.
+  Directory(const ObjectTable& cnc, const ObjectTable& channel);
+
+  /// Offset 0 is the number of records, offset n the records from n on, as many as the client has
+  /// room for.
+  void add_to(ObjectTable& table) const;
+
+  /// What a record tells.
+  struct Entry {
+    std::uint32_t offset = 0;
+    std::uint32_t size = 0;
+    bool writable = false;
+    std::string name;
+    std::string type;
+  };
+
+ private:
+  std::shared_ptr<const std::vector<Entry>> cnc_;
+  std::shared_ptr<const std::vector<Entry>> channel_;
+};
+
+}  // namespace millrace::cnc::simulator::objects

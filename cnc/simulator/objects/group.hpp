@@ -1,0 +1,52 @@
+// Index groups of the CNC taken apart.
+//
+//   auto group = Group::decode(0x122302);   // values of the decoder of channel 2
+//
+// Group = base of a kind + attribute + channel (IB/tf5200_ads_access_to_cnc/312767243, documented).
+// Documentation of older controllers gives the same numbers without 0x100000
+// (IB/hmiviaads/15685567371, documented); that both name the same objects is inferred.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "cnc/variables/addresses.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+/// What a group is about; the value is its base (documented).
+enum class GroupKind : std::uint32_t {
+  /// Commands and states of a channel, under the COM task.
+  com_channel = 0x120100,
+  /// The list of the COM objects (IB/tf5200_ads_access_to_cnc/855973643).
+  com_directory = 0x130100,
+  interpolator = 0x121300,
+  decoder = variables::decoder_group,
+  /// State of the channel ("HLD").
+  channel_state = 0x123300,
+};
+
+/// What is asked about an object; the value stands in the third digit from the right.
+enum class Attribute : std::uint32_t {
+  value = 0,
+  name = 1,
+  type = 2,
+  length = 3,
+  unit = 4,
+  writable = 5,
+  address = 6,
+};
+
+struct Group {
+  GroupKind kind = GroupKind::decoder;
+  Attribute attribute = Attribute::value;
+  /// The number in the group; 0 where an object belongs to the whole CNC.
+  std::uint32_t channel = 0;
+
+  /// Nothing for a number that no kind has.
+  static std::optional<Group> decode(std::uint32_t number);
+  /// The number of a group of values in today's form.
+  [[nodiscard]] std::uint32_t number() const { return static_cast<std::uint32_t>(kind) + channel; }
+};
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,150 @@
+#include "cnc/simulator/objects/old_listing.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cnc/simulator/axis_variables.hpp"
+#include "cnc/simulator/objects/answers.hpp"
+#include "cnc/simulator/objects/old_value.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+namespace {
+
+using ads::Bytes;
+using ads::BytesView;
+using ads::ErrorCode;
+using ads::Result;
+
+/// The largest index in brackets is how an array is told from a scalar
+/// (IB/hmiviaads/15685595531, documented).
+std::string name_with_largest_index(const Declaration& declaration) {
+  std::string name = declaration.name;
+  for (const std::uint32_t size : declaration.dimensions) {
+    name += fmt::format("[{}]", size - 1);
+  }
+  return name;
+}
+
+template <Kind kind>
+const Variable& variable_at(const VirtualChannel& channel, std::size_t index) {
+  return channel.store().family(kind).at(index);
+}
+
+template <Kind kind>
+Listing list_family() {
+  return {[](const VirtualChannel& channel) { return channel.store().family(kind).size(); },
+          variable_at<kind>,
+          [](const VirtualChannel& channel, std::size_t index) {
+            return name_with_largest_index(variable_at<kind>(channel, index).declaration());
+          }};
+}
+
+/// A fact about the variable whose index is the input.
+template <typename Fact>
+Object by_index(std::string name, std::string type, std::uint32_t length, Listing listing,
+                Fact fact) {
+  return {.name = std::move(name),
+          .type = std::move(type),
+          .length = length,
+          .exchange = [listing, fact](const Context& at, BytesView in) {
+            return decode_u32(in).and_then([&](std::uint32_t index) -> Result<Bytes> {
+              if (index >= listing.size(*at.channel)) {
+                return tl::unexpected(ErrorCode::invalid_data);
+              }
+              return fact(*at.channel, index);
+            });
+          }};
+}
+
+}  // namespace
+
+Listing list_globals() {
+  return list_family<Kind::global>();
+}
+
+Listing list_externals() {
+  return list_family<Kind::external>();
+}
+
+Listing list_quantities() {
+  // The family has all axes of one quantity in a row.
+  return {[](const VirtualChannel& channel) {
+            return channel.axes().empty() ? 0 : axis_quantities.size();
+          },
+          [](const VirtualChannel& channel, std::size_t index) -> const Variable& {
+            return variable_at<Kind::axis>(channel, index * channel.axes().size());
+          },
+          [](const VirtualChannel& /*channel*/, std::size_t index) {
+            return std::string(axis_quantities.at(index));
+          }};
+}
+
+Listing list_axes() {
+  return {[](const VirtualChannel& channel) { return channel.axes().size(); },
+          variable_at<Kind::axis>,
+          [](const VirtualChannel& channel, std::size_t index) {
+            return channel.axes().at(index).name;
+          }};
+}
+
+Object count(std::string name, Listing listing) {
+  return {.name = std::move(name),
+          .type = "UNS32",
+          .length = 4,
+          .read = [listing](const Context& at) -> Result<Bytes> {
+            return encode_u32(static_cast<std::uint32_t>(listing.size(*at.channel)));
+          }};
+}
+
+Object name_by_index(std::string name, std::uint32_t length, Listing listing) {
+  return by_index(std::move(name), "STRING", length, listing,
+                  [listing, length](const VirtualChannel& channel, std::size_t index) {
+                    return encode_buffer(listing.name(channel, index), length);
+                  });
+}
+
+Object text_by_index(std::string name, std::uint32_t length, Listing listing,
+                     std::string (*text)(const Declaration&)) {
+  return by_index(std::move(name), "STRING", length, listing,
+                  [listing, length, text](const VirtualChannel& channel, std::size_t index) {
+                    return encode_buffer(text(listing.at(channel, index).declaration()), length);
+                  });
+}
+
+Object number_by_index(std::string name, Listing listing,
+                       std::uint32_t (*number)(const Declaration&)) {
+  return by_index(
+      std::move(name), "UNS32", 4, listing,
+      [listing, number](const VirtualChannel& channel, std::size_t index) -> Result<Bytes> {
+        return encode_u32(number(listing.at(channel, index).declaration()));
+      });
+}
+
+Object value_by_index(std::string name, Listing listing) {
+  return by_index(std::move(name), "EXT_VAR_WERT", old_value_size, listing,
+                  [listing](const VirtualChannel& channel, std::size_t index) {
+                    return read_old_value(listing.at(channel, index), Variable::scalar);
+                  });
+}
+
+Object value_by_name(std::string name) {
+  return {.name = std::move(name),
+          .type = "EXT_VAR_WERT",
+          .length = old_value_size,
+          .exchange = [](const Context& at, BytesView in) {
+            return decode_name(in)
+                .and_then([&](std::string_view variable) { return find_variable(at, variable); })
+                .and_then([](const Selection& found) -> Result<Bytes> {
+                  return found.element ? read_old_value(*found.variable, *found.element)
+                                       : tl::unexpected(ErrorCode::invalid_data);
+                });
+          }};
+}
+
+std::string type_text(const Declaration& declaration) {
+  return fmt::format("V_{}", name_of(declaration.element.type));
+}
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,94 @@
+// The old functions of P, V.L, V.P and V.S.
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cnc/simulator/objects/answers.hpp"
+#include "cnc/simulator/objects/program_variables.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+namespace {
+
+using ads::Bytes;
+using ads::BytesView;
+using ads::ErrorCode;
+using ads::Result;
+using nc::VariableFamily;
+
+constexpr std::uint32_t name_size = 96;
+
+Result<Bytes> number(VariableFamily family, const Context& at) {
+  return encode_u32(static_cast<std::uint32_t>(at.channel->program_variables().count(family)));
+}
+
+/// The variable whose index, from 0, is the input.
+Result<nc::VariableInfo> by_index(VariableFamily family, const Context& at, BytesView in) {
+  return decode_u32(in).and_then([&](std::uint32_t index) -> Result<nc::VariableInfo> {
+    const auto info = at.channel->program_variables().info(family, index);
+    return info ? Result<nc::VariableInfo>(*info) : tl::unexpected(ErrorCode::invalid_data);
+  });
+}
+
+/// An array's name comes with its largest index (IB/hmiviaads/15685595531, documented).
+Result<Bytes> name_of(const nc::VariableInfo& info) {
+  std::string name = info.name;
+  for (const std::size_t size : info.shape.dimensions) {
+    name += fmt::format("[{}]", size - 1);
+  }
+  return encode_buffer(name, name_size);
+}
+
+Result<Bytes> real_value(const Context& at, std::string_view name) {
+  const nc::VariableDirectory& variables = at.channel->program_variables();
+  if (!variables.find(name)) {
+    return tl::unexpected(at.machine.settings().answers.unknown_variable);
+  }
+  const auto value = variables.read(name);
+  const auto* number = value ? std::get_if<double>(&*value) : nullptr;
+  return number != nullptr ? Result<Bytes>(encode_f64(*number))
+                           : tl::unexpected(ErrorCode::invalid_data);
+}
+
+/// The four functions of a family; three of them stand in a row.
+void add_family(ObjectTable& table, std::string_view prefix, VariableFamily family,
+                std::uint32_t number_offset, std::uint32_t name_offset) {
+  table.add(number_offset, {.name = fmt::format("{}-number", prefix),
+                            .type = "UNS32",
+                            .length = 4,
+                            .read = [family](const Context& at) { return number(family, at); }});
+  table.add(name_offset, {.name = fmt::format("{}-name by index", prefix),
+                          .type = "STRING",
+                          .length = name_size,
+                          .exchange = [family](const Context& at, BytesView in) {
+                            return by_index(family, at, in).and_then(name_of);
+                          }});
+  table.add(name_offset + 1, {.name = fmt::format("{}-value by name", prefix),
+                              .type = "REAL64",
+                              .length = 8,
+                              .exchange = [](const Context& at, BytesView in) {
+                                return decode_name(in).and_then(
+                                    [&](std::string_view name) { return real_value(at, name); });
+                              }});
+  table.add(name_offset + 2,
+            {.name = fmt::format("{}-value by index", prefix),
+             .type = "REAL64",
+             .length = 8,
+             .exchange = [family](const Context& at, BytesView in) {
+               return by_index(family, at, in).and_then([&](const nc::VariableInfo& info) {
+                 return real_value(at, info.name);
+               });
+             }});
+}
+
+}  // namespace
+
+void add_old_program_variables(ObjectTable& table) {
+  add_family(table, "P", VariableFamily::parameter, 0x02, 0x1B);
+  add_family(table, "V.L", VariableFamily::local, 0x03, 0x1E);
+  add_family(table, "V.P", VariableFamily::program, 0x04, 0x21);
+  add_family(table, "V.S", VariableFamily::self, 0x05, 0x24);
+}
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,31 @@
+// The variables that NC programs make themselves - P, V.P, V.L, V.S, V.CYC - for ADS clients.
+//
+// The generic functions reach them by name only (ISG/312791435, documented); the old functions list
+// P, V.L, V.P and V.S and read them as REAL64 (IB/hmiviaads/15685577611, 15685587851, 15685590411,
+// 15685592971, documented).
+#pragma once
+
+#include <string_view>
+
+#include "cnc/simulator/objects/object.hpp"
+#include "cnc/variables/layout.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+/// Whether a name is one of theirs, by its beginning.
+bool is_program_variable(std::string_view name);
+
+// By name, an element or a whole array; a name that does not exist at present is answered as any
+// unknown variable, a value that does not fit with invalid_size.
+ads::Result<ads::Bytes> read_program_variable(const Context& at, std::string_view name);
+ads::Result<void> write_program_variable(const Context& at, std::string_view name,
+                                         ads::BytesView value);
+/// Without a handle (0: there is none).
+ads::Result<variables::Description> describe_program_variable(const Context& at,
+                                                              std::string_view name);
+
+/// The old functions: 0x02 to 0x05 numbers, 0x1B to 0x26 names and values. A string or a whole
+/// array is invalid_data there (our choice).
+void add_old_program_variables(ObjectTable& table);
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,91 @@
+#include "cnc/simulator/panel.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cnc/simulator/cp1252.hpp"
+
+namespace millrace::cnc::simulator {
+
+namespace {
+
+/// A line of a channel on standard output, flushed, so that a reader sees it at once.
+void print_line(std::uint32_t channel, std::string_view text) {
+  fmt::print("[ch{}] {}\n", channel, text);
+  std::fflush(stdout);
+}
+
+/// One overload per event; what is not of interest to the operator is logged for the integrator.
+struct Show {
+  std::uint32_t channel;
+  spdlog::logger& log;
+  ReportFiles& files;
+  bool& failed;
+
+  void operator()(const nc::MessageEvent& message) const {
+    print_line(channel, utf8_of_cp1252(message.text));
+  }
+  void operator()(const nc::SaveEvent& saved) const {
+    if (const auto written = files.append(saved, std::chrono::system_clock::now()); !written) {
+      log.error("channel {}: {}", channel, written.error());
+    }
+  }
+  void operator()(const nc::MachineFunctionEvent& function) const {
+    log.debug("channel {}: M{:02}", channel, function.number);
+  }
+  void operator()(const nc::HeldEvent& held) const {
+    log.warn("channel {}: held by M00 or M01 at {}:{}", channel, held.place.file, held.place.line);
+  }
+  void operator()(const nc::WarningEvent& warning) const {
+    log.warn("channel {}: {}", channel, utf8_of_cp1252(warning.what.to_string()));
+  }
+  void operator()(const nc::FinishedEvent& /*finished*/) const {
+    log.info("channel {}: the program is done", channel);
+  }
+  void operator()(const nc::AbortedEvent& aborted) const {
+    failed = true;
+    log.error("channel {}: the program was aborted: {}", channel,
+              utf8_of_cp1252(aborted.why.to_string()));
+  }
+};
+
+}  // namespace
+
+Panel::Panel(idl::program::Log log, ReportFiles files, bool keep_timings)
+    : log_(std::move(log)), files_(std::move(files)), keep_timings_(keep_timings) {}
+
+void Panel::show(const Happening& happening) {
+  std::visit(Show{happening.channel, *log_, files_, failed_}, happening.event);
+}
+
+void Panel::show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes) {
+  failed_ = true;
+  for (const nc::Diagnostic& mistake : mistakes) {
+    log_->error("channel {}: not started: {}", channel, utf8_of_cp1252(mistake.to_string()));
+  }
+}
+
+void Panel::remember(std::uint32_t channel, const AnsweredCall& call) {
+  if (keep_timings_) {
+    calls_.emplace_back(channel, call);
+  }
+}
+
+void Panel::report_cycles(const CycleCounts& cycles) const {
+  const auto level = cycles.late > 0 ? spdlog::level::warn : spdlog::level::info;
+  log_->log(level, "{} of {} interpolator cycles were late, the worst by {:.2f} ms", cycles.late,
+            cycles.done, std::chrono::duration<double, std::milli>(cycles.worst).count());
+}
+
+void Panel::print_timings() const {
+  for (const auto& [channel, call] : calls_) {
+    const std::chrono::duration<double, std::milli> duration = call.duration;
+    print_line(channel, fmt::format("call {}: {}: {:.2f} ms", call.number,
+                                    utf8_of_cp1252(call.uuid), duration.count()));
+  }
+}
+
+}  // namespace millrace::cnc::simulator

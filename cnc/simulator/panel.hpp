@@ -1,0 +1,45 @@
+// The operator's side of the virtual CNC: messages on standard output, reasons in the log, report
+// files, and how the programs ended.
+//
+//   Panel panel(log, ReportFiles(folder));
+//   panel.show({1, nc::MessageEvent{"part 7 done"}});     // [ch1] part 7 done
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "cnc/simulator/cycle.hpp"
+#include "cnc/simulator/machine.hpp"
+#include "cnc/simulator/report_files.hpp"
+#include "idl/program/log.hpp"
+
+namespace millrace::cnc::simulator {
+
+class Panel {
+ public:
+  /// With `keep_timings`, answered calls are remembered for print_timings().
+  Panel(idl::program::Log log, ReportFiles files, bool keep_timings);
+
+  void show(const Happening& happening);
+  /// A program that could not be started.
+  void show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes);
+  void remember(std::uint32_t channel, const AnsweredCall& call);
+
+  /// How well the interpolator's cycles were kept, in the log; a warning if any was late.
+  void report_cycles(const CycleCounts& cycles) const;
+
+  /// Some program could not be started or was aborted.
+  [[nodiscard]] bool failed() const { return failed_; }
+  /// "[ch1] call 1: 560aacbf-…: 1.23 ms" for each call, in the order of the answers.
+  void print_timings() const;
+
+ private:
+  idl::program::Log log_;
+  ReportFiles files_;
+  bool keep_timings_;
+  bool failed_ = false;
+  std::vector<std::pair<std::uint32_t, AnsweredCall>> calls_;
+};
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,74 @@
+#include "cnc/simulator/service_interface.hpp"
+
+#include <utility>
+
+#include "cnc/variables/service_variable.hpp"
+#include "cnc/variables/text.hpp"
+
+namespace millrace::cnc::simulator {
+
+namespace {
+
+using variables::ServiceVariable;
+
+std::shared_ptr<Variable> add(Family& globals, ServiceVariable which) {
+  const ElementType element = variables::is_state(which) ? ElementType::number(Type::uns32)
+                                                         : ElementType::text(variables::max_text);
+  auto variable = std::make_shared<Variable>(
+      Declaration{std::string(variables::name_of(which)), element, Access::read_write});
+  globals.add(variable);
+  return variable;
+}
+
+bool is_zero(const Variable& state) {
+  return state.value(Variable::scalar) == nc::Value{0.0};
+}
+
+}  // namespace
+
+ServiceInterface::ServiceInterface(Family& globals, ServiceRules rules, Clock clock,
+                                   std::function<void(const AnsweredCall&)> on_answered)
+    : rules_(rules), clock_(std::move(clock)), on_answered_(std::move(on_answered)) {
+  uuid_ = add(globals, ServiceVariable::uuid);
+  add(globals, ServiceVariable::request);
+  request_state_ = add(globals, ServiceVariable::request_state);
+  response_state_ = add(globals, ServiceVariable::response_state);
+  add(globals, ServiceVariable::response);
+  request_state_->on_write([this](Writer writer) { request_written(writer); });
+  response_state_->on_write([this](Writer writer) { response_written(writer); });
+}
+
+void ServiceInterface::reset() {
+  pending_.reset();
+  if (rules_.reset_clears_states) {
+    request_state_->clear();
+    response_state_->clear();
+  }
+}
+
+void ServiceInterface::request_written(Writer writer) {
+  if (writer == Writer::program) {
+    // Documented: writing REQUEST_STATE, whatever the value, sets RESPONSE_STATE to 0.
+    response_state_->clear();
+    pending_.reset();
+    if (!is_zero(*request_state_)) {
+      pending_ = {std::get<std::string>(uuid_->value(Variable::scalar)), clock_()};
+    }
+  } else if (rules_.ads_request_clears_response) {
+    response_state_->clear();
+  }
+}
+
+void ServiceInterface::response_written(Writer writer) {
+  if (is_zero(*response_state_)) {
+    return;
+  }
+  if (writer == Writer::ads && rules_.response_clears_request) {
+    request_state_->clear();
+  }
+  if (const auto call = std::exchange(pending_, std::nullopt)) {
+    on_answered_({++answered_, call->uuid, clock_() - call->since});
+  }
+}
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,75 @@
+// How a virtual CNC is set up. configuration.hpp reads it from a file, whose schema, idl/cnc.proto,
+// has the mark of each switch.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cnc/ads/error.hpp"
+#include "cnc/ads/faults.hpp"
+#include "cnc/ads/session.hpp"
+#include "cnc/nc/channel.hpp"
+#include "cnc/simulator/service_interface.hpp"
+#include "cnc/simulator/variable.hpp"
+
+namespace millrace::cnc::simulator {
+
+/// What the vendor does not document about the answers of the ADS objects.
+struct AnswerRules {
+  /// 0x47 and 0x48 answer a string with its whole buffer, otherwise with the text and its NUL.
+  bool whole_string_buffer = true;
+  /// The answer to the name of a variable that does not exist.
+  ads::ErrorCode unknown_variable = ads::ErrorCode::symbol_not_found;
+};
+
+/// How the AMS router and its network behave.
+struct ConnectionSettings {
+  ads::ForeignTarget foreign_target = ads::ForeignTarget::answer_error_7;
+  /// Of the clients that may speak; none = everybody may.
+  std::vector<ads::NetId> routes;
+  bool one_per_address = false;
+  bool sum_commands = true;
+  ads::Faults faults;
+};
+
+/// A channel's number is one byte of an index group.
+inline constexpr std::uint32_t max_channels = 255;
+/// Of a channel.
+inline constexpr std::size_t max_axes = 32;
+
+struct AxisSettings {
+  /// As programs write it: "X".
+  std::string name;
+  /// Software limits in mm or degrees: a block that leaves them aborts its program.
+  double negative_limit = -100'000;
+  double positive_limit = 100'000;
+};
+
+struct Settings {
+  std::uint32_t channels = 1;
+  /// Of the interpolator: how often running programs are advanced.
+  std::chrono::nanoseconds cycle = std::chrono::milliseconds(1);
+  ServiceRules service;
+  AnswerRules answers;
+  /// Of every channel; axes and limits are filled in from those below.
+  nc::ChannelOptions program;
+  /// Where programs and subprograms are searched, in this order.
+  std::vector<std::filesystem::path> folders;
+  /// Of every channel that is not in channel_axes.
+  std::vector<AxisSettings> axes{{"X"}, {"Y"}, {"Z"}};
+  std::map<std::uint32_t, std::vector<AxisSettings>> channel_axes;
+  /// V.E. variables; each has its External.
+  std::vector<Declaration> externals;
+  ConnectionSettings connections;
+
+  [[nodiscard]] const std::vector<AxisSettings>& axes_of(std::uint32_t channel) const {
+    const auto own = channel_axes.find(channel);
+    return own == channel_axes.end() ? axes : own->second;
+  }
+};
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,72 @@
+#include "cnc/simulator/station.hpp"
+
+#include <cassert>
+
+namespace millrace::cnc::simulator {
+
+namespace {
+
+std::chrono::nanoseconds steady_now() {
+  return std::chrono::steady_clock::now().time_since_epoch();
+}
+
+ads::ServerOptions server_options(const Setup& setup) {
+  const ConnectionSettings& connections = setup.settings.connections;
+  ads::ServerOptions options;
+  options.address = setup.host;
+  options.tcp_port = setup.tcp_port;
+  options.session.net_id = setup.net_id;
+  options.session.foreign_target = connections.foreign_target;
+  options.session.routes = connections.routes;
+  options.session.subscriptions.task_cycle = setup.settings.cycle;
+  options.one_connection_per_address = connections.one_per_address;
+  options.faults = connections.faults;
+  return options;
+}
+
+}  // namespace
+
+Station::Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
+                 const idl::program::Log& log)
+    : panel_(panel),
+      folders_(setup.settings.folders),
+      machine_(setup.settings,
+               {.clock = steady_now,
+                .programs = folders_,
+                .on_answered = [this](std::uint32_t channel,
+                                      const AnsweredCall& call) { panel_.remember(channel, call); },
+                .on_command = [this] { cycle_.wake(); }}),
+      device_(machine_),
+      with_sums_(device_),
+      server_(executor, served_device(setup.settings), server_options(setup), log),
+      cycle_(executor, setup.settings.cycle,
+             [this](std::chrono::nanoseconds now) { return advance(now); }) {}
+
+ads::Device& Station::served_device(const Settings& settings) {
+  if (settings.connections.sum_commands) {
+    return with_sums_;
+  }
+  return device_;
+}
+
+void Station::start(const std::vector<Run>& runs, const std::vector<Program>& programs) {
+  assert(runs.size() == programs.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (const auto started = machine_.channel(runs[i].channel)->start(programs[i]); !started) {
+      panel_.show_mistakes(runs[i].channel, started.error());
+    }
+  }
+  cycle_.wake();
+}
+
+bool Station::advance(std::chrono::nanoseconds now) {
+  for (const Happening& happening : machine_.tick(now)) {
+    panel_.show(happening);
+  }
+  if (!machine_.active()) {
+    on_idle_();
+  }
+  return machine_.active();
+}
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,59 @@
+// A virtual CNC on its host: the machine with its ADS server, its cycle and its operator's panel.
+//
+//   Station station(io.get_executor(), setup, panel, log);    // listens from here on
+//   station.on_idle([&] { io.stop(); });
+//   station.start(runs, programs);
+//   io.run();
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "cnc/ads/server.hpp"
+#include "cnc/ads/sum_commands.hpp"
+#include "cnc/simulator/cycle.hpp"
+#include "cnc/simulator/machine.hpp"
+#include "cnc/simulator/options.hpp"
+#include "cnc/simulator/panel.hpp"
+#include "cnc/simulator/program_folders.hpp"
+#include "cnc/simulator/virtual_device.hpp"
+#include "idl/program/log.hpp"
+
+namespace millrace::cnc::simulator {
+
+class Station {
+ public:
+  /// The panel must outlive the station. Throws std::runtime_error if it cannot listen.
+  Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
+          const idl::program::Log& log);
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
+
+  [[nodiscard]] std::uint16_t tcp_port() const { return server_.tcp_port(); }
+  [[nodiscard]] bool active() const { return machine_.active(); }
+  [[nodiscard]] const CycleCounts& cycles() const { return cycle_.counts(); }
+  /// Called whenever the last program has ended.
+  void on_idle(std::function<void()> handler) { on_idle_ = std::move(handler); }
+  /// Starts each program in the channel of the run with its index; the panel shows what is wrong
+  /// with those that cannot be started.
+  void start(const std::vector<Run>& runs, const std::vector<Program>& programs);
+
+ private:
+  ads::Device& served_device(const Settings& settings);
+  /// One cycle; true while there are more to come.
+  bool advance(std::chrono::nanoseconds now);
+
+  Panel& panel_;
+  std::function<void()> on_idle_ = [] {};
+  ProgramFolders folders_;
+  Machine machine_;
+  VirtualDevice device_;
+  ads::SumCommands with_sums_;
+  ads::Server server_;
+  Cycle cycle_;
+};
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,84 @@
+// All variables of one channel that live outside the NC interpreter, found by name or by number.
+//
+//   Store store;
+//   store.family(Kind::global).add(std::make_shared<Variable>(…));
+//   auto found = store.find("V.G.SERVICE.UUID");
+//   found->variable->value(*found->element);
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "cnc/simulator/variable.hpp"
+
+namespace millrace::cnc::simulator {
+
+/// The families an ADS client can enumerate. The order is that of an enumeration of all three
+/// (IB/tf5200_ads_access_to_cnc/312795019 names them so; the order is our choice).
+enum class Kind { external, global, axis };
+inline constexpr std::array<Kind, 3> all_kinds{Kind::external, Kind::global, Kind::axis};
+
+/// "V.E", "V.G" or "V.A".
+std::string_view prefix_of(Kind kind);
+
+/// The variables of one kind, numbered without gaps in the order they were added.
+class Family {
+ public:
+  /// A variable may be shared by the stores of several channels. Its name is new in this family.
+  void add(std::shared_ptr<Variable> variable);
+  [[nodiscard]] std::size_t size() const { return variables_.size(); }
+  [[nodiscard]] Variable& at(std::size_t index) const { return *variables_.at(index); }
+  /// By full name without indices; null if there is none.
+  [[nodiscard]] Variable* find(std::string_view base) const;
+  [[nodiscard]] std::optional<std::size_t> index_of(std::string_view base) const;
+
+ private:
+  struct Hash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const {
+      return std::hash<std::string_view>()(text);
+    }
+  };
+  std::vector<std::shared_ptr<Variable>> variables_;
+  std::unordered_map<std::string, std::size_t, Hash, std::equal_to<>> by_name_;
+};
+
+/// A variable, and the element that was meant.
+struct Selection {
+  Variable* variable = nullptr;
+  /// None: the whole array was meant.
+  std::optional<std::uint32_t> element;
+
+  [[nodiscard]] ads::Bytes read() const;
+  ads::Result<void> write(ads::BytesView bytes) const;
+};
+
+class Store {
+ public:
+  [[nodiscard]] Family& family(Kind kind) { return families_.at(static_cast<std::size_t>(kind)); }
+  [[nodiscard]] const Family& family(Kind kind) const {
+    return families_.at(static_cast<std::size_t>(kind));
+  }
+
+  /// By name, with indices where an element of an array is meant; names are case-sensitive
+  /// (documented for V.E., IB/tf5200_external_variables/112455051; inferred for the others).
+  [[nodiscard]] std::optional<Selection> find(std::string_view name) const;
+
+  /// A number that stays the same for the life of this store (its structure is our choice).
+  [[nodiscard]] std::optional<std::uint32_t> handle(std::string_view base) const;
+  /// By handle; no indices mean the scalar or the whole array.
+  [[nodiscard]] std::optional<Selection> find(std::uint32_t handle,
+                                              std::span<const std::uint32_t> indices) const;
+
+ private:
+  std::array<Family, all_kinds.size()> families_;
+};
+
+}  // namespace millrace::cnc::simulator

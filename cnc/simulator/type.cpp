@@ -1,0 +1,135 @@
+#include "cnc/simulator/type.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+
+#include "cnc/ads/bytes.hpp"
+#include "cnc/nc/values/types.hpp"
+
+namespace millrace::cnc::simulator {
+
+namespace {
+
+struct TypeFacts {
+  std::uint32_t size;
+  std::string_view name;
+  nc::VariableType in_programs;
+};
+
+/// In the order of Type, from boolean.
+constexpr std::array<TypeFacts, 9> facts{{
+    {1, "BOOLEAN", nc::VariableType::boolean},
+    {1, "SGN08", nc::VariableType::sgn08},
+    {1, "UNS08", nc::VariableType::uns08},
+    {2, "SGN16", nc::VariableType::sgn16},
+    {2, "UNS16", nc::VariableType::uns16},
+    {4, "SGN32", nc::VariableType::sgn32},
+    {4, "UNS32", nc::VariableType::uns32},
+    {8, "REAL64", nc::VariableType::real64},
+    {0, "STRING", nc::VariableType::string},
+}};
+
+const TypeFacts& facts_of(Type type) {
+  return facts.at(static_cast<std::size_t>(type) - 1);
+}
+
+ads::Bytes text_bytes(std::uint32_t size, std::string_view text) {
+  ads::Bytes bytes(size, 0);
+  std::copy(text.begin(), text.end(), bytes.begin());
+  return bytes;
+}
+
+/// The characters before the first NUL.
+std::string_view text_in(ads::BytesView bytes) {
+  const auto end = std::find(bytes.begin(), bytes.end(), std::uint8_t{0});
+  return {reinterpret_cast<const char*>(bytes.data()),
+          static_cast<std::size_t>(end - bytes.begin())};
+}
+
+/// Of a number that fits its type.
+ads::Bytes number_bytes(Type type, double number) {
+  if (type == Type::real64) {
+    return ads::ByteWriter().u64(std::bit_cast<std::uint64_t>(number)).take();
+  }
+  // The low bytes of the two's complement are the value in each of the narrower types.
+  const auto bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(number));
+  ads::Bytes bytes = ads::ByteWriter().u64(bits).take();
+  bytes.resize(size_of(type));
+  return bytes;
+}
+
+}  // namespace
+
+std::uint32_t size_of(Type type) {
+  return facts_of(type).size;
+}
+
+std::string_view name_of(Type type) {
+  return facts_of(type).name;
+}
+
+nc::VariableShape shape_of(ElementType element) {
+  const std::size_t characters = element.type == Type::string ? element.size - 1 : 0;
+  return {facts_of(element.type).in_programs, characters, {}};
+}
+
+ElementType element_of(const nc::VariableShape& shape) {
+  const auto* const found = std::find_if(facts.begin(), facts.end(), [&](const TypeFacts& type) {
+    return type.in_programs == shape.type;
+  });
+  const Type type{static_cast<std::uint32_t>(found - facts.begin()) + 1};
+  return type == Type::string ? ElementType::text(static_cast<std::uint32_t>(shape.length))
+                              : ElementType::number(type);
+}
+
+nc::Value decode(ElementType element, ads::BytesView bytes) {
+  assert(bytes.size() == element.size);
+  ads::ByteReader in(bytes);
+  switch (element.type) {
+    case Type::boolean:
+      return in.u8() != 0 ? 1.0 : 0.0;
+    case Type::sgn08:
+      return static_cast<double>(static_cast<std::int8_t>(in.u8()));
+    case Type::uns08:
+      return static_cast<double>(in.u8());
+    case Type::sgn16:
+      return static_cast<double>(static_cast<std::int16_t>(in.u16()));
+    case Type::uns16:
+      return static_cast<double>(in.u16());
+    case Type::sgn32:
+      return static_cast<double>(static_cast<std::int32_t>(in.u32()));
+    case Type::uns32:
+      return static_cast<double>(in.u32());
+    case Type::real64:
+      return std::bit_cast<double>(in.u64());
+    case Type::string:
+      break;
+  }
+  return std::string(text_in(bytes));
+}
+
+tl::expected<ads::Bytes, nc::Fault> encode(ElementType element, const nc::Value& value) {
+  return nc::values::fit(shape_of(element), value).map([&](const nc::Value& fitting) {
+    const auto* text = std::get_if<std::string>(&fitting);
+    return text != nullptr ? text_bytes(element.size, *text)
+                           : number_bytes(element.type, std::get<double>(fitting));
+  });
+}
+
+ads::Result<ads::Bytes> accept(ElementType element, ads::BytesView written) {
+  if (element.type == Type::string) {
+    const std::string_view text = text_in(written);
+    if (written.size() > element.size || text.size() >= element.size) {
+      return tl::unexpected(ads::ErrorCode::invalid_size);
+    }
+    return text_bytes(element.size, text);
+  }
+  if (written.size() != element.size) {
+    return tl::unexpected(ads::ErrorCode::invalid_size);
+  }
+  return ads::Bytes(written.begin(), written.end());
+}
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,120 @@
+#include "cnc/simulator/variable.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace millrace::cnc::simulator {
+
+std::uint32_t Declaration::elements() const {
+  return std::accumulate(dimensions.begin(), dimensions.end(), 1U, std::multiplies<>());
+}
+
+Variable::Variable(Declaration declaration)
+    : declaration_(std::move(declaration)), memory_(declaration_.size(), 0) {}
+
+Variable::Variable(Declaration declaration, Computed computed)
+    : declaration_(std::move(declaration)), computed_(std::move(computed)) {
+  assert(declaration_.access == Access::read_only);
+}
+
+void Variable::on_write(std::function<void(Writer)> observer) {
+  observers_.push_back(std::move(observer));
+}
+
+nc::Value Variable::value(std::uint32_t element) const {
+  assert(element < declaration_.elements());
+  if (computed_) {
+    return computed_(element);
+  }
+  const std::uint32_t size = declaration_.element.size;
+  return decode(declaration_.element,
+                ads::BytesView(memory_).subspan(std::size_t{element} * size, size));
+}
+
+ads::Bytes Variable::bytes(std::uint32_t element) const {
+  // What is computed fits its type: whoever computes it has declared the type.
+  return encode(declaration_.element, value(element)).value();
+}
+
+ads::Bytes Variable::all_bytes() const {
+  if (!computed_) {
+    return memory_;
+  }
+  ads::Bytes all;
+  for (std::uint32_t element = 0; element < declaration_.elements(); ++element) {
+    const ads::Bytes one = bytes(element);
+    all.insert(all.end(), one.begin(), one.end());
+  }
+  return all;
+}
+
+tl::expected<void, nc::Fault> Variable::assign(std::uint32_t element, const nc::Value& value) {
+  if (declaration_.access == Access::read_only) {
+    return tl::unexpected(nc::Fault{0, fmt::format("{} can only be read", declaration_.name)});
+  }
+  return encode(declaration_.element, value).map([&](const ads::Bytes& bytes) {
+    store(element, bytes);
+    notify(Writer::program);
+  });
+}
+
+ads::Result<void> Variable::write(std::uint32_t element, ads::BytesView bytes) {
+  if (closed_to_clients()) {
+    return tl::unexpected(ads::ErrorCode::access_denied_index);
+  }
+  return accept(declaration_.element, bytes).map([&](const ads::Bytes& accepted) {
+    store(element, accepted);
+    notify(Writer::ads);
+  });
+}
+
+ads::Result<void> Variable::write_all(ads::BytesView bytes) {
+  if (declaration_.dimensions.empty()) {
+    return write(scalar, bytes);
+  }
+  if (closed_to_clients()) {
+    return tl::unexpected(ads::ErrorCode::access_denied_index);
+  }
+  if (bytes.size() != memory_.size()) {
+    return tl::unexpected(ads::ErrorCode::invalid_size);
+  }
+  const std::uint32_t size = declaration_.element.size;
+  ads::Bytes all;
+  for (; !bytes.empty(); bytes = bytes.subspan(size)) {
+    const auto one = accept(declaration_.element, bytes.first(size));
+    if (!one) {
+      return tl::unexpected(one.error());
+    }
+    all.insert(all.end(), one->begin(), one->end());
+  }
+  memory_ = std::move(all);
+  notify(Writer::ads);
+  return {};
+}
+
+bool Variable::closed_to_clients() const {
+  return declaration_.access == Access::read_only && !declaration_.external;
+}
+
+void Variable::clear() {
+  std::fill(memory_.begin(), memory_.end(), std::uint8_t{0});
+}
+
+void Variable::store(std::uint32_t element, ads::BytesView bytes) {
+  assert(element < declaration_.elements());
+  std::copy(bytes.begin(), bytes.end(),
+            memory_.begin() +
+                static_cast<std::ptrdiff_t>(std::size_t{element} * declaration_.element.size));
+}
+
+void Variable::notify(Writer writer) {
+  for (const auto& observer : observers_) {
+    observer(writer);
+  }
+}
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,133 @@
+#include "cnc/simulator/virtual_channel.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "cnc/simulator/axis_variables.hpp"
+
+namespace millrace::cnc::simulator {
+
+namespace {
+
+nc::ChannelOptions options_of(const Settings& settings, const std::vector<AxisSettings>& axes) {
+  nc::ChannelOptions options = settings.program;
+  options.axes.clear();
+  for (const AxisSettings& axis : axes) {
+    options.axes.push_back(axis.name);
+    options.limits.push_back({axis.negative_limit, axis.positive_limit});
+  }
+  return options;
+}
+
+}  // namespace
+
+VirtualChannel::VirtualChannel(std::uint32_t number, const Settings& settings, const Common& common,
+                               const Surroundings& surroundings)
+    : number_(number),
+      axes_(settings.axes_of(number)),
+      surroundings_(surroundings),
+      service_(store_.family(Kind::global), settings.service, surroundings.clock,
+               [this](const AnsweredCall& call) { surroundings_.on_answered(number_, call); }),
+      program_(options_of(settings, axes_), common.timers),
+      control_(program_, surroundings.programs) {
+  add_variables(settings, common);
+}
+
+void VirtualChannel::add_variables(const Settings& settings, const Common& common) {
+  Family& globals = store_.family(Kind::global);
+  globals.add(std::make_shared<Variable>(
+      Declaration{"V.G.BLOCK_NR", ElementType::number(Type::sgn32), Access::read_only},
+      [this](std::uint32_t) { return nc::Value{static_cast<double>(program_.block_number())}; }));
+  globals.add(std::make_shared<Variable>(
+      Declaration{
+          "V.G.TIMER", ElementType::number(Type::uns32), Access::read_only, {nc::Timers::count}},
+      [timers = common.timers](std::uint32_t id) {
+        return nc::Value{static_cast<double>(timers->latched(id))};
+      }));
+  add_axis_variables(store_.family(Kind::axis), axes_,
+                     [this](std::size_t slot) { return program_.axes().at(slot).position; });
+  auto shared = common.externals.begin();
+  for (const Declaration& declaration : settings.externals) {
+    store_.family(Kind::external)
+        .add(declaration.external->global ? *shared++ : std::make_shared<Variable>(declaration));
+  }
+}
+
+tl::expected<void, Refusal> VirtualChannel::start(const Program& program) {
+  return control_.start(program);
+}
+
+void VirtualChannel::reset() {
+  control_.reset();
+  service_.reset();
+}
+
+tl::expected<void, Refusal> VirtualChannel::command_mode(Mode mode) {
+  if (mode == Mode::standby) {
+    service_.reset();
+  }
+  return told(control_.set_mode(mode));
+}
+
+tl::expected<void, Refusal> VirtualChannel::command_state(ProcessState state) {
+  if (state == ProcessState::selected) {
+    service_.reset();
+  }
+  return told(control_.command(state));
+}
+
+void VirtualChannel::command_parameter(std::string parameter) {
+  control_.set_parameter(std::move(parameter));
+}
+
+tl::expected<void, Refusal> VirtualChannel::told(tl::expected<void, Refusal> outcome) {
+  if (!outcome) {
+    for (const nc::Diagnostic& reason : outcome.error()) {
+      untold_.emplace_back(nc::WarningEvent{reason});
+    }
+  }
+  surroundings_.on_command();
+  return outcome;
+}
+
+std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now) {
+  std::vector<nc::Event> events = std::exchange(untold_, {});
+  if (program_.active()) {
+    for (nc::Event& event : program_.tick(now, *this)) {
+      events.push_back(std::move(event));
+    }
+  }
+  return events;
+}
+
+tl::expected<nc::Value, nc::Fault> VirtualChannel::read(std::string_view name) {
+  return element(name).map(
+      [](const Selection& found) { return found.variable->value(*found.element); });
+}
+
+tl::expected<void, nc::Fault> VirtualChannel::write(std::string_view name, const nc::Value& value) {
+  return element(name).and_then(
+      [&](const Selection& found) { return found.variable->assign(*found.element, value); });
+}
+
+tl::expected<std::string, nc::Fault> VirtualChannel::load(std::string_view program) {
+  return surroundings_.programs.load(program)
+      .map([](Program&& found) { return std::move(found.text); })
+      .map_error([](const std::string& reason) {
+        return nc::Fault{0, reason};
+      });
+}
+
+tl::expected<Selection, nc::Fault> VirtualChannel::element(std::string_view name) const {
+  const auto found = store_.find(name);
+  if (!found) {
+    return tl::unexpected(nc::Fault{0, fmt::format("unknown variable {}", name)});
+  }
+  if (!found->element) {
+    return tl::unexpected(nc::Fault{0, fmt::format("{} is an array: an index is missing", name)});
+  }
+  return *found;
+}
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,89 @@
+// One channel of the virtual CNC: its variables, its Service Interface and the program it runs.
+//
+//   channel.start({"demo.nc", text});
+//   while (channel.program().active()) channel.tick(now);
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "cnc/nc/channel.hpp"
+#include "cnc/simulator/program_control.hpp"
+#include "cnc/simulator/program_source.hpp"
+#include "cnc/simulator/service_interface.hpp"
+#include "cnc/simulator/settings.hpp"
+#include "cnc/simulator/store.hpp"
+
+namespace millrace::cnc::simulator {
+
+/// What the virtual CNC is given by its surroundings; all of it outlives the CNC.
+struct Surroundings {
+  Clock clock;
+  ProgramSource& programs;
+  /// Called with the number of the channel.
+  std::function<void(std::uint32_t, const AnsweredCall&)> on_answered = [](auto, const auto&) {};
+  /// Called when an ADS client has set something in motion, so that ticks are needed.
+  std::function<void()> on_command = [] {};
+};
+
+/// What the channels of a CNC share.
+struct Common {
+  /// V.E. variables of scope GLOBAL.
+  std::vector<std::shared_ptr<Variable>> externals;
+  std::shared_ptr<nc::Timers> timers = std::make_shared<nc::Timers>();
+};
+
+class VirtualChannel : private nc::Environment {
+ public:
+  VirtualChannel(std::uint32_t number, const Settings& settings, const Common& common,
+                 const Surroundings& surroundings);
+
+  /// Counts from 1.
+  [[nodiscard]] std::uint32_t number() const { return number_; }
+  [[nodiscard]] const Store& store() const { return store_; }
+  [[nodiscard]] const nc::Channel& program() const { return program_; }
+  /// P, V.P, V.L, V.S and V.CYC of the program.
+  [[nodiscard]] nc::VariableDirectory& program_variables() { return program_.variables(); }
+  [[nodiscard]] const std::vector<AxisSettings>& axes() const { return axes_; }
+  /// Mode and state, and the chosen program.
+  [[nodiscard]] const ProgramControl& control() const { return control_; }
+
+  /// Starts a program; every mistake if it has any. Not while one is active.
+  tl::expected<void, Refusal> start(const Program& program);
+  /// NC reset.
+  void reset();
+  // What ADS clients command; a refusal is also told to the operator with the next tick.
+  tl::expected<void, Refusal> command_mode(Mode mode);
+  tl::expected<void, Refusal> command_state(ProcessState state);
+  void command_parameter(std::string parameter);
+
+  /// Advances the program to `now`.
+  std::vector<nc::Event> tick(std::chrono::nanoseconds now);
+
+ private:
+  tl::expected<nc::Value, nc::Fault> read(std::string_view name) override;
+  tl::expected<void, nc::Fault> write(std::string_view name, const nc::Value& value) override;
+  tl::expected<std::string, nc::Fault> load(std::string_view program) override;
+
+  tl::expected<Selection, nc::Fault> element(std::string_view name) const;
+  void add_variables(const Settings& settings, const Common& common);
+  tl::expected<void, Refusal> told(tl::expected<void, Refusal> outcome);
+
+  std::uint32_t number_;
+  std::vector<AxisSettings> axes_;
+  Surroundings surroundings_;
+  Store store_;
+  ServiceInterface service_;
+  nc::Channel program_;
+  ProgramControl control_;
+  /// Refused commands the operator has not been told of.
+  std::vector<nc::Event> untold_;
+};
+
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,68 @@
+// The variables of one CNC channel over ADS, by name and by handle, as bytes.
+//
+//   Channel channel(client, 1);
+//   auto value = co_await channel.read("V.G.SERVICE.UUID", 256);
+//   auto handle = co_await channel.handle("V.G.SERVICE.UUID");
+//   auto again = co_await channel.read({*handle, {}}, 256);
+//
+// The functions and their streams: addresses.hpp and layout.hpp.
+#pragma once
+
+#include <string>
+
+#include "cnc/ads/client.hpp"
+#include "cnc/ads/sum_codec.hpp"
+#include "cnc/variables/addresses.hpp"
+#include "cnc/variables/layout.hpp"
+
+namespace millrace::cnc::variables {
+
+/// Where a controller keeps its variables, if not at the vendor's defaults.
+struct Location {
+  std::uint16_t port = sda_port;
+  /// The index group of channel n is this + n.
+  std::uint32_t group = decoder_group;
+};
+
+/// The client must outlive what is asked of the channel. Errors are those of the controller and of
+/// the client (error.hpp).
+class Channel {
+ public:
+  /// `number` counts from 1.
+  Channel(ads::Client& client, std::uint32_t number, Location location = {})
+      : client_(client), port_(location.port), group_(location.group + number), number_(number) {}
+
+  [[nodiscard]] std::uint32_t number() const { return number_; }
+
+  /// The value, at most `length` bytes of it.
+  boost::asio::awaitable<ads::Result<Bytes>> read(std::string_view name, std::uint32_t length);
+  boost::asio::awaitable<ads::Result<Bytes>> read(const ElementOf& element, std::uint32_t length);
+  /// The value must have the size of the variable.
+  boost::asio::awaitable<ads::Result<void>> write(std::string_view name, BytesView value);
+  boost::asio::awaitable<ads::Result<void>> write(const ElementOf& element, BytesView value);
+
+  /// Handles depend on the configuration of the controller; they end with its restart at the
+  /// latest.
+  boost::asio::awaitable<ads::Result<std::uint32_t>> handle(std::string_view name);
+  /// Newer controllers only.
+  boost::asio::awaitable<ads::Result<Description>> describe(std::string_view name);
+  /// How many variables of a kind ("V.G", "V.E", "V.A", or "" for all) there are.
+  boost::asio::awaitable<ads::Result<std::uint32_t>> count(std::string_view kind);
+
+  /// The same reads as items of a sum.
+  [[nodiscard]] ads::SumItem item(std::string_view name, std::uint32_t length) const;
+  [[nodiscard]] ads::SumItem item(const ElementOf& element, std::uint32_t length) const;
+  /// All items in one request. A controller that knows no sums refuses the whole.
+  boost::asio::awaitable<ads::Result<std::vector<ads::Result<Bytes>>>> read(
+      std::vector<ads::SumItem> items);
+
+ private:
+  [[nodiscard]] ads::Index at(std::uint32_t offset) const { return {group_, offset}; }
+
+  ads::Client& client_;
+  std::uint16_t port_;
+  std::uint32_t group_;
+  std::uint32_t number_;
+};
+
+}  // namespace millrace::cnc::variables

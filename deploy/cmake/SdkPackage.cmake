@@ -1,0 +1,52 @@
+# The service library as a package of its own: one shared library, its headers, a CMake and a pkg-config file.
+#
+#   cmake --install build --component sdk --prefix /usr/local
+#
+# Shared, so that a service outside this tree needs neither Cyclone's nor Boost's headers, and one in C links as C.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(package ${CMAKE_CURRENT_LIST_DIR}/../package)
+set(sdk_includes ${CMAKE_INSTALL_INCLUDEDIR}/millrace)
+set(sdk_config ${CMAKE_INSTALL_LIBDIR}/cmake/millrace)
+
+# All of what services see, as objects; of what is below, only what is used.
+add_library(millrace_sdk_shared SHARED
+  $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_manners>)
+set_target_properties(millrace_sdk_shared PROPERTIES LINKER_LANGUAGE CXX)
+target_link_libraries(millrace_sdk_shared
+  PRIVATE millrace_sdk
+  INTERFACE tl::expected CLI11::CLI11 spdlog::spdlog)
+target_link_options(millrace_sdk_shared PRIVATE LINKER:--version-script=${package}/sdk.symbols)
+set_property(TARGET millrace_sdk_shared APPEND PROPERTY LINK_DEPENDS ${package}/sdk.symbols)
+target_compile_features(millrace_sdk_shared INTERFACE cxx_std_20)
+target_include_directories(millrace_sdk_shared INTERFACE $<INSTALL_INTERFACE:${sdk_includes}>)
+set_target_properties(millrace_sdk_shared PROPERTIES
+  EXPORT_NAME sdk
+  OUTPUT_NAME millrace-sdk
+  VERSION ${PROJECT_VERSION}
+  SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+
+install(TARGETS millrace_sdk_shared EXPORT millrace COMPONENT sdk)
+install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT sdk)
+
+# What a service includes, and what that includes.
+set(headers
+  fabric/command_line.hpp fabric/messages.hpp fabric/participant.hpp
+  idl/program/command_line.hpp idl/program/log.hpp
+  services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/response.hpp
+  services/sdk/service.hpp)
+foreach(header IN LISTS headers)
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${sdk_includes}/${folder} COMPONENT sdk)
+endforeach()
+# On top, because sources written for the vendor's SDK name no folder.
+install(FILES ${PROJECT_SOURCE_DIR}/services/sdk/isg_service.h DESTINATION ${sdk_includes} COMPONENT sdk)
+
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
+  VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
+configure_file(${package}/millrace-sdk.pc.in ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc @ONLY)
+install(FILES ${package}/millrace-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
+  DESTINATION ${sdk_config} COMPONENT sdk)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/template DESTINATION ${CMAKE_INSTALL_DATADIR}/millrace COMPONENT sdk)

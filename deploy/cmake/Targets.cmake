@@ -1,0 +1,50 @@
+# How a millrace target is made: one interface target for what all share, two functions.
+
+add_library(millrace_options INTERFACE)
+target_compile_features(millrace_options INTERFACE cxx_std_20)
+target_compile_options(millrace_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wold-style-cast
+  -Wnon-virtual-dtor -Woverloaded-virtual -Wnull-dereference -Wimplicit-fallthrough)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC 12 reports these in its own library headers and in coroutine frames at -O2 (PR105562, PR106247).
+  # The last one is about the frames of Asio's coroutines, which Asio allocates and frees itself.
+  target_compile_options(millrace_options INTERFACE
+    -Wno-null-dereference -Wno-maybe-uninitialized -Wno-mismatched-new-delete)
+endif()
+
+if(MILLRACE_SANITIZE)
+  # Whole program, third-party sources of the build included: a sanitizer in some objects only reports nonsense.
+  add_compile_options(-fsanitize=${MILLRACE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  add_link_options(-fsanitize=${MILLRACE_SANITIZE})
+  if(MILLRACE_SANITIZE MATCHES "thread" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # Asio adds fences, which ThreadSanitizer does not see, to queues behind a mutex, which it does see.
+    add_compile_options(-Wno-tsan)
+  endif()
+endif()
+if(MILLRACE_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link)
+endif()
+
+# millrace_add_library(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …])
+# A static library millrace_NAME with the alias millrace::NAME. Includes are written from the top of
+# the tree ("cnc/ads/frame.hpp"), so the path tells the namespace.
+function(millrace_add_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(millrace_${name} STATIC ${arg_SOURCES})
+  add_library(millrace::${name} ALIAS millrace_${name})
+  target_include_directories(millrace_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_compile_features(millrace_${name} PUBLIC cxx_std_20)
+  target_link_libraries(millrace_${name} PUBLIC ${arg_PUBLIC} PRIVATE $<BUILD_INTERFACE:millrace_options> ${arg_PRIVATE})
+  set_target_properties(millrace_${name} PROPERTIES
+    POSITION_INDEPENDENT_CODE ON
+    EXPORT_NAME ${name})
+endfunction()
+
+# millrace_add_program(NAME SOURCES … LINK lib …): an executable in BUILD/bin, installed with the project.
+function(millrace_add_program name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE millrace_options ${arg_LINK})
+  install(TARGETS ${name})
+endfunction()

@@ -1,0 +1,50 @@
+// What an operator may ask of gateways and instances, and their word on it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+
+enum class CommandKind : std::uint8_t {
+  /// Answer the pending call of a channel in the service's place.
+  answer,
+  /// Give the pending call of a channel out again.
+  retry,
+  /// Finish what runs, take nothing new, leave.
+  drain,
+  /// Say that you are there.
+  ping
+};
+
+struct Command {
+  /// Drawn for each command. It may be heard twice and is done once.
+  InstanceId id{};
+  CommandKind kind = CommandKind::answer;
+  /// answer, retry: only the gateway that serves this channel acts.
+  ChannelKey key{};
+  /// answer, retry: refused if another call is pending by now.
+  CallId call{};
+  /// answer: at most 127 bytes, state not 0.
+  std::string text{};
+  std::uint32_t state = 0;
+  /// drain, ping: only this instance acts.
+  InstanceId instance{};
+  /// "user@host", for logs and recordings.
+  std::string issuer{};
+  Time at{};
+};
+
+struct Outcome {
+  /// Drawn when a gateway starts; an instance uses its own id.
+  InstanceId responder{};
+  InstanceId command{};
+  bool done = false;
+  /// What was done, or why not.
+  std::string detail{};
+  Time at{};
+};
+
+}  // namespace millrace::fabric

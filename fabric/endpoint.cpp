@@ -1,0 +1,40 @@
+#include "fabric/endpoint.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace millrace::fabric {
+
+Entity create_topic(const Participant& participant, const Topic& topic) {
+  return Entity(
+      check(dds_create_topic(participant.handle(), topic.type, topic.name, nullptr, nullptr),
+            fmt::format("create the topic {}", topic.name)));
+}
+
+Entity create_publisher(const Participant& participant, const std::string& partition) {
+  return Entity(
+      check(dds_create_publisher(participant.handle(), partition_qos(partition).get(), nullptr),
+            fmt::format("publish in {}", partition)));
+}
+
+Entity create_subscriber(const Participant& participant, const std::string& partition) {
+  return Entity(
+      check(dds_create_subscriber(participant.handle(), partition_qos(partition).get(), nullptr),
+            fmt::format("subscribe to {}", partition)));
+}
+
+std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask) {
+  std::vector<dds_instance_handle_t> handles(8);
+  for (;;) {
+    const auto count =
+        static_cast<std::size_t>(std::max(ask(endpoint, handles.data(), handles.size()), 0));
+    const bool complete = count <= handles.size();
+    handles.resize(count);
+    if (complete) {
+      return handles;
+    }
+  }
+}
+
+}  // namespace millrace::fabric

@@ -1,0 +1,32 @@
+// What readers and writers have in common.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fabric/entity.hpp"
+#include "fabric/participant.hpp"
+#include "fabric/topics.hpp"
+
+namespace millrace::fabric {
+
+struct EndpointOptions {
+  /// What discovery tells of the endpoint.
+  std::string user_data{};
+  /// Not owned; copied by Cyclone.
+  const dds_listener_t* listener = nullptr;
+};
+
+/// The DDS topic of one endpoint; throws std::runtime_error.
+Entity create_topic(const Participant& participant, const Topic& topic);
+/// A publisher in `partition`; throws std::runtime_error.
+Entity create_publisher(const Participant& participant, const std::string& partition);
+/// A subscriber of `partition`, which may be a pattern; throws std::runtime_error.
+Entity create_subscriber(const Participant& participant, const std::string& partition);
+
+using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::size_t);
+
+/// The handles that `ask` (dds_get_matched_subscriptions or _publications) gives for `endpoint`.
+std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask);
+
+}  // namespace millrace::fabric

@@ -1,0 +1,111 @@
+#include "fabric/messages.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <random>
+
+#include <fmt/format.h>
+
+namespace millrace::fabric {
+
+namespace {
+
+/// The hyphens of "560aacbf-6335-44a9-895a-8b27f3ed5e47".
+bool is_hyphen_place(std::size_t index) {
+  return index == 8 || index == 13 || index == 18 || index == 23;
+}
+
+bool is_hex(char c) {
+  return std::isxdigit(static_cast<unsigned char>(c)) != 0;
+}
+
+std::string_view trim(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n";
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) {
+    return {};
+  }
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::uint8_t hex_value(char c) {
+  const auto lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return static_cast<std::uint8_t>(lower <= '9' ? lower - '0' : lower - 'a' + 10);
+}
+
+}  // namespace
+
+std::string ChannelKey::to_string() const {
+  return fmt::format("{}/{}", machine, channel);
+}
+
+std::string CallId::to_string() const {
+  return fmt::format("{:x}-{}", epoch, number);
+}
+
+std::string InstanceId::to_string() const {
+  std::string text;
+  for (const std::uint8_t byte : bytes) {
+    if (is_hyphen_place(text.size())) {
+      text += '-';
+    }
+    text += fmt::format("{:02x}", byte);
+  }
+  return text;
+}
+
+std::optional<InstanceId> InstanceId::parse(std::string_view text) {
+  if (!is_uuid(text)) {
+    return std::nullopt;
+  }
+  InstanceId id;
+  std::size_t digit = 0;
+  for (const char c : text) {
+    if (c != '-') {
+      auto& byte = id.bytes[digit / 2];
+      byte = static_cast<std::uint8_t>(byte << 4U | hex_value(c));
+      ++digit;
+    }
+  }
+  return id;
+}
+
+InstanceId InstanceId::random() {
+  std::random_device source;
+  InstanceId id;
+  std::generate(id.bytes.begin(), id.bytes.end(),
+                [&] { return static_cast<std::uint8_t>(source()); });
+  // RFC 4122, 4.4: version 4, variant 10x.
+  id.bytes[6] = static_cast<std::uint8_t>((id.bytes[6] & 0x0fU) | 0x40U);
+  id.bytes[8] = static_cast<std::uint8_t>((id.bytes[8] & 0x3fU) | 0x80U);
+  return id;
+}
+
+bool is_uuid(std::string_view text) {
+  if (text.size() != 36) {
+    return false;
+  }
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (is_hyphen_place(i) ? text[i] != '-' : !is_hex(text[i])) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::string canonical_uuid(std::string_view text) {
+  const std::string_view trimmed = trim(text);
+  std::string_view inner = trimmed;
+  if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}') {
+    inner = trim(inner.substr(1, inner.size() - 2));
+  }
+  if (!is_uuid(inner)) {
+    return std::string(trimmed);
+  }
+  std::string lower(inner);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower;
+}
+
+}  // namespace millrace::fabric

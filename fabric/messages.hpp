@@ -1,0 +1,208 @@
+// The samples of a fabric as C++ values. The C types that idlc generates stay behind fabric/codec.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace millrace::fabric {
+
+/// Bytes of a CNC string in CP1252, at most 127 (idl/millrace.idl).
+inline constexpr std::size_t max_text = 127;
+
+/// Nanoseconds since 1970-01-01T00:00:00Z; zero = not known, never.
+using Time = std::chrono::sys_time<std::chrono::nanoseconds>;
+
+/// A channel of a machine: the key of every call.
+struct ChannelKey {
+  std::string machine{};
+  std::uint16_t channel = 0;
+  auto operator<=>(const ChannelKey&) const = default;
+  /// "cnc/1"
+  [[nodiscard]] std::string to_string() const;
+};
+
+/// Gateway epoch and the number of the call in it; unique for ever.
+struct CallId {
+  std::uint64_t epoch = 0;
+  std::uint64_t number = 0;
+  auto operator<=>(const CallId&) const = default;
+  /// "5f3a9c0112d4-17": epoch in hex, number in decimal.
+  [[nodiscard]] std::string to_string() const;
+};
+
+/// Identity of one running instance of a service.
+struct InstanceId {
+  std::array<std::uint8_t, 16> bytes{};
+  auto operator<=>(const InstanceId&) const = default;
+  /// Canonical UUID form.
+  [[nodiscard]] std::string to_string() const;
+  /// The 36-character form, in any case.
+  static std::optional<InstanceId> parse(std::string_view text);
+  static InstanceId random();
+};
+
+struct Request {
+  ChannelKey key{};
+  CallId call{};
+  std::uint32_t attempt = 1;
+  InstanceId assigned{};
+  /// As the program wrote it.
+  std::string uuid{};
+  std::string text{};
+  std::uint32_t state = 0;
+  Time deadline{};
+  Time seen{};
+  Time dispatched{};
+  bool replayed = false;
+};
+
+enum class ReplyKind : std::uint8_t { interim, final };
+enum class ServiceCode : std::uint8_t { ok, failed, repeated, refused };
+
+struct Reply {
+  ChannelKey key{};
+  InstanceId instance{};
+  CallId call{};
+  std::uint32_t attempt = 1;
+  ReplyKind kind = ReplyKind::final;
+  ServiceCode code = ServiceCode::ok;
+  std::string text{};
+  std::uint32_t state = 0;
+  Time received{};
+  Time started{};
+  Time answered{};
+  bool replayed = false;
+};
+
+enum class Delivery : std::uint8_t { at_least_once, at_most_once };
+
+/// A channel an instance serves: empty machine = any machine, channel 0 = any channel.
+struct ChannelScope {
+  std::string machine{};
+  std::uint16_t channel = 0;
+  auto operator<=>(const ChannelScope&) const = default;
+};
+
+/// What an instance tells of itself in the user_data of its request reader; never what changes with
+/// a call.
+struct InstanceIdentity {
+  InstanceId id{};
+  /// Canonical form (see canonical_uuid).
+  std::string uuid{};
+  std::string name{};
+  std::string description{};
+  std::string version{};
+  std::string host{};
+  std::uint32_t pid = 0;
+  /// Empty = every channel.
+  std::vector<ChannelScope> channels{};
+  Delivery delivery = Delivery::at_least_once;
+  std::uint32_t concurrency = 1;
+  bool draining = false;
+  bool operator==(const InstanceIdentity&) const = default;
+};
+
+enum class ChannelState : std::uint8_t {
+  link_down,
+  idle,
+  unserved,
+  waiting,
+  running,
+  answering,
+  held
+};
+
+struct ChannelStatus {
+  ChannelKey key{};
+  ChannelState state = ChannelState::link_down;
+  Time since{};
+  CallId call{};
+  std::uint32_t attempt = 0;
+  InstanceId instance{};
+  std::string uuid{};
+  std::string reason{};
+  std::uint64_t calls = 0;
+  std::uint64_t answered = 0;
+  std::uint64_t withdrawn = 0;
+  std::uint64_t repeated = 0;
+  std::uint64_t late = 0;
+  std::uint64_t failed = 0;
+};
+
+/// The link between a gateway and one controller.
+struct MachineStatus {
+  std::string machine{};
+  bool connected = false;
+  Time since{};
+  /// TCP address and AMS NetId, as the configuration has them; at most 127 bytes.
+  std::string address{};
+  /// Why it is not connected; empty when it is. At most 255 bytes.
+  std::string reason{};
+  std::uint16_t channels = 0;
+  /// Between two looks at an idle channel.
+  std::chrono::nanoseconds poll{};
+  /// ADS requests of the last second, and the mean time until their answers.
+  std::uint32_t requests_per_second = 0;
+  std::chrono::nanoseconds round_trip{};
+  /// The gateway's host, process and version, and the epoch that its calls carry.
+  std::string host{};
+  std::uint32_t pid = 0;
+  std::string version{};
+  std::uint64_t epoch = 0;
+  bool operator==(const MachineStatus&) const = default;
+};
+
+struct InstanceStatus {
+  InstanceId instance{};
+  std::uint32_t running = 0;
+  std::uint64_t answered = 0;
+  std::uint64_t failed = 0;
+  std::uint64_t repeated = 0;
+  std::uint64_t cancelled = 0;
+  std::chrono::nanoseconds mean{};
+  Time started{};
+  Time last_call{};
+  bool operator==(const InstanceStatus&) const = default;
+};
+
+enum class EventKind : std::uint8_t {
+  seen,
+  unserved,
+  dispatched,
+  interim,
+  replied,
+  written,
+  withdrawn,
+  lost,
+  late,
+  refused,
+  held
+};
+
+struct Event {
+  ChannelKey key{};
+  CallId call{};
+  std::uint32_t attempt = 0;
+  EventKind kind = EventKind::seen;
+  Time at{};
+  InstanceId instance{};
+  std::string uuid{};
+  std::string text{};
+  std::uint32_t state = 0;
+  std::string detail{};
+  bool replayed = false;
+};
+
+/// A UUID in canonical lower case without braces and surrounding blanks; an identifier that is no
+/// UUID is taken as it is, trimmed (design: "Addressing").
+std::string canonical_uuid(std::string_view text);
+/// True for the 36-character form of a UUID, in any case.
+bool is_uuid(std::string_view text);
+
+}  // namespace millrace::fabric

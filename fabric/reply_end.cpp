@@ -1,0 +1,123 @@
+#include "fabric/reply_end.hpp"
+
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "fabric/identity.hpp"
+#include "fabric/identity_text.hpp"
+#include "fabric/reader.hpp"
+#include "fabric/waker.hpp"
+#include "fabric/writer.hpp"
+
+namespace millrace::fabric {
+
+struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
+  Impl(Participant& own_participant, InstanceIdentity own_identity, ReplyEndListener& own_listener)
+      : participant(own_participant),
+        identity(std::move(own_identity)),
+        listener(&own_listener),
+        partition(service_partition(own_participant.options().fabric, identity.uuid)),
+        replies(participant, partition, {.user_data = format_instance(identity.id)}),
+        status(participant, partition) {}
+
+  void open(const boost::asio::any_io_executor& executor);
+  void close();
+  void drain();
+  void tell(const Taken<Request>& taken);
+
+  Participant& participant;
+  const InstanceIdentity identity;
+  /// Null once the end is closed.
+  ReplyEndListener* listener;
+  const std::string partition;
+  Writer<Reply> replies;
+  Writer<InstanceStatus> status;
+  // Before the reader that wakes it.
+  std::optional<Waker> waker;
+  std::optional<Reader<Request>> requests;
+};
+
+void ReplyEnd::Impl::open(const boost::asio::any_io_executor& executor) {
+  waker.emplace(executor, weak_from_this(), [this] { drain(); });
+  const Listener on_request(dds_create_listener(nullptr));
+  waker->listen_for_data(on_request.get());
+  requests.emplace(
+      participant, partition, Keep::last,
+      EndpointOptions{.user_data = format_identity(identity), .listener = on_request.get()});
+}
+
+void ReplyEnd::Impl::close() {
+  listener = nullptr;
+  requests.reset();
+}
+
+void ReplyEnd::Impl::drain() {
+  // Each callback may close this end.
+  while (listener != nullptr) {
+    const auto batch = requests->take();
+    if (batch.empty()) {
+      return;
+    }
+    for (const Taken<Request>& taken : batch) {
+      if (listener != nullptr) {
+        tell(taken);
+      }
+    }
+  }
+}
+
+void ReplyEnd::Impl::tell(const Taken<Request>& taken) {
+  if (taken.presence == Presence::withdrawn) {
+    // Its request may be here too, untaken: whoever withdraws overtakes it.
+    listener->on_withdrawn(taken.value.key);
+  } else if (taken.valid && taken.presence == Presence::alive) {
+    listener->on_request(taken.value);
+  }
+}
+
+namespace {
+
+InstanceIdentity checked(InstanceIdentity identity) {
+  if (const auto reason = check_identity(identity)) {
+    throw std::invalid_argument(
+        fmt::format("the instance '{}' cannot join the fabric: {}", identity.name, *reason));
+  }
+  return identity;
+}
+
+}  // namespace
+
+ReplyEnd::ReplyEnd(Participant& participant, boost::asio::any_io_executor executor,
+                   InstanceIdentity identity, ReplyEndListener& listener)
+    : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
+  impl_->open(executor);
+}
+
+ReplyEnd::~ReplyEnd() {
+  impl_->close();
+}
+
+tl::expected<void, std::string> ReplyEnd::publish(const Reply& reply) {
+  if (reply.kind == ReplyKind::final && reply.state == 0) {
+    return tl::unexpected(std::string("a final reply of state 0 would not release the program"));
+  }
+  return impl_->replies.write(reply);
+}
+
+tl::expected<void, std::string> ReplyEnd::publish(const InstanceStatus& status) {
+  return impl_->status.write(status);
+}
+
+void ReplyEnd::set_draining(bool draining) {
+  InstanceIdentity identity = impl_->identity;
+  identity.draining = draining;
+  impl_->requests->set_user_data(format_identity(identity));
+}
+
+const InstanceIdentity& ReplyEnd::identity() const {
+  return impl_->identity;
+}
+
+}  // namespace millrace::fabric

@@ -1,0 +1,107 @@
+// What the pure parts want done. Whoever drives them carries it out and reports back.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "gateway/journal/entry.hpp"
+#include "gateway/moment.hpp"
+#include "gateway/picture.hpp"
+
+namespace millrace::gateway {
+
+/// Read these variables; answered by on_read or on_read_failed. A session has at most one Read or
+/// Write under way, and each gets exactly one answer, also when the link ends.
+struct Read {
+  Look look = Look::state;
+  bool operator==(const Read&) const = default;
+};
+
+/// Write one variable; answered by on_write.
+struct Write {
+  Variable variable = Variable::request_state;
+  Value value;
+  bool operator==(const Write&) const = default;
+};
+
+/// Call on_wake at this time; replaces what was asked before.
+struct WakeAt {
+  SteadyTime at;
+  bool operator==(const WakeAt&) const = default;
+};
+
+/// A request is there: answer with claim() or leave() before anything else.
+struct Offer {
+  PendingRequest request;
+  /// It was left before, and its policy's patience with unserved requests is over.
+  bool out_of_patience = false;
+  bool operator==(const Offer&) const = default;
+};
+
+/// Journal this and answer with on_recorded(ticket) once it is as safe as the journal's policy
+/// promises. Nobody waits for ticket 0.
+struct Record {
+  std::uint64_t ticket = 0;
+  journal::Entry entry;
+  bool operator==(const Record&) const = default;
+};
+
+/// Give the call out on the fabric.
+struct Publish {
+  fabric::Request request;
+};
+
+/// Take the call back on the fabric.
+struct Withdraw {
+  std::string uuid;
+  bool operator==(const Withdraw&) const = default;
+};
+
+/// A call of an earlier run still waits for its answer: the dispatcher takes it up again.
+struct Resume {
+  fabric::CallId call;
+  bool operator==(const Resume&) const = default;
+};
+
+/// The instance has answered: it is free for the next call.
+struct Freed {
+  fabric::CallId call;
+  bool operator==(const Freed&) const = default;
+};
+
+struct Tell {
+  fabric::Event event;
+};
+
+/// The channel's status, each time it changes.
+struct Show {
+  fabric::ChannelStatus status;
+};
+
+enum class Level : std::uint8_t { debug, info, warn, error };
+
+/// A line for the log; the channel's name goes before it.
+struct Say {
+  Level level = Level::info;
+  std::string text;
+  bool operator==(const Say&) const = default;
+};
+
+using Action = std::variant<Read, Write, WakeAt, Offer, Record, Publish, Withdraw, Resume, Freed,
+                            Tell, Show, Say>;
+using Actions = std::vector<Action>;
+
+/// How a write ended.
+enum class WriteOutcome : std::uint8_t {
+  written,
+  /// The controller said no, or nothing was sent.
+  refused,
+  /// Timeout, link lost: perhaps it was written, perhaps not.
+  unknown,
+};
+
+}  // namespace millrace::gateway

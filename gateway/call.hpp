@@ -1,0 +1,44 @@
+// A call the gateway has claimed, with all that must survive a restart of the gateway.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "gateway/journal/entry.hpp"
+#include "gateway/picture.hpp"
+
+namespace millrace::gateway {
+
+/// One attempt: the instance it was given to.
+struct Attempt {
+  fabric::InstanceId instance;
+  std::uint32_t number = 1;
+  bool operator==(const Attempt&) const = default;
+};
+
+struct Call {
+  fabric::CallId id{};
+  fabric::ChannelKey key{};
+  PendingRequest request{};
+  fabric::Time seen{};
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// In their order; the answer of any of them is an answer to the call.
+  std::vector<Attempt> attempts{};
+  /// Interim states that the channel may show.
+  std::vector<std::uint32_t> shown{};
+  std::optional<journal::Answer> answer{};
+  /// The journal says that REQUEST_STATE is being cleared.
+  bool clearing = false;
+  bool operator==(const Call&) const = default;
+
+  [[nodiscard]] bool asked(const fabric::InstanceId& instance) const {
+    return std::ranges::any_of(attempts,
+                               [&](const Attempt& one) { return one.instance == instance; });
+  }
+};
+
+}  // namespace millrace::gateway

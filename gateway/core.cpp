@@ -1,0 +1,236 @@
+#include "gateway/core.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace millrace::gateway {
+
+namespace {
+
+/// Numbers reserved in the journal at once; a restart goes on behind the block.
+constexpr std::uint64_t block = 1000;
+
+}  // namespace
+
+Core::Core(CoreOptions options, const journal::Ledger& ledger)
+    : options_(options),
+      dispatcher_(options.dispatcher),
+      epoch_(ledger.numbers().epoch),
+      next_number_(ledger.numbers().reserved),
+      reserved_(ledger.numbers().reserved) {
+  assert(epoch_ != 0);
+  for (const Call& call : ledger.open_calls()) {
+    open(call.key).resume(call, policy_of(call.key, call.request.uuid));
+  }
+}
+
+ChannelActions Core::on_link_up(const std::string& machine,
+                                const std::vector<std::uint16_t>& channels, Moment now) {
+  for (const std::uint16_t channel : channels) {
+    ChannelSession& session = open({machine, channel});
+    run(session, session.on_link_up(now), now);
+  }
+  return finish();
+}
+
+ChannelActions Core::on_link_down(const std::string& machine, const std::string& reason,
+                                  Moment now) {
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      run(session, session.on_link_down(reason, now), now);
+    }
+  }
+  return finish();
+}
+
+ChannelActions Core::on_wake(const fabric::ChannelKey& key, Moment now) {
+  ChannelSession& session = open(key);
+  run(session, session.on_wake(now), now);
+  return finish();
+}
+
+ChannelActions Core::on_read(const fabric::ChannelKey& key, const Picture& picture, Moment now) {
+  ChannelSession& session = open(key);
+  run(session, session.on_read(picture, now), now);
+  return finish();
+}
+
+ChannelActions Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reason,
+                                    Moment now) {
+  ChannelSession& session = open(key);
+  run(session, session.on_read_failed(reason, now), now);
+  return finish();
+}
+
+ChannelActions Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                              const std::string& reason, Moment now) {
+  ChannelSession& session = open(key);
+  run(session, session.on_write(outcome, reason, now), now);
+  return finish();
+}
+
+ChannelActions Core::on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket, Moment now) {
+  ChannelSession& session = open(key);
+  run(session, session.on_recorded(ticket, now), now);
+  return finish();
+}
+
+ChannelActions Core::on_instance_ready(const fabric::InstanceIdentity& identity, Moment now) {
+  carry_out(dispatcher_.on_instance_ready(identity), now);
+  reconsider(now);
+  return finish();
+}
+
+ChannelActions Core::on_instance_gone(const fabric::InstanceId& instance, Moment now) {
+  carry_out(dispatcher_.on_instance_gone(instance, now.steady), now);
+  return finish();
+}
+
+ChannelActions Core::on_reply(const fabric::Reply& reply, Moment now) {
+  // A reply for a channel that no machine of ours has belongs to another gateway.
+  if (ChannelSession* session = find(reply.key)) {
+    run(*session, session->on_reply(reply, now), now);
+  }
+  return finish();
+}
+
+ChannelActions Core::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
+                               const Settlement& settlement, Verdict& verdict, Moment now) {
+  if (ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->settle(settlement, now), now);
+    verdict = {true, "the answer is on its way to the program"};
+  }
+  return finish();
+}
+
+ChannelActions Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
+                              const std::string& by, Verdict& verdict, Moment now) {
+  if (ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->retry(by, now), now);
+    carry_out(dispatcher_.add(*session->call()), now);
+    verdict = {true, session->status().reason};
+  }
+  return finish();
+}
+
+ChannelActions Core::set_obstacle(const std::string& reason, Moment now) {
+  obstacle_ = reason;
+  if (obstacle_.empty()) {
+    reconsider(now);
+  }
+  return finish();
+}
+
+bool Core::answering() const {
+  return std::ranges::any_of(sessions_, [](const auto& one) {
+    return one.second.status().state == fabric::ChannelState::answering;
+  });
+}
+
+ChannelActions Core::on_time(Moment now) {
+  carry_out(dispatcher_.on_time(now.steady), now);
+  return finish();
+}
+
+ChannelSession* Core::find(const fabric::ChannelKey& key) {
+  const auto found = sessions_.find(key);
+  return found == sessions_.end() ? nullptr : &found->second;
+}
+
+ChannelSession& Core::open(const fabric::ChannelKey& key) {
+  const auto pace = options_.paces.find(key.machine);
+  return sessions_.try_emplace(key, key, pace == options_.paces.end() ? Pace{} : pace->second)
+      .first->second;
+}
+
+void Core::run(ChannelSession& session, Actions actions, Moment now) {
+  for (Action& action : actions) {
+    if (const auto* offer = std::get_if<Offer>(&action)) {
+      answer_offer(session, *offer, now);
+    } else if (std::holds_alternative<Resume>(action)) {
+      carry_out(dispatcher_.resume(*session.call(), now.steady), now);
+    } else if (const auto* freed = std::get_if<Freed>(&action)) {
+      carry_out(dispatcher_.remove(freed->call), now);
+    } else {
+      out_.push_back({session.key(), std::move(action)});
+    }
+  }
+}
+
+void Core::carry_out(const Decisions& decisions, Moment now) {
+  for (const Decision& decision : decisions) {
+    if (const auto* give = std::get_if<Give>(&decision)) {
+      ChannelSession& session = open(give->key);
+      run(session, session.assign(give->assignment, now), now);
+    } else if (const auto* back = std::get_if<TakeBack>(&decision)) {
+      ChannelSession& session = open(back->key);
+      run(session, session.suspend(back->reason, back->held, now), now);
+    } else if (const auto* explain = std::get_if<Explain>(&decision)) {
+      ChannelSession& session = open(explain->key);
+      run(session, session.explain(explain->reason, now), now);
+    }
+  }
+}
+
+void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now) {
+  const Policy policy = policy_of(session.key(), offer.request.uuid);
+  if (!obstacle_.empty()) {
+    run(session, session.leave(obstacle_, policy, now), now);
+    return;
+  }
+  const auto unserved = dispatcher_.why_unserved(offer.request.uuid, session.key());
+  if (!unserved) {
+    run(session, session.claim(next_id(session.key()), policy, now), now);
+    carry_out(dispatcher_.add(*session.call()), now);
+  } else if (offer.out_of_patience && policy.unserved->response_state != 0) {
+    run(session, session.claim(next_id(session.key()), policy, now), now);
+    const Settlement settlement{"millrace: served by nobody", policy.unserved->response_state,
+                                "the gateway"};
+    run(session, session.settle(settlement, now), now);
+  } else {
+    run(session, session.leave(*unserved, policy, now), now);
+  }
+}
+
+ChannelSession* Core::find_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                   Verdict& verdict) {
+  ChannelSession* session = find(key);
+  if (session == nullptr || session->call() == nullptr) {
+    verdict = {false, "no call is pending on this channel"};
+    return nullptr;
+  }
+  if (session->call()->id != call) {
+    verdict = {false, "another call is pending by now: " + session->call()->id.to_string()};
+    return nullptr;
+  }
+  if (session->call()->answer) {
+    verdict = {false, "the call's answer is being written"};
+    return nullptr;
+  }
+  return session;
+}
+
+Policy Core::policy_of(const fabric::ChannelKey& key, const std::string& uuid) const {
+  return options_.policies.of(key.machine, fabric::canonical_uuid(uuid));
+}
+
+void Core::reconsider(Moment now) {
+  for (auto& [key, session] : sessions_) {
+    run(session, session.reconsider(now), now);
+  }
+}
+
+fabric::CallId Core::next_id(const fabric::ChannelKey& key) {
+  if (next_number_ == reserved_) {
+    reserved_ += block;
+    out_.push_back({key, Record{0, journal::Numbers{epoch_, reserved_}}});
+  }
+  return {epoch_, ++next_number_};
+}
+
+ChannelActions Core::finish() {
+  return std::exchange(out_, {});
+}
+
+}  // namespace millrace::gateway

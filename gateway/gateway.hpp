@@ -1,0 +1,36 @@
+// The running gateway: carries out what the core decides, on one io_context.
+//
+//   Gateway gateway(io.get_executor(), settings, log);     // joins the fabric, opens the journal
+//   gateway.start();                                       // begins to connect to the machines
+//   io.run();
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "gateway/settings.hpp"
+#include "idl/program/log.hpp"
+
+namespace millrace::gateway {
+
+class Gateway {
+ public:
+  /// Throws std::runtime_error if the fabric cannot be joined or the journal not be used.
+  Gateway(boost::asio::any_io_executor executor, const Settings& settings, idl::program::Log log);
+  ~Gateway();
+  Gateway(const Gateway&) = delete;
+  Gateway& operator=(const Gateway&) = delete;
+
+  void start();
+  /// Takes no new call and calls `finished` once every answer at hand is written: at once, or after
+  /// two seconds at the latest.
+  void finish(std::function<void()> finished);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::gateway

@@ -1,0 +1,115 @@
+#include "gateway/journal/disk.hpp"
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+namespace millrace::gateway::journal {
+
+namespace {
+
+constexpr mode_t readable_by_group = 0640;
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
+  throw std::system_error(errno, std::generic_category(),
+                          fmt::format("{} cannot be {}", path.string(), what));
+}
+
+Descriptor open_or_fail(const std::filesystem::path& path, int flags, std::string_view what) {
+  const int number = ::open(path.c_str(), flags | O_CLOEXEC, readable_by_group);
+  if (number < 0) {
+    fail(path, what);
+  }
+  return Descriptor(number);
+}
+
+}  // namespace
+
+Descriptor::~Descriptor() {
+  if (number_ >= 0) {
+    ::close(number_);
+  }
+}
+
+Descriptor::Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+
+Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
+  std::swap(number_, other.number_);
+  return *this;
+}
+
+Descriptor lock_folder(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "lock";
+  Descriptor lock = open_or_fail(path, O_RDWR | O_CREAT, "opened");
+  if (::flock(lock.number(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno == EWOULDBLOCK) {
+      throw std::runtime_error(fmt::format(
+          "the journal folder {} is in use by another gateway; end it or choose another "
+          "folder",
+          folder.string()));
+    }
+    fail(path, "locked");
+  }
+  return lock;
+}
+
+std::string read_file(const std::filesystem::path& file) {
+  if (!std::filesystem::exists(file)) {
+    return {};
+  }
+  const Descriptor in = open_or_fail(file, O_RDONLY, "opened");
+  std::string bytes;
+  constexpr std::size_t chunk = 64 * 1024;
+  while (true) {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + chunk);
+    const ssize_t got = ::read(in.number(), bytes.data() + before, chunk);
+    if (got < 0) {
+      fail(file, "read");
+    }
+    bytes.resize(before + static_cast<std::size_t>(got));
+    if (got == 0) {
+      return bytes;
+    }
+  }
+}
+
+Descriptor open_to_append(const std::filesystem::path& file) {
+  return open_or_fail(file, O_WRONLY | O_APPEND | O_CREAT, "opened");
+}
+
+void write_all(const Descriptor& file, std::string_view bytes, const std::filesystem::path& name) {
+  while (!bytes.empty()) {
+    const ssize_t put = ::write(file.number(), bytes.data(), bytes.size());
+    if (put < 0 && errno != EINTR) {
+      fail(name, "written");
+    }
+    bytes.remove_prefix(put < 0 ? 0 : static_cast<std::size_t>(put));
+  }
+}
+
+void force(const Descriptor& file, const std::filesystem::path& name) {
+  if (::fdatasync(file.number()) != 0) {
+    fail(name, "forced to the disk");
+  }
+}
+
+void replace_file(const std::filesystem::path& file, std::string_view bytes) {
+  const std::filesystem::path fresh = file.string() + ".new";
+  const Descriptor out = open_or_fail(fresh, O_WRONLY | O_CREAT | O_TRUNC, "opened");
+  write_all(out, bytes, fresh);
+  force(out, fresh);
+  std::filesystem::rename(fresh, file);
+  const std::filesystem::path parent = file.parent_path();
+  const Descriptor folder = open_or_fail(parent, O_RDONLY | O_DIRECTORY, "opened");
+  if (::fsync(folder.number()) != 0) {
+    fail(parent, "forced to the disk");
+  }
+}
+
+}  // namespace millrace::gateway::journal

@@ -1,0 +1,209 @@
+#include "gateway/journal/format.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include "idl/journal.pb.h"
+
+namespace millrace::gateway::journal {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "u32 is copied as it lies in memory");
+
+namespace pb = millrace::journal;
+
+constexpr std::size_t head = 8;
+constexpr std::uint32_t longest = 64 * 1024;
+
+template <typename... Ts>
+struct Overload : Ts... {
+  using Ts::operator()...;
+};
+template <typename... Ts>
+Overload(Ts...) -> Overload<Ts...>;
+
+void put(pb::CallId& out, const fabric::CallId& in) {
+  out.set_epoch(in.epoch);
+  out.set_number(in.number);
+}
+
+fabric::CallId get(const pb::CallId& in) {
+  return {in.epoch(), in.number()};
+}
+
+std::string bytes_of(const fabric::InstanceId& id) {
+  return {id.bytes.begin(), id.bytes.end()};
+}
+
+fabric::InstanceId instance_of(const std::string& bytes) {
+  fabric::InstanceId id;
+  std::copy_n(bytes.begin(), std::min(bytes.size(), id.bytes.size()), id.bytes.begin());
+  return id;
+}
+
+void put(pb::Dispatched& out, const Dispatched& in) {
+  put(*out.mutable_call(), in.call);
+  out.set_machine(in.key.machine);
+  out.set_channel(in.key.channel);
+  out.set_uuid(in.request.uuid);
+  out.set_text(in.request.text);
+  out.set_state(in.request.state);
+  out.set_seen(in.seen.time_since_epoch().count());
+  out.set_at_most_once(in.delivery == fabric::Delivery::at_most_once);
+  out.set_attempt(in.attempt);
+  out.set_instance(bytes_of(in.instance));
+}
+
+Dispatched get(const pb::Dispatched& in) {
+  Dispatched out;
+  out.call = get(in.call());
+  out.key = {in.machine(), static_cast<std::uint16_t>(in.channel())};
+  out.request = {in.uuid(), in.text(), in.state()};
+  out.seen = fabric::Time(std::chrono::nanoseconds(in.seen()));
+  out.delivery =
+      in.at_most_once() ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+  out.attempt = in.attempt();
+  out.instance = instance_of(in.instance());
+  return out;
+}
+
+void put(pb::Answered& out, const Answered& in) {
+  put(*out.mutable_call(), in.call);
+  out.set_instance(bytes_of(in.answer.instance));
+  out.set_attempt(in.answer.attempt);
+  out.set_text(in.answer.text);
+  out.set_state(in.answer.state);
+}
+
+Answered get(const pb::Answered& in) {
+  return {get(in.call()), {instance_of(in.instance()), in.attempt(), in.text(), in.state()}};
+}
+
+pb::Record message_of(const Entry& entry) {
+  pb::Record record;
+  std::visit(Overload{
+                 [&](const Numbers& in) {
+                   record.mutable_numbers()->set_epoch(in.epoch);
+                   record.mutable_numbers()->set_reserved(in.reserved);
+                 },
+                 [&](const Dispatched& in) { put(*record.mutable_dispatched(), in); },
+                 [&](const Interim& in) {
+                   put(*record.mutable_interim()->mutable_call(), in.call);
+                   record.mutable_interim()->set_state(in.state);
+                 },
+                 [&](const Answered& in) { put(*record.mutable_answered(), in); },
+                 [&](const Clearing& in) { put(*record.mutable_clearing(), in.call); },
+                 [&](const Ended& in) { put(*record.mutable_ended(), in.call); },
+             },
+             entry);
+  return record;
+}
+
+std::optional<Entry> entry_of(const pb::Record& record) {
+  switch (record.entry_case()) {
+    case pb::Record::kNumbers:
+      return Numbers{record.numbers().epoch(), record.numbers().reserved()};
+    case pb::Record::kDispatched:
+      return get(record.dispatched());
+    case pb::Record::kInterim:
+      return Interim{get(record.interim().call()), record.interim().state()};
+    case pb::Record::kAnswered:
+      return get(record.answered());
+    case pb::Record::kClearing:
+      return Clearing{get(record.clearing())};
+    case pb::Record::kEnded:
+      return Ended{get(record.ended())};
+    case pb::Record::ENTRY_NOT_SET:
+      break;
+  }
+  return {};
+}
+
+std::uint32_t checksum(std::string_view length, std::string_view message) {
+  const auto* first = reinterpret_cast<const Bytef*>(length.data());
+  const auto* second = reinterpret_cast<const Bytef*>(message.data());
+  uLong crc = crc32(0, first, static_cast<uInt>(length.size()));
+  crc = crc32(crc, second, static_cast<uInt>(message.size()));
+  return static_cast<std::uint32_t>(crc);
+}
+
+std::string u32(std::uint32_t value) {
+  std::string out(sizeof value, '\0');
+  std::memcpy(out.data(), &value, sizeof value);
+  return out;
+}
+
+std::uint32_t u32(std::string_view bytes) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data(), sizeof value);
+  return value;
+}
+
+/// The record at the beginning of `rest` and its length; a damage in words otherwise.
+struct Step {
+  std::optional<Entry> entry;
+  std::size_t length = 0;
+  std::string damage;
+};
+
+Step read_one(std::string_view rest) {
+  if (rest.size() < head) {
+    return {{}, 0, "a record is cut short"};
+  }
+  const std::uint32_t length = u32(rest.substr(0, 4));
+  if (length == 0 || length > longest) {
+    return {{}, 0, fmt::format("a record claims a length of {} bytes", length)};
+  }
+  if (rest.size() - head < length) {
+    return {{}, 0, "a record is cut short"};
+  }
+  const std::string_view message = rest.substr(head, length);
+  if (checksum(rest.substr(0, 4), message) != u32(rest.substr(4, 4))) {
+    return {{}, 0, "a record's checksum is wrong"};
+  }
+  pb::Record record;
+  if (!record.ParseFromArray(message.data(), static_cast<int>(length))) {
+    return {{}, 0, "a record is no message"};
+  }
+  return {entry_of(record), head + length, {}};
+}
+
+}  // namespace
+
+std::string encode(const Entry& entry) {
+  const std::string message = message_of(entry).SerializeAsString();
+  const std::string length = u32(static_cast<std::uint32_t>(message.size()));
+  return length + u32(checksum(length, message)) + message;
+}
+
+Contents decode(std::string_view file) {
+  Contents contents;
+  if (file.empty()) {
+    return contents;
+  }
+  if (!file.starts_with(magic)) {
+    contents.damage = "it does not begin as a journal of this version";
+    return contents;
+  }
+  contents.good = magic.size();
+  while (contents.good < file.size()) {
+    Step step = read_one(file.substr(contents.good));
+    if (!step.damage.empty()) {
+      contents.damage = std::move(step.damage);
+      break;
+    }
+    if (step.entry) {
+      contents.entries.push_back(std::move(*step.entry));
+    }
+    contents.good += step.length;
+  }
+  return contents;
+}
+
+}  // namespace millrace::gateway::journal

@@ -1,0 +1,45 @@
+// Where the gateway remembers its calls: in memory, or in a file that survives it.
+//
+//   auto journal = open_file(executor, {.folder = "/var/lib/millrace"}, log);   // or in_memory(…)
+//   Core core(options, journal->ledger());
+//   journal->append(entry, [] { /* as safe as the policy promises */ });
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "gateway/journal/entry.hpp"
+#include "gateway/journal/ledger.hpp"
+#include "gateway/journal/options.hpp"
+#include "idl/program/log.hpp"
+
+namespace millrace::gateway::journal {
+
+/// Used on its executor only.
+class Journal {
+ public:
+  virtual ~Journal() = default;
+  /// All that is remembered, with the entries just appended.
+  [[nodiscard]] virtual const Ledger& ledger() const = 0;
+  /// `recorded` is called on the executor, never from within append(), in the order of the entries.
+  /// While nothing can be written it waits.
+  virtual void append(const Entry& entry, std::function<void()> recorded) = 0;
+  /// Told when the journal cannot write any more, with the reason, and with an empty text when it
+  /// can again.
+  virtual void on_trouble(std::function<void(const std::string&)> handler) = 0;
+};
+
+/// A journal that ends with the process: a call under way is then dispatched a second time, under a
+/// new id, and an answer that was being written may be lost.
+std::unique_ptr<Journal> in_memory(boost::asio::any_io_executor executor);
+
+/// FOLDER/calls.journal, made if it is not there; a torn end is cut off and said. Throws
+/// std::runtime_error if the folder cannot be used, another gateway has it, or the file is none of
+/// ours.
+std::unique_ptr<Journal> open_file(boost::asio::any_io_executor executor, FileOptions options,
+                                   idl::program::Log log);
+
+}  // namespace millrace::gateway::journal

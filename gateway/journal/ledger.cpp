@@ -1,0 +1,91 @@
+#include "gateway/journal/ledger.hpp"
+
+#include <type_traits>
+
+namespace millrace::gateway::journal {
+
+namespace {
+
+/// The newest may not have been written; then the channel still shows the one before.
+void show(Call& call, std::uint32_t state) {
+  if (call.shown.size() > 1) {
+    call.shown.erase(call.shown.begin());
+  }
+  call.shown.push_back(state);
+}
+
+}  // namespace
+
+void Ledger::apply(const Entry& entry) {
+  if (const auto* numbers = std::get_if<Numbers>(&entry)) {
+    numbers_ = *numbers;
+    return;
+  }
+  if (const auto* dispatched = std::get_if<Dispatched>(&entry)) {
+    open(*dispatched);
+    return;
+  }
+  std::visit(
+      [this](const auto& one) {
+        using T = std::decay_t<decltype(one)>;
+        if constexpr (!std::is_same_v<T, Numbers>) {
+          const auto found = calls_.find(one.call);
+          if (found == calls_.end()) {
+            return;
+          }
+          Call& call = found->second;
+          if constexpr (std::is_same_v<T, Interim>) {
+            show(call, one.state);
+          } else if constexpr (std::is_same_v<T, Answered>) {
+            call.answer = one.answer;
+          } else if constexpr (std::is_same_v<T, Clearing>) {
+            call.clearing = true;
+          } else if constexpr (std::is_same_v<T, Ended>) {
+            calls_.erase(found);
+          }
+        }
+      },
+      entry);
+}
+
+void Ledger::open(const Dispatched& entry) {
+  Call& call = calls_[entry.call];
+  call.id = entry.call;
+  call.key = entry.key;
+  call.request = entry.request;
+  call.seen = entry.seen;
+  call.delivery = entry.delivery;
+  call.attempts.push_back({entry.instance, entry.attempt});
+}
+
+std::vector<Call> Ledger::open_calls() const {
+  std::vector<Call> calls;
+  for (const auto& [id, call] : calls_) {
+    // A channel has one call at a time: a later one means that the end of the earlier one was lost.
+    std::erase_if(calls, [&call](const Call& earlier) { return earlier.key == call.key; });
+    calls.push_back(call);
+  }
+  return calls;
+}
+
+std::vector<Entry> Ledger::snapshot() const {
+  std::vector<Entry> entries{numbers_};
+  for (const Call& call : open_calls()) {
+    for (const Attempt& attempt : call.attempts) {
+      entries.emplace_back(Dispatched{call.id, call.key, call.request, call.seen, call.delivery,
+                                      attempt.number, attempt.instance});
+    }
+    for (const std::uint32_t state : call.shown) {
+      entries.emplace_back(Interim{call.id, state});
+    }
+    if (call.answer) {
+      entries.emplace_back(Answered{call.id, *call.answer});
+    }
+    if (call.clearing) {
+      entries.emplace_back(Clearing{call.id});
+    }
+  }
+  return entries;
+}
+
+}  // namespace millrace::gateway::journal

@@ -1,0 +1,31 @@
+// How a journal is kept in a file.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+
+namespace millrace::gateway::journal {
+
+/// When entries are forced to the disk. A crash of the gateway loses nothing under any of them;
+/// they differ in what a power cut may take.
+enum class Sync : std::uint8_t {
+  /// When the operating system likes: the entries of the last half minute.
+  never,
+  /// Once a second: the entries of that second.
+  interval,
+  /// Before each step goes on: nothing, at the price of two waits for the disk in each call.
+  always,
+};
+
+struct FileOptions {
+  std::filesystem::path folder;
+  Sync sync = Sync::interval;
+  /// How often `interval` forces, and how often a full disk is tried again.
+  std::chrono::milliseconds period{1000};
+  /// A longer file is written anew, with open calls only.
+  std::size_t compact_at = std::size_t{1} << 20U;
+};
+
+}  // namespace millrace::gateway::journal

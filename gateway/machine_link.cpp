@@ -1,0 +1,260 @@
+#include "gateway/machine_link.hpp"
+
+#include <map>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <fmt/format.h>
+
+#include "cnc/ads/client.hpp"
+#include "cnc/variables/service_interface.hpp"
+#include "cnc/variables/survey.hpp"
+#include "gateway/back_off.hpp"
+
+namespace millrace::gateway {
+
+namespace {
+
+namespace asio = boost::asio;
+using cnc::ads::ErrorCode;
+using Channels = std::vector<std::uint16_t>;
+
+cnc::ads::ClientOptions client_options(const MachineSettings& settings) {
+  cnc::ads::ClientOptions options;
+  options.host = settings.host;
+  options.tcp_port = settings.tcp_port;
+  options.target = settings.net_id;
+  options.source.net_id = settings.source;
+  return options;
+}
+
+bool link_gone(ErrorCode code) {
+  return code == ErrorCode::link_lost || code == ErrorCode::link_down ||
+         code == ErrorCode::cancelled;
+}
+
+WriteOutcome outcome_of(ErrorCode code) {
+  return cnc::ads::leaves_outcome_unknown(code) ? WriteOutcome::unknown : WriteOutcome::refused;
+}
+
+Picture picture_of(Look look, std::vector<cnc::variables::ServiceValue> values) {
+  Picture picture;
+  picture.look = look;
+  const auto variables = variables_of(look);
+  for (std::size_t i = 0; i < variables.size(); ++i) {
+    switch (variables[i]) {
+      case Variable::uuid:
+        picture.uuid = std::get<std::string>(std::move(values[i]));
+        break;
+      case Variable::request:
+        picture.request = std::get<std::string>(std::move(values[i]));
+        break;
+      case Variable::request_state:
+        picture.request_state = std::get<std::uint32_t>(values[i]);
+        break;
+      case Variable::response_state:
+        picture.response_state = std::get<std::uint32_t>(values[i]);
+        break;
+      case Variable::response:
+        picture.response = std::get<std::string>(std::move(values[i]));
+        break;
+    }
+  }
+  return picture;
+}
+
+std::string list_of(const Channels& channels) {
+  std::string words = channels.size() == 1 ? "channel" : "channels";
+  for (const std::uint16_t channel : channels) {
+    words += fmt::format("{}{}", channel == channels.front() ? " " : ", ", channel);
+  }
+  return words;
+}
+
+}  // namespace
+
+/// The coroutines hold it; after stop() they end at their next step and tell nobody.
+struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
+  Impl(asio::any_io_executor the_executor, MachineSettings the_settings, LinkEvents& the_events,
+       idl::program::Log the_log)
+      : executor(std::move(the_executor)),
+        settings(std::move(the_settings)),
+        events(the_events),
+        log(std::move(the_log)),
+        client(executor, client_options(settings)),
+        timer(executor),
+        back_off(std::random_device{}()) {}
+
+  void stop() {
+    stopped = true;
+    client.on_down({});
+    client.close();
+    timer.cancel();
+  }
+
+  asio::awaitable<void> wait(std::chrono::milliseconds time) {
+    timer.expires_after(time);
+    boost::system::error_code ignored;
+    co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+  }
+
+  /// Until the link ends; then `down_reason` says why.
+  asio::awaitable<void> wait_for_the_end() {
+    while (!stopped && !down_reason) {
+      timer.expires_at(asio::steady_timer::time_point::max());
+      boost::system::error_code ignored;
+      co_await timer.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+    }
+  }
+
+  /// The channels to serve; nothing, and said why, if the controller has none or does not answer.
+  asio::awaitable<std::optional<Channels>> find_channels() {
+    if (!settings.channels.empty()) {
+      co_return settings.channels;
+    }
+    const auto found = co_await cnc::variables::survey(client);
+    if (!found || found->channels == 0) {
+      complain(found ? found->finding
+                     : fmt::format("its channels cannot be counted: {}",
+                                   cnc::ads::describe(found.error())));
+      co_return std::nullopt;
+    }
+    Channels channels;
+    for (std::uint32_t number = 1; number <= found->channels; ++number) {
+      channels.push_back(static_cast<std::uint16_t>(number));
+    }
+    co_return channels;
+  }
+
+  asio::awaitable<void> serve_once() {
+    down_reason.reset();
+    const auto connected = co_await client.connect();
+    if (stopped) {
+      co_return;
+    }
+    if (!connected) {
+      complain(connected.error().message);
+      co_return;
+    }
+    const auto channels = co_await find_channels();
+    if (stopped || !channels) {
+      client.close();
+      co_return;
+    }
+    for (const std::uint16_t channel : *channels) {
+      services.try_emplace(channel, client, channel).first->second.forget();
+    }
+    complaint.clear();
+    back_off.reset();
+    log->info("{}: link up, {}", settings.to_string(), list_of(*channels));
+    events.on_link_up(settings.name, *channels);
+    co_await wait_for_the_end();
+    if (!stopped) {
+      log->warn("{}: link down: {}", settings.name, *down_reason);
+      complaint = *down_reason;
+      events.on_link_down(settings.name, *down_reason);
+    }
+  }
+
+  static asio::awaitable<void> run(std::shared_ptr<Impl> self) {
+    while (!self->stopped) {
+      co_await self->serve_once();
+      if (!self->stopped) {
+        co_await self->wait(self->back_off.next());
+      }
+    }
+  }
+
+  /// Once for each reason, so that a controller that is off for a night fills no log.
+  void complain(const std::string& reason) {
+    if (complaint != reason) {
+      complaint = reason;
+      log->warn("{}: {}; trying again", settings.to_string(), reason);
+      events.on_link_down(settings.name, reason);
+    }
+  }
+
+  static asio::awaitable<void> read(std::shared_ptr<Impl> self, std::uint16_t channel, Look look) {
+    const auto looked_at = variables_of(look);
+    std::vector<Variable> variables(looked_at.begin(), looked_at.end());
+    const auto service = self->services.find(channel);
+    auto values = co_await service->second.read(std::move(variables));
+    if (self->stopped) {
+      co_return;
+    }
+    const fabric::ChannelKey key{self->settings.name, channel};
+    if (values) {
+      self->events.on_read(key, picture_of(look, std::move(*values)));
+    } else if (link_gone(values.error())) {
+      self->events.on_read_failed(key, "");
+    } else {
+      self->events.on_read_failed(key,
+                                  fmt::format("the controller does not let us read the Service "
+                                              "Interface of channel {}: {}",
+                                              channel, cnc::ads::describe(values.error())));
+    }
+  }
+
+  static asio::awaitable<void> write(std::shared_ptr<Impl> self, std::uint16_t channel,
+                                     Variable variable, Value value) {
+    const auto service = self->services.find(channel);
+    const auto written = co_await service->second.write(variable, std::move(value));
+    if (self->stopped) {
+      co_return;
+    }
+    const fabric::ChannelKey key{self->settings.name, channel};
+    if (written) {
+      self->events.on_write(key, WriteOutcome::written, "");
+    } else {
+      self->events.on_write(key, outcome_of(written.error()),
+                            fmt::format("{} of channel {} cannot be written: {}", name_of(variable),
+                                        channel, cnc::ads::describe(written.error())));
+    }
+  }
+
+  asio::any_io_executor executor;
+  MachineSettings settings;
+  LinkEvents& events;
+  idl::program::Log log;
+  cnc::ads::Client client;
+  std::map<std::uint16_t, cnc::variables::ServiceInterface> services;
+  asio::steady_timer timer;
+  BackOff back_off;
+  std::optional<std::string> down_reason;
+  std::string complaint;
+  bool stopped = false;
+};
+
+MachineLink::MachineLink(asio::any_io_executor executor, MachineSettings settings,
+                         LinkEvents& events, idl::program::Log log)
+    : impl_(std::make_shared<Impl>(std::move(executor), std::move(settings), events,
+                                   std::move(log))) {
+  impl_->client.on_down([impl = impl_.get()](const cnc::ads::LinkError& error) {
+    impl->down_reason = error.message;
+    impl->timer.cancel();
+  });
+}
+
+MachineLink::~MachineLink() {
+  impl_->stop();
+}
+
+void MachineLink::start() {
+  asio::co_spawn(impl_->executor, Impl::run(impl_), asio::detached);
+}
+
+void MachineLink::read(std::uint16_t channel, Look look) {
+  asio::co_spawn(impl_->executor, Impl::read(impl_, channel, look), asio::detached);
+}
+
+void MachineLink::write(std::uint16_t channel, Variable variable, const Value& value) {
+  asio::co_spawn(impl_->executor, Impl::write(impl_, channel, variable, value), asio::detached);
+}
+
+}  // namespace millrace::gateway

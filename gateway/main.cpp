@@ -1,0 +1,105 @@
+// millrace-gateway: maps the Service Interface of every channel of its machines onto the fabric.
+#include <csignal>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <fmt/format.h>
+
+#include "fabric/command_line.hpp"
+#include "gateway/gateway.hpp"
+#include "gateway/settings.hpp"
+#include "idl/program/command_line.hpp"
+#include "idl/program/log.hpp"
+#include "idl/program/supervisor.hpp"
+#include "idl/program/watchdog.hpp"
+
+namespace {
+
+namespace program = millrace::idl::program;
+using millrace::gateway::MachineSettings;
+using millrace::gateway::Settings;
+
+struct Options {
+  std::filesystem::path config;
+  bool check = false;
+  std::vector<std::string> machines;
+  std::filesystem::path journal;
+  spdlog::level::level_enum log_level = spdlog::level::info;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--config", options.config, "Configuration file (gateway.textproto)");
+  app.add_flag("--check", options.check,
+               "Only check the configuration; exit code 2 if it is wrong");
+  app.add_option("--machine", options.machines,
+                 "NAME=HOST:PORT/NETID: a controller to serve; may be repeated. Without this and "
+                 "without --config: the virtual CNC on this host, as machine cnc")
+      ->allow_extra_args(false);
+  app.add_option("--journal", options.journal,
+                 "Folder in which calls survive a restart of the gateway");
+  program::add_log_level(app, options.log_level);
+}
+
+/// Flags win over the file.
+Settings resolve(const Options& options) {
+  Settings settings;
+  if (!options.config.empty()) {
+    settings = millrace::gateway::read_settings(options.config);
+  }
+  for (const std::string& text : options.machines) {
+    settings.machines.push_back(millrace::gateway::parse_machine(text));
+  }
+  if (settings.machines.empty()) {
+    settings.machines.emplace_back();
+  }
+  millrace::gateway::check_names(settings.machines);
+  if (!options.journal.empty()) {
+    settings.journal.folder = options.journal;
+  }
+  return settings;
+}
+
+std::string list_of(const std::vector<MachineSettings>& machines) {
+  std::string words;
+  for (const MachineSettings& machine : machines) {
+    words += fmt::format("{}{}", words.empty() ? "" : ", ", machine.to_string());
+  }
+  return words;
+}
+
+int serve(const Settings& settings, const program::Log& log) {
+  boost::asio::io_context io(1);
+  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  millrace::gateway::Gateway gateway(io.get_executor(), settings, log);
+  const program::Watchdog watchdog(io.get_executor());
+  signals.async_wait([&](const boost::system::error_code&, int) {
+    program::tell_supervisor("STOPPING=1");
+    gateway.finish([&] { io.stop(); });
+    signals.async_wait([&](const boost::system::error_code&, int) { io.stop(); });
+  });
+  gateway.start();
+  program::ready(
+      fmt::format("serving {} on domain {}", list_of(settings.machines), settings.join.domain));
+  io.run();
+  log->info("ended by a signal");
+  return program::exit_done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Maps the Service Interface of CNC channels onto DDS request and reply topics."};
+  Options options;
+  add_options(app, options);
+  const millrace::fabric::FabricFlags fabric(app, {.name = "millrace-gateway"});
+  return program::run(app, argc, argv, [&] {
+    Settings settings = resolve(options);
+    settings.join = fabric.options();
+    if (options.check) {
+      fmt::print("{}\n", list_of(settings.machines));
+      return program::exit_done;
+    }
+    return serve(settings, program::make_log("gateway", options.log_level));
+  });
+}

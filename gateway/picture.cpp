@@ -1,0 +1,54 @@
+#include "gateway/picture.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace millrace::gateway {
+
+namespace {
+
+using enum Variable;
+constexpr std::array state_only{request_state};
+constexpr std::array texts_only{uuid, request};
+constexpr std::array both_states{request_state, response_state};
+constexpr std::array whole_request{uuid, request, request_state, response_state};
+constexpr std::array everything{uuid, request, request_state, response_state, response};
+
+}  // namespace
+
+std::span<const Variable> variables_of(Look look) {
+  switch (look) {
+    case Look::state:
+      return state_only;
+    case Look::texts:
+      return texts_only;
+    case Look::states:
+      return both_states;
+    case Look::request:
+      return whole_request;
+    case Look::all:
+      return everything;
+  }
+  return {};
+}
+
+bool Picture::has(Variable variable) const {
+  return std::ranges::count(variables_of(look), variable) > 0;
+}
+
+Standing judge(const Picture& picture, const PendingRequest& request,
+               std::span<const std::uint32_t> shown) {
+  const bool same_texts = !picture.has(Variable::uuid) ||
+                          (picture.uuid == request.uuid && picture.request == request.text);
+  if (picture.request_state != 0) {
+    return picture.request_state == request.state && same_texts ? Standing::pending
+                                                                : Standing::replaced;
+  }
+  if (picture.response_state == 0) {
+    return Standing::cleared;
+  }
+  const bool ours = std::ranges::count(shown, picture.response_state) > 0;
+  return ours && same_texts ? Standing::pending : Standing::answered;
+}
+
+}  // namespace millrace::gateway

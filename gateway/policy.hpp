@@ -1,0 +1,60 @@
+// What a program gets when its call cannot be answered, where somebody has configured that. The
+// default is to wait, as the vendor's manual does.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+namespace millrace::gateway {
+
+struct Rule {
+  /// How long to be patient.
+  std::chrono::milliseconds after{};
+  /// Written to RESPONSE_STATE then; 0 = only say that the patience is over.
+  std::uint32_t response_state = 0;
+  bool operator==(const Rule&) const = default;
+};
+
+struct Policy {
+  /// Nobody serves the UUID. Without a rule nothing is written: a service made with the vendor's
+  /// SDK may be listening on the channel.
+  std::optional<Rule> unserved{};
+  /// No answer since the request was seen.
+  std::optional<Rule> deadline{};
+  /// The instance of an at-most-once call is lost.
+  std::optional<Rule> lost{};
+  /// The service's answer cannot be written: too long, or of state 0.
+  std::optional<Rule> refused{};
+  bool operator==(const Policy&) const = default;
+
+  /// What `other` says wins.
+  [[nodiscard]] Policy overlaid_by(const Policy& other) const {
+    return {other.unserved ? other.unserved : unserved, other.deadline ? other.deadline : deadline,
+            other.lost ? other.lost : lost, other.refused ? other.refused : refused};
+  }
+};
+
+/// The policies of a gateway: for all, for a machine, for a service; the closest says most.
+struct Policies {
+  Policy everywhere{};
+  std::map<std::string, Policy> by_machine{};
+  /// By canonical UUID.
+  std::map<std::string, Policy> by_uuid{};
+  bool operator==(const Policies&) const = default;
+
+  [[nodiscard]] Policy of(const std::string& machine, const std::string& uuid) const {
+    Policy policy = everywhere;
+    if (const auto found = by_machine.find(machine); found != by_machine.end()) {
+      policy = policy.overlaid_by(found->second);
+    }
+    if (const auto found = by_uuid.find(uuid); found != by_uuid.end()) {
+      policy = policy.overlaid_by(found->second);
+    }
+    return policy;
+  }
+};
+
+}  // namespace millrace::gateway

@@ -1,0 +1,273 @@
+#include "gateway/session.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/words.hpp"
+
+namespace millrace::gateway {
+
+ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace)
+    : key_(std::move(key)), pace_(pace) {
+  status_.key = key_;
+}
+
+void ChannelSession::resume(Call call, const Policy& policy) {
+  assert(!link_up_ && !active_);
+  active_.emplace();
+  active_->call = std::move(call);
+  policy_ = policy;
+  active_->reason = "resumed from the journal";
+  if (const auto& answer = active_->call.answer) {
+    // Its own looks find out whether the program still waits.
+    active_->writer = AnswerWriter::resumed(answer->text, answer->state, active_->call.clearing);
+  } else {
+    active_->verified = false;
+  }
+}
+
+Actions ChannelSession::on_link_up(Moment now) {
+  assert(io_ == Io::none && "each read and write is answered before the link comes back");
+  link_up_ = true;
+  trouble_.clear();
+  watch_.restart();
+  if (active_ && active_->writer) {
+    active_->writer->look_again();
+  }
+  if (active_ && active_->since == SteadyTime{}) {
+    // The wall clock may have been set since; a call is never older than the gateway's clock.
+    const auto age = std::max(now.wall - active_->call.seen, std::chrono::nanoseconds(0));
+    active_->since = now.steady - age;
+  }
+  due_ = now.steady;
+  whole_due_ = now.steady;
+  not_before_ = now.steady;
+  return finish(now);
+}
+
+Actions ChannelSession::on_link_down(const std::string& reason, Moment now) {
+  link_up_ = false;
+  link_reason_ = reason;
+  return finish(now);
+}
+
+Actions ChannelSession::on_wake(Moment now) {
+  return finish(now);
+}
+
+Actions ChannelSession::on_read(const Picture& picture, Moment now) {
+  const Io io = std::exchange(io_, Io::none);
+  trouble_.clear();
+  if (io == Io::answer && active_ && active_->writer) {
+    answer_looked(picture, now);
+  } else {
+    poll(picture, now);
+  }
+  return finish(now);
+}
+
+Actions ChannelSession::on_read_failed(const std::string& reason, Moment now) {
+  io_ = Io::none;
+  watch_.restart();
+  hold_off(reason, now);
+  return finish(now);
+}
+
+Actions ChannelSession::on_write(WriteOutcome outcome, const std::string& reason, Moment now) {
+  io_ = Io::none;
+  if (!active_ || !active_->writer) {
+    return finish(now);
+  }
+  AnswerWriter& writer = *active_->writer;
+  switch (outcome) {
+    case WriteOutcome::written:
+      writer.on_written();
+      writer_finished(now);
+      break;
+    case WriteOutcome::refused:
+      writer.look_again();
+      hold_off(reason, now);
+      break;
+    case WriteOutcome::unknown:
+      say(Level::warn, fmt::format("call {}: a write may or may not have taken place ({}); looking "
+                                   "at the channel before anything else is written",
+                                   active_->call.id.to_string(), reason));
+      writer.on_unknown();
+      break;
+  }
+  return finish(now);
+}
+
+Actions ChannelSession::on_recorded(std::uint64_t ticket, Moment now) {
+  if (!active_ || ticket == 0) {
+    return {};
+  }
+  Active& active = *active_;
+  if (ticket == active.dispatch_ticket) {
+    active.dispatch_ticket = 0;
+    publish(now);
+  } else if (ticket == active.interim_ticket) {
+    active.interim_ticket = 0;
+  } else if (ticket == active.answer_ticket) {
+    active.answer_ticket = 0;
+  } else if (ticket == active.clearing_ticket) {
+    active.clearing_ticket = 0;
+    active.call.clearing = true;
+    if (active.writer->next() == AnswerWriter::Step::record_clearing) {
+      active.writer->on_recorded(now.steady - looked_at_ <= pace_.fresh);
+    }
+  }
+  return finish(now);
+}
+
+Actions ChannelSession::claim(fabric::CallId id, const Policy& policy, Moment now) {
+  assert(offered_ && !active_);
+  policy_ = policy;
+  out_of_patience_ = false;
+  active_.emplace();
+  active_->since = now.steady;
+  active_->call.id = id;
+  active_->call.key = key_;
+  active_->call.request = *std::exchange(offered_, std::nullopt);
+  active_->call.seen = now.wall;
+  ++status_.calls;
+  whole_due_ = now.steady + pace_.whole;
+  tell(fabric::EventKind::seen, "", now);
+  say(Level::debug,
+      fmt::format("call {} seen: {} \"{}\", state {}", id.to_string(),
+                  printable(active_->call.request.uuid), printable(active_->call.request.text),
+                  active_->call.request.state));
+  return finish(now);
+}
+
+Actions ChannelSession::leave(const std::string& reason, const Policy& policy, Moment now) {
+  assert(offered_);
+  const PendingRequest request = *std::exchange(offered_, std::nullopt);
+  policy_ = policy;
+  if (watch_.ignored() != request) {
+    left_at_ = now.steady;
+    out_of_patience_ = false;
+  }
+  if (left_reason_ != reason || watch_.ignored() != request) {
+    fabric::Event event;
+    event.kind = fabric::EventKind::unserved;
+    event.uuid = request.uuid;
+    event.text = request.text;
+    event.state = request.state;
+    event.detail = reason;
+    tell(std::move(event), now);
+    say(Level::warn, reason);
+  }
+  left_reason_ = reason;
+  watch_.ignore(request);
+  return finish(now);
+}
+
+Actions ChannelSession::reconsider(Moment now) {
+  if (watch_.ignored()) {
+    watch_.reconsider();
+    due_ = now.steady;
+  }
+  return finish(now);
+}
+
+Actions ChannelSession::finish(Moment now) {
+  if (!offered_) {
+    check_patience(now);
+    advance(now);
+  }
+  show(now);
+  return std::exchange(out_, {});
+}
+
+void ChannelSession::advance(Moment now) {
+  if (!link_up_ || io_ != Io::none) {
+    return;
+  }
+  if (now.steady < not_before_) {
+    wake_at(not_before_);
+  } else if (drive_writer(now)) {
+    return;
+  } else if (now.steady >= due_) {
+    read(poll_look(now), Io::poll);
+  } else {
+    wake_at(due_);
+  }
+}
+
+void ChannelSession::poll(const Picture& picture, Moment now) {
+  if (active_) {
+    poll_call(picture, now);
+    return;
+  }
+  const bool whole = now.steady >= whole_due_;
+  if (whole) {
+    whole_due_ = now.steady + pace_.whole;
+  }
+  offered_ = watch_.on_look(picture, whole);
+  if (offered_) {
+    out_.emplace_back(Offer{*offered_, out_of_patience_});
+  }
+  const bool soon = now.steady < active_until_;
+  due_ = watch_.reading() ? now.steady : now.steady + (soon ? pace_.active : pace_.idle);
+}
+
+void ChannelSession::poll_call(const Picture& picture, Moment now) {
+  Active& active = *active_;
+  const Standing standing = judge(picture, active.call.request, active.call.shown);
+  if (standing != Standing::pending) {
+    end(false, why_over(standing, picture), now);
+    return;
+  }
+  due_ = now.steady + pace_.idle;
+  if (picture.look == Look::request) {
+    whole_due_ = now.steady + pace_.whole;
+    if (!active.verified) {
+      active.verified = true;
+      out_.emplace_back(Resume{active.call.id});
+    }
+  }
+}
+
+Look ChannelSession::poll_look(Moment now) const {
+  if (!active_) {
+    return watch_.look();
+  }
+  if (!active_->verified || now.steady >= whole_due_) {
+    return Look::request;
+  }
+  return active_->call.shown.empty() ? Look::state : Look::states;
+}
+
+void ChannelSession::read(Look look, Io io) {
+  io_ = io;
+  out_.emplace_back(Read{look});
+}
+
+void ChannelSession::write(Variable variable, Value value) {
+  io_ = Io::answer;
+  out_.emplace_back(Write{variable, std::move(value)});
+}
+
+void ChannelSession::wake_at(SteadyTime at) {
+  out_.emplace_back(WakeAt{at});
+}
+
+std::uint64_t ChannelSession::record(journal::Entry entry) {
+  const std::uint64_t ticket = next_ticket_++;
+  out_.emplace_back(Record{ticket, std::move(entry)});
+  return ticket;
+}
+
+void ChannelSession::hold_off(const std::string& reason, Moment now) {
+  not_before_ = now.steady + pace_.retry;
+  if (!reason.empty() && trouble_ != reason && link_up_) {
+    trouble_ = reason;
+    say(Level::warn, reason);
+  }
+}
+
+}  // namespace millrace::gateway

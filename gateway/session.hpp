@@ -1,0 +1,204 @@
+// One channel's conversation with its controller and the fabric: finds requests, claims them,
+// brings the answers back. Pure: takes events and times, returns actions.
+//
+//   ChannelSession session({"cnc", 1});
+//   auto actions = session.on_link_up(now);          → Read{Look::state}
+//   actions = session.on_read(picture, now);         → … → Offer{request}
+//   actions = session.claim(id, now);                → Tell{seen}, Show{waiting}
+//   actions = session.assign(attempt, now);          → Record{Dispatched}, then Publish
+//   actions = session.on_reply(reply, now);          → Record{Answered}, Read, Write, Write, Write
+//
+// After each input the actions are carried out in their order.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "gateway/action.hpp"
+#include "gateway/answer_writer.hpp"
+#include "gateway/call.hpp"
+#include "gateway/policy.hpp"
+#include "gateway/request_watch.hpp"
+
+namespace millrace::gateway {
+
+/// How often a channel is looked at. The defaults cost a controller 100 short reads a second for
+/// each idle channel.
+struct Pace {
+  /// Within `active_for` of an answer, when a program's next request is likely.
+  std::chrono::milliseconds active{2};
+  std::chrono::milliseconds active_for{1000};
+  std::chrono::milliseconds idle{10};
+  /// How often a pending request is read whole, to see texts change under the same state.
+  std::chrono::milliseconds whole{500};
+  /// After the controller refused something or did not answer in time.
+  std::chrono::milliseconds retry{500};
+  /// How old a look may be when REQUEST_STATE is cleared.
+  std::chrono::milliseconds fresh{10};
+  bool operator==(const Pace&) const = default;
+};
+
+/// What the dispatcher decided for the call.
+struct Assignment {
+  Attempt attempt;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// For people: "square_root on host7".
+  std::string name;
+};
+
+/// An answer that no service gave.
+struct Settlement {
+  std::string text;
+  std::uint32_t state = 0;
+  /// For people: "the gateway", "operator@host".
+  std::string by;
+};
+
+class ChannelSession {
+ public:
+  explicit ChannelSession(fabric::ChannelKey key, Pace pace = {});
+
+  /// A call of an earlier run, from the journal; before the link comes up.
+  void resume(Call call, const Policy& policy);
+
+  Actions on_link_up(Moment now);
+  Actions on_link_down(const std::string& reason, Moment now);
+  Actions on_wake(Moment now);
+  Actions on_read(const Picture& picture, Moment now);
+  /// `reason` in words, with the code.
+  Actions on_read_failed(const std::string& reason, Moment now);
+  Actions on_write(WriteOutcome outcome, const std::string& reason, Moment now);
+  Actions on_recorded(std::uint64_t ticket, Moment now);
+
+  /// Takes the offered request under this id.
+  Actions claim(fabric::CallId id, const Policy& policy, Moment now);
+  /// Leaves the offered request alone; `reason` says why.
+  Actions leave(const std::string& reason, const Policy& policy, Moment now);
+  /// Offers a request again that was left: somebody new is there.
+  Actions reconsider(Moment now);
+
+  /// Gives the call to an instance; the same attempt again only repeats it on the fabric.
+  Actions assign(const Assignment& assignment, Moment now);
+  /// Takes the call from its instance. It waits for another one, or, if `held`, for an operator.
+  Actions suspend(const std::string& reason, bool held, Moment now);
+  /// Why the call still waits.
+  Actions explain(const std::string& reason, Moment now);
+  Actions on_reply(const fabric::Reply& reply, Moment now);
+  /// Answers the call in the service's place, if it has no answer yet.
+  Actions settle(const Settlement& settlement, Moment now);
+  /// Takes the call from wherever it is; the dispatcher gives it out again.
+  Actions retry(const std::string& by, Moment now);
+
+  [[nodiscard]] const fabric::ChannelKey& key() const { return key_; }
+  /// The claimed call, or nullptr.
+  [[nodiscard]] const Call* call() const { return active_ ? &active_->call : nullptr; }
+  [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }
+
+ private:
+  enum class Io { none, poll, answer };
+
+  /// The claimed call and how far it is. A ticket that is not 0 waits for the journal.
+  struct Active {
+    Call call;
+    /// False until the channel has shown that a resumed call is still pending.
+    bool verified = true;
+    bool held = false;
+    std::string reason;
+    /// When it was claimed; set at the first link for a resumed call.
+    SteadyTime since{};
+    /// An at-most-once call whose instance is lost.
+    std::optional<SteadyTime> lost_since;
+    /// The deadline is over and was told.
+    bool overdue = false;
+    std::optional<Assignment> assignment;
+    /// The newest interim reply, and the one the journal is told of.
+    std::optional<fabric::Reply> interim;
+    std::optional<fabric::Reply> recorded_interim;
+    std::optional<AnswerWriter> writer;
+    std::uint64_t dispatch_ticket = 0;
+    std::uint64_t interim_ticket = 0;
+    std::uint64_t answer_ticket = 0;
+    std::uint64_t clearing_ticket = 0;
+  };
+
+  /// How the last call ended, for the replies that come after it.
+  struct Past {
+    fabric::CallId call;
+    bool answered = false;
+    fabric::InstanceId answered_by;
+  };
+
+  // session.cpp: the channel
+  Actions finish(Moment now);
+  void advance(Moment now);
+  void poll(const Picture& picture, Moment now);
+  void poll_call(const Picture& picture, Moment now);
+  void read(Look look, Io io);
+  void write(Variable variable, Value value);
+  void wake_at(SteadyTime at);
+  std::uint64_t record(journal::Entry entry);
+  [[nodiscard]] Look poll_look(Moment now) const;
+  void hold_off(const std::string& reason, Moment now);
+
+  // session_call.cpp: given out, over
+  void publish(Moment now);
+  void end(bool answered, const std::string& detail, Moment now);
+
+  // session_reply.cpp: what instances say
+  void take_final(const fabric::Reply& reply, Moment now);
+  void take_interim(const fabric::Reply& reply);
+  void take_answer(journal::Answer answer, fabric::Event event, Moment now);
+  void refuse(const fabric::Reply& reply, const std::string& why, Moment now);
+  void late(const fabric::Reply& reply, Moment now);
+
+  // session_patience.cpp: what happens when no service answers
+  void check_patience(Moment now);
+  void give_up(const Rule& rule, const std::string& why, Moment now);
+  void answer_instead(const Settlement& settlement, Moment now);
+
+  // session_writer.cpp: the way of an answer into the channel
+  void start_writer();
+  bool drive_writer(Moment now);
+  void answer_looked(const Picture& picture, Moment now);
+  void writer_finished(Moment now);
+
+  // session_report.cpp: what people and tools see
+  void tell(fabric::EventKind kind, const std::string& detail, Moment now);
+  void tell(fabric::Event event, Moment now);
+  void say(Level level, std::string text);
+  void show(Moment now);
+  [[nodiscard]] fabric::ChannelState state() const;
+  [[nodiscard]] std::string reason() const;
+
+  fabric::ChannelKey key_;
+  Pace pace_;
+  Actions out_;
+  fabric::ChannelStatus status_;
+  /// What was shown last.
+  std::optional<fabric::ChannelStatus> shown_;
+
+  bool link_up_ = false;
+  std::string link_reason_ = "not connected yet";
+  /// What the controller refused last; empty while it answers.
+  std::string trouble_;
+  Io io_ = Io::none;
+  SteadyTime due_{};
+  SteadyTime not_before_{};
+  SteadyTime active_until_{};
+  SteadyTime whole_due_{};
+  SteadyTime looked_at_{};
+
+  RequestWatch watch_;
+  std::optional<PendingRequest> offered_;
+  std::string left_reason_;
+  SteadyTime left_at_{};
+  /// The request nobody serves has waited for as long as its policy says.
+  bool out_of_patience_ = false;
+  /// Of the request that is left, or of the call.
+  Policy policy_;
+  std::optional<Active> active_;
+  std::optional<Past> past_;
+  std::uint64_t next_ticket_ = 1;
+};
+
+}  // namespace millrace::gateway

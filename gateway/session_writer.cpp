@@ -1,0 +1,100 @@
+// The way of an answer into the channel.
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/session.hpp"
+#include "gateway/words.hpp"
+
+namespace millrace::gateway {
+
+void ChannelSession::start_writer() {
+  Active& active = *active_;
+  if (active.writer) {
+    return;
+  }
+  using Kind = AnswerWriter::Kind;
+  if (active.call.answer) {
+    if (active.answer_ticket == 0) {
+      active.writer.emplace(Kind::final, active.call.answer->text, active.call.answer->state);
+    }
+  } else if (active.recorded_interim) {
+    if (active.interim_ticket == 0) {
+      const auto interim = *std::exchange(active.recorded_interim, std::nullopt);
+      active.call.shown.push_back(interim.state);
+      active.writer.emplace(Kind::interim, interim.text, interim.state);
+    }
+  } else if (active.interim) {
+    active.recorded_interim = std::exchange(active.interim, std::nullopt);
+    active.interim_ticket =
+        record(journal::Interim{active.call.id, active.recorded_interim->state});
+  }
+}
+
+bool ChannelSession::drive_writer(Moment now) {
+  if (!active_) {
+    return false;
+  }
+  start_writer();
+  if (!active_->writer) {
+    return false;
+  }
+  const AnswerWriter& writer = *active_->writer;
+  switch (writer.next()) {
+    case AnswerWriter::Step::look:
+      read(writer.look(), Io::answer);
+      return true;
+    case AnswerWriter::Step::write_response:
+      write(Variable::response, writer.text());
+      return true;
+    case AnswerWriter::Step::clear:
+      write(Variable::request_state, std::uint32_t{0});
+      return true;
+    case AnswerWriter::Step::write_state:
+      write(Variable::response_state, writer.state());
+      return true;
+    case AnswerWriter::Step::record_clearing:
+      if (active_->clearing_ticket == 0) {
+        active_->clearing_ticket = record(journal::Clearing{active_->call.id});
+        due_ = now.steady + pace_.idle;
+      }
+      return false;
+    case AnswerWriter::Step::done:
+    case AnswerWriter::Step::dropped:
+      return false;
+  }
+  return false;
+}
+
+void ChannelSession::answer_looked(const Picture& picture, Moment now) {
+  looked_at_ = now.steady;
+  const Call& call = active_->call;
+  const Standing standing = judge(picture, call.request, call.shown);
+  if (active_->writer->on_look(picture, standing, call.request) == AnswerWriter::Step::dropped) {
+    end(false, why_over(standing, picture), now);
+  } else {
+    writer_finished(now);
+  }
+}
+
+void ChannelSession::writer_finished(Moment now) {
+  Active& active = *active_;
+  if (active.writer->next() != AnswerWriter::Step::done) {
+    return;
+  }
+  if (active.writer->kind() == AnswerWriter::Kind::final) {
+    end(true, "", now);
+    return;
+  }
+  fabric::Event event;
+  event.kind = fabric::EventKind::interim;
+  event.call = active.call.id;
+  event.uuid = active.call.request.uuid;
+  event.text = active.writer->text();
+  event.state = active.writer->state();
+  tell(std::move(event), now);
+  active.call.shown.assign(1, active.writer->state());
+  active.writer.reset();
+}
+
+}  // namespace millrace::gateway

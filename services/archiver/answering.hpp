@@ -1,0 +1,34 @@
+// From a call to a row, and from its being written to the answer.
+//
+// States (docs/services.md): 1 written, "OK" and the id of the row; 10 request not understood; 11
+// the archive cannot be written.
+#pragma once
+
+#include <cstdint>
+
+#include <tl/expected.hpp>
+
+#include "services/archiver/row.hpp"
+#include "services/archiver/writer.hpp"
+#include "services/sdk/response.hpp"
+
+namespace millrace::services::archiver {
+
+inline constexpr std::uint32_t state_not_written = 11;
+
+/// What the archiver needs to know of a call.
+struct CallInfo {
+  fabric::CallId call{};
+  fabric::ChannelKey key{};
+  std::uint32_t state = 0;
+  /// CP1252.
+  std::string request{};
+  bool replayed = false;
+};
+
+/// The error is the answer to a request that cannot be kept.
+tl::expected<Put, sdk::Response> put_of(const CallInfo& call, fabric::Time now);
+
+sdk::Response answer_to(const Written& written);
+
+}  // namespace millrace::services::archiver

@@ -1,0 +1,137 @@
+#include "services/archiver/archive.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+
+namespace millrace::services::archiver {
+
+namespace {
+
+namespace fs = std::filesystem;
+using fabric::Time;
+
+constexpr std::string_view name_start = "archive-";
+constexpr std::string_view name_end = ".db";
+
+/// "archive-000017.db" → 17; nothing for other files.
+std::optional<std::uint64_t> number_of(const fs::path& file) {
+  const std::string name = file.filename().string();
+  if (!name.starts_with(name_start) || !name.ends_with(name_end)) {
+    return std::nullopt;
+  }
+  const char* const first = name.data() + name_start.size();
+  const char* const last = name.data() + name.size() - name_end.size();
+  std::uint64_t number = 0;
+  const auto [end, error] = std::from_chars(first, last, number);
+  return error == std::errc() && end == last ? std::optional(number) : std::nullopt;
+}
+
+fs::path name_of(const fs::path& folder, std::uint64_t number) {
+  return folder / fmt::format("{}{:06}{}", name_start, number, name_end);
+}
+
+/// Held as long as the descriptor is open; a crash lets it go.
+posix::Fd lock(const fs::path& folder) {
+  const fs::path file = folder / "archive.lock";
+  posix::Fd fd(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640));
+  if (!fd) {
+    throw std::runtime_error(posix::last_error("cannot open " + file.string()));
+  }
+  if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
+    throw std::runtime_error(errno == EWOULDBLOCK
+                                 ? folder.string() + ": another archiver writes here"
+                                 : posix::last_error("cannot lock " + file.string()));
+  }
+  return fd;
+}
+
+fs::path made(fs::path folder) {
+  fs::create_directories(folder);
+  return folder;
+}
+
+}  // namespace
+
+std::vector<fs::path> archive_files(const fs::path& folder) {
+  std::vector<std::pair<std::uint64_t, fs::path>> numbered;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (const auto number = number_of(entry.path())) {
+      numbered.emplace_back(*number, entry.path());
+    }
+  }
+  std::sort(numbered.begin(), numbered.end());
+  std::vector<fs::path> files;
+  for (auto& [number, file] : numbered) {
+    files.push_back(std::move(file));
+  }
+  return files;
+}
+
+Archive::Archive(fs::path folder, const Policy& policy, Time now)
+    : folder_(made(std::move(folder))), policy_(policy), lock_(lock(folder_)) {
+  const auto files = archive_files(folder_);
+  number_ = files.empty() ? 1 : number_of(files.back()).value();
+  current_.emplace(name_of(folder_, number_), Beginning{.begun = now, .first_put = 1});
+  if (files.size() > 1) {
+    previous_.emplace(files[files.size() - 2]);
+  }
+  remove_expired(now);
+}
+
+std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
+  if (current_->ended() || must_rotate(policy_, current_->begun(), current_->size(), now)) {
+    rotate(now);
+  }
+  std::vector<std::int64_t> known(rows.size(), 0);
+  std::vector<Row> fresh;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto* put = std::get_if<Put>(&rows[i]);
+    const auto earlier = put != nullptr && previous_ ? previous_->find(put->call) : std::nullopt;
+    if (earlier) {
+      known[i] = *earlier;
+    } else {
+      fresh.push_back(std::move(rows[i]));
+    }
+  }
+  const auto added = current_->append(fresh);
+  auto next = added.begin();
+  for (std::int64_t& id : known) {
+    id = id != 0 ? id : *next++;
+  }
+  return known;
+}
+
+fs::path Archive::file() const {
+  return name_of(folder_, number_);
+}
+
+void Archive::rotate(Time now) {
+  const std::int64_t next_put = current_->next_put();
+  current_->end(now);
+  current_.reset();
+  previous_.emplace(file());
+  ++number_;
+  current_.emplace(file(), Beginning{.begun = now, .first_put = next_put});
+  remove_expired(now);
+}
+
+void Archive::remove_expired(Time now) {
+  auto files = archive_files(folder_);
+  files.pop_back();
+  std::vector<Closed> closed;
+  for (const fs::path& file : files) {
+    closed.push_back({.bytes = fs::file_size(file), .ended = ClosedSegment(file).ended()});
+  }
+  const std::size_t count = expired(policy_, closed, current_->size(), now);
+  for (std::size_t i = 0; i < count; ++i) {
+    fs::remove(files[i]);
+  }
+}
+
+}  // namespace millrace::services::archiver

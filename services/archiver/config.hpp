@@ -1,0 +1,30 @@
+// archiver.textproto, read and checked (schema and defaults: idl/archiver.proto).
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "services/archiver/retention.hpp"
+
+namespace millrace::services::archiver {
+
+struct Config {
+  /// Absolute.
+  std::filesystem::path folder;
+  Policy policy;
+  bool record_events = true;
+  bool record_channels = true;
+  /// Canonical UUIDs whose texts are not recorded.
+  std::set<std::string> without_text;
+};
+
+/// The error names file, line and column.
+tl::expected<Config, std::string> load(const std::filesystem::path& file);
+
+/// Defaults, with the archive in the folder "archive" of `folder`.
+Config default_config(const std::filesystem::path& folder);
+
+}  // namespace millrace::services::archiver

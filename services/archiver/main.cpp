@@ -1,0 +1,101 @@
+// millrace-archiver: keeps what programs give it, and what happens on the fabric.
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "services/archiver/answering.hpp"
+#include "services/archiver/config.hpp"
+#include "services/archiver/query_command.hpp"
+#include "services/archiver/recorder.hpp"
+#include "services/archiver/writer.hpp"
+#include "services/sdk/command_line.hpp"
+
+namespace {
+
+using namespace millrace;
+namespace sdk = services::sdk;
+namespace archiver = services::archiver;
+
+fabric::Time now() {
+  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+}
+
+archiver::Config configuration(const std::string& file) {
+  if (file.empty()) {
+    return archiver::default_config(std::filesystem::current_path());
+  }
+  auto config = archiver::load(file);
+  if (!config) {
+    throw idl::program::UsageError(config.error());
+  }
+  return *std::move(config);
+}
+
+archiver::CallInfo info(const sdk::Call& call) {
+  return {.call = call.id(),
+          .key = call.channel(),
+          .state = call.state(),
+          .request = call.text(),
+          .replayed = call.replayed()};
+}
+
+/// Answers once the row is on the disk; the SDK's threads do not wait for that.
+sdk::LaterHandler writing_to(archiver::Writer& writer) {
+  return [&writer](const std::shared_ptr<const sdk::Call>& call) {
+    auto put = archiver::put_of(info(*call), now());
+    if (!put) {
+      call->answer(put.error());
+      return;
+    }
+    writer.put(*std::move(put), [call](const archiver::Written& written) {
+      call->answer(archiver::answer_to(written));
+    });
+  };
+}
+
+int serve(int argc, char** argv) {
+  // A repeated call adds no second row, so it may come as often as it likes.
+  sdk::ServiceProgram program({.uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7",
+                               .name = "archiver",
+                               .description =
+                                   "Keeps what NC programs give it, and what happens on the "
+                                   "fabric. See also: query --help, export --help",
+                               .version = MILLRACE_VERSION,
+                               .delivery = fabric::Delivery::at_least_once,
+                               .concurrency = 16});
+  std::string file;
+  program.app().add_option("--config", file, "Settings (archiver.textproto)");
+  std::optional<archiver::Writer> writer;
+  std::optional<archiver::Recorder> recorder;
+  const std::function<sdk::LaterHandler()> make = [&] {
+    const archiver::Config config = configuration(file);
+    writer.emplace(archiver::Archive(config.folder, config.policy, now()), program.log());
+    if (config.record_events || config.record_channels) {
+      const sdk::ServiceOptions& options = program.options();
+      recorder.emplace(fabric::ParticipantOptions{.domain = options.domain,
+                                                  .fabric = options.fabric,
+                                                  .lease = options.lease,
+                                                  .name = "archiver recorder",
+                                                  .configuration = options.configuration},
+                       archiver::RecorderOptions{.events = config.record_events,
+                                                 .channels = config.record_channels,
+                                                 .without_text = config.without_text},
+                       [&](archiver::Row row) { writer->record(std::move(row)); });
+    }
+    return writing_to(*writer);
+  };
+  return program.run(argc, argv, make);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string_view command = argc > 1 ? argv[1] : "";
+  if (command == "query") {
+    return archiver::query(argc - 1, argv + 1);
+  }
+  if (command == "export") {
+    return archiver::export_rows(argc - 1, argv + 1);
+  }
+  return serve(argc, argv);
+}

@@ -1,0 +1,176 @@
+#include "services/archiver/query.hpp"
+
+#include <functional>
+#include <stdexcept>
+#include <vector>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
+
+#include "services/archiver/archive.hpp"
+
+namespace millrace::services::archiver {
+
+namespace {
+
+struct Column {
+  const char* name;
+  /// Over the table, whose rows are called `row`.
+  const char* expression;
+  bool json = false;
+};
+using Columns = std::vector<Column>;
+
+struct Source {
+  const char* table;
+  Columns columns;
+};
+
+Source source_of(Kind kind) {
+  // Microseconds are what a person reads; the file holds nanoseconds.
+  Columns columns{{"id", "row.id"},
+                  {"at",
+                   "strftime('%Y-%m-%dT%H:%M:%S', row.at / 1000000000, 'unixepoch')"
+                   " || printf('.%06dZ', row.at / 1000 % 1000000)"},
+                  {"machine", "row.machine"},
+                  {"channel", "row.channel"},
+                  {"call", "row.call"}};
+  const auto with = [&](const char* table, const Columns& more) {
+    columns.insert(columns.end(), more.begin(), more.end());
+    return Source{table, columns};
+  };
+  switch (kind) {
+    case Kind::put:
+      return with(
+          "put",
+          {{"state", "row.state"},
+           {"text", "row.text"},
+           {"fields", "(SELECT json_group_object(key, value) FROM field WHERE put = row.id)", true},
+           {"replayed", "row.replayed"}});
+    case Kind::event:
+      return with("event", {{"attempt", "row.attempt"},
+                            {"kind", "row.kind"},
+                            {"instance", "row.instance"},
+                            {"uuid", "row.uuid"},
+                            {"state", "row.state"},
+                            {"text", "row.text"},
+                            {"detail", "row.detail"},
+                            {"replayed", "row.replayed"}});
+    case Kind::channel:
+      return with("channel", {{"attempt", "row.attempt"},
+                              {"state", "row.state"},
+                              {"instance", "row.instance"},
+                              {"uuid", "row.uuid"},
+                              {"reason", "row.reason"}});
+  }
+  throw std::logic_error("no such kind of row");
+}
+
+/// The conditions of a filter and, in the same order, what is bound to them.
+class Condition {
+ public:
+  explicit Condition(const Filter& filter) {
+    add("row.at >= ?", filter.since.value_or(fabric::Time::min()).time_since_epoch().count());
+    add("row.at < ?", filter.until.value_or(fabric::Time::max()).time_since_epoch().count());
+    if (filter.machine) {
+      add("row.machine = ?", *filter.machine);
+    }
+    if (filter.channel) {
+      add("row.channel = ?", std::int32_t{*filter.channel});
+    }
+    if (filter.call) {
+      add("row.call = ?", *filter.call);
+    }
+    if (filter.key) {
+      add("EXISTS (SELECT 1 FROM field WHERE put = row.id AND key = ? AND value = coalesce(?, "
+          "value))",
+          *filter.key);
+      bind_later(filter.value);
+    }
+  }
+
+  [[nodiscard]] const std::string& sql() const { return sql_; }
+
+  void bind(SQLite::Statement& statement) const {
+    int index = 0;
+    for (const auto& value : values_) {
+      value(statement, ++index);
+    }
+  }
+
+ private:
+  template <typename Value>
+  void add(const char* text, const Value& value) {
+    sql_ += (sql_.empty() ? "" : " AND ") + std::string(text);
+    values_.emplace_back(
+        [value](SQLite::Statement& statement, int index) { statement.bind(index, value); });
+  }
+  /// Nothing becomes NULL.
+  void bind_later(const std::optional<std::string>& value) {
+    values_.emplace_back([value](SQLite::Statement& statement, int index) {
+      value ? statement.bind(index, *value) : statement.bind(index);
+    });
+  }
+
+  std::string sql_;
+  std::vector<std::function<void(SQLite::Statement&, int)>> values_;
+};
+
+std::string sql_of(const Source& source, const Condition& condition) {
+  std::string columns;
+  for (const Column& column : source.columns) {
+    columns += (columns.empty() ? "" : ", ") + std::string(column.expression);
+  }
+  return fmt::format("SELECT {} FROM {} AS row WHERE {} ORDER BY row.id", columns, source.table,
+                     condition.sql());
+}
+
+Cell cell_of(const SQLite::Column& value, const Column& column) {
+  if (value.isNull()) {
+    return {};
+  }
+  const Cell::Type text = column.json ? Cell::Type::json : Cell::Type::text;
+  return {.type = value.isInteger() ? Cell::Type::number : text, .text = value.getString()};
+}
+
+/// Writes the rows of one file, at most `limit`, and counts them.
+std::uint64_t write_file(const std::filesystem::path& file, const Source& source,
+                         const Condition& condition, std::uint64_t limit, Table& table) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READONLY);
+  if (!database.tableExists(source.table)) {
+    return 0;  // written before there was one, and never since
+  }
+  SQLite::Statement select(database, sql_of(source, condition));
+  condition.bind(select);
+  std::uint64_t count = 0;
+  std::vector<Cell> cells(source.columns.size());
+  while (count < limit && select.executeStep()) {
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      cells[i] = cell_of(select.getColumn(static_cast<int>(i)), source.columns[i]);
+    }
+    table.write(cells);
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+std::uint64_t write_rows(const std::filesystem::path& folder, const Filter& filter, Format format,
+                         std::ostream& out) {
+  const Source source = source_of(filter.kind);
+  const Condition condition(filter);
+  std::vector<std::string> names;
+  for (const Column& column : source.columns) {
+    names.emplace_back(column.name);
+  }
+  Table table(format, std::move(names), out);
+  const std::uint64_t limit = filter.limit.value_or(UINT64_MAX);
+  std::uint64_t count = 0;
+  for (const auto& file : archive_files(folder)) {
+    count += write_file(file, source, condition, limit - count, table);
+  }
+  return count;
+}
+
+}  // namespace millrace::services::archiver

@@ -1,0 +1,96 @@
+#include "services/archiver/schema.hpp"
+
+#include <array>
+#include <stdexcept>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
+
+namespace millrace::services::archiver {
+
+namespace {
+
+/// Step n makes version n + 1 of version n. Never changed once released, only added to.
+constexpr std::array<const char*, schema_version> steps{
+    // Puts. The call is a key, so that a repeated one adds nothing.
+    R"sql(
+CREATE TABLE archive (
+  begun     INTEGER NOT NULL,
+  ended     INTEGER,
+  first_put INTEGER NOT NULL
+) STRICT;
+CREATE TABLE put (
+  id       INTEGER PRIMARY KEY,
+  call     TEXT    NOT NULL UNIQUE,
+  at       INTEGER NOT NULL,
+  machine  TEXT    NOT NULL,
+  channel  INTEGER NOT NULL,
+  state    INTEGER NOT NULL,
+  text     TEXT    NOT NULL,
+  replayed INTEGER NOT NULL
+) STRICT;
+CREATE INDEX put_at ON put (at);
+CREATE TABLE field (
+  put   INTEGER NOT NULL REFERENCES put (id) ON DELETE CASCADE,
+  key   TEXT    NOT NULL,
+  value TEXT    NOT NULL,
+  PRIMARY KEY (put, key)
+) STRICT, WITHOUT ROWID;
+)sql",
+    // What the archiver sees on the fabric by itself.
+    R"sql(
+CREATE TABLE event (
+  id       INTEGER PRIMARY KEY,
+  at       INTEGER NOT NULL,
+  kind     TEXT    NOT NULL,
+  machine  TEXT    NOT NULL,
+  channel  INTEGER NOT NULL,
+  call     TEXT    NOT NULL,
+  attempt  INTEGER NOT NULL,
+  instance TEXT    NOT NULL,
+  uuid     TEXT    NOT NULL,
+  text     TEXT,
+  state    INTEGER NOT NULL,
+  detail   TEXT    NOT NULL,
+  replayed INTEGER NOT NULL
+) STRICT;
+CREATE INDEX event_at ON event (at);
+CREATE INDEX event_call ON event (call);
+CREATE TABLE channel (
+  id       INTEGER PRIMARY KEY,
+  at       INTEGER NOT NULL,
+  machine  TEXT    NOT NULL,
+  channel  INTEGER NOT NULL,
+  state    TEXT    NOT NULL,
+  call     TEXT    NOT NULL,
+  attempt  INTEGER NOT NULL,
+  instance TEXT    NOT NULL,
+  uuid     TEXT    NOT NULL,
+  reason   TEXT    NOT NULL,
+  UNIQUE (machine, channel, at, state, call, attempt)
+) STRICT;
+CREATE INDEX channel_at ON channel (at);
+)sql",
+};
+
+}  // namespace
+
+void migrate(SQLite::Database& database) {
+  const int version = database.execAndGet("PRAGMA user_version").getInt();
+  if (version > schema_version) {
+    throw std::runtime_error(
+        fmt::format("{}: written by a newer millrace (schema {}, this one knows up to {})",
+                    database.getFilename(), version, schema_version));
+  }
+  if (version == schema_version) {
+    return;
+  }
+  SQLite::Transaction transaction(database);
+  for (auto step = static_cast<std::size_t>(version); step < steps.size(); ++step) {
+    database.exec(steps.at(step));
+  }
+  database.exec(fmt::format("PRAGMA user_version = {}", schema_version));
+  transaction.commit();
+}
+
+}  // namespace millrace::services::archiver

@@ -1,0 +1,192 @@
+#include "services/archiver/segment.hpp"
+
+#include <optional>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+
+#include "idl/text/cp1252.hpp"
+#include "services/archiver/names.hpp"
+#include "services/archiver/schema.hpp"
+
+namespace millrace::services::archiver {
+
+namespace {
+
+using fabric::Time;
+
+constexpr int busy_timeout_ms = 5000;
+
+std::int64_t count(Time time) {
+  return time.time_since_epoch().count();
+}
+
+void begin(SQLite::Database& database, const Beginning& beginning) {
+  SQLite::Statement insert(database,
+                           "INSERT INTO archive (begun, first_put)"
+                           " SELECT ?, ? WHERE NOT EXISTS (SELECT 1 FROM archive)");
+  insert.bind(1, count(beginning.begun));
+  insert.bind(2, beginning.first_put);
+  insert.exec();
+}
+
+/// Opened and ready for durable writing.
+SQLite::Database open(const std::filesystem::path& file, const Beginning& beginning) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
+                            busy_timeout_ms);
+  database.exec("PRAGMA journal_mode = WAL");
+  // Each commit is on the disk when it returns: an acknowledged row survives a power cut.
+  database.exec("PRAGMA synchronous = FULL");
+  database.exec("PRAGMA foreign_keys = ON");
+  migrate(database);
+  begin(database, beginning);
+  return database;
+}
+
+void bind(SQLite::Statement& statement, int index, const std::optional<std::string>& value) {
+  value ? statement.bind(index, *value) : statement.bind(index);
+}
+
+template <typename Value>
+void bind(SQLite::Statement& statement, int index, const Value& value) {
+  statement.bind(index, value);
+}
+
+/// Binds `values` in their order and runs the statement; returns the number of rows it changed.
+template <typename... Values>
+int run(SQLite::Statement& statement, const Values&... values) {
+  // The plain reset() throws once more what the last execution threw.
+  statement.tryReset();
+  int index = 0;
+  (bind(statement, ++index, values), ...);
+  return statement.exec();
+}
+
+}  // namespace
+
+/// Prepared once, used for every row.
+struct Segment::Impl {
+  Impl(const std::filesystem::path& path, const Beginning& beginning);
+
+  /// The id of a put, 0 for the others.
+  std::int64_t add(const Put& put);
+  std::int64_t add(const EventRow& row);
+  std::int64_t add(const fabric::ChannelStatus& status);
+  std::int64_t id_of(const std::string& call);
+
+  std::filesystem::path file;
+  SQLite::Database database;
+  SQLite::Statement put;
+  SQLite::Statement field;
+  SQLite::Statement find;
+  SQLite::Statement event;
+  SQLite::Statement channel;
+  std::int64_t next_put = 1;
+};
+
+Segment::Impl::Impl(const std::filesystem::path& path, const Beginning& beginning)
+    : file(path),
+      database(open(path, beginning)),
+      put(database,
+          "INSERT INTO put (id, call, at, machine, channel, state, text, replayed)"
+          " VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (call) DO NOTHING"),
+      field(database, "INSERT INTO field (put, key, value) VALUES (?, ?, ?)"),
+      find(database, "SELECT id FROM put WHERE call = ?"),
+      event(database,
+            "INSERT INTO event (at, kind, machine, channel, call, attempt, instance, uuid, text,"
+            " state, detail, replayed) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"),
+      channel(database,
+              "INSERT INTO channel (at, machine, channel, state, call, attempt, instance, uuid,"
+              " reason) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"),
+      next_put(database
+                   .execAndGet("SELECT coalesce((SELECT max(id) + 1 FROM put),"
+                               " (SELECT first_put FROM archive))")
+                   .getInt64()) {}
+
+std::int64_t Segment::Impl::add(const Put& row) {
+  const std::string call = row.call.to_string();
+  const int added = run(put, next_put, call, count(row.at), row.key.machine,
+                        std::int32_t{row.key.channel}, row.state, row.text, row.replayed ? 1 : 0);
+  if (added == 0) {
+    return id_of(call);
+  }
+  for (const Field& pair : row.fields) {
+    run(field, next_put, pair.key, pair.value);
+  }
+  return next_put++;
+}
+
+std::int64_t Segment::Impl::add(const EventRow& row) {
+  const fabric::Event& from = row.event;
+  run(event, count(from.at), name_of(from.kind), from.key.machine, std::int32_t{from.key.channel},
+      from.call.to_string(), from.attempt, from.instance.to_string(), from.uuid,
+      row.with_text ? std::optional(idl::text::to_utf8(from.text)) : std::nullopt, from.state,
+      from.detail, from.replayed ? 1 : 0);
+  return 0;
+}
+
+std::int64_t Segment::Impl::add(const fabric::ChannelStatus& row) {
+  run(channel, count(row.since), row.key.machine, std::int32_t{row.key.channel}, name_of(row.state),
+      row.call.to_string(), row.attempt, row.instance.to_string(), row.uuid, row.reason);
+  return 0;
+}
+
+std::int64_t Segment::Impl::id_of(const std::string& call) {
+  find.tryReset();
+  find.bind(1, call);
+  find.executeStep();
+  const std::int64_t id = find.getColumn(0).getInt64();
+  find.reset();
+  return id;
+}
+
+Segment::Segment(const std::filesystem::path& file, const Beginning& beginning)
+    : impl_(std::make_unique<Impl>(file, beginning)) {}
+Segment::~Segment() = default;
+Segment::Segment(Segment&&) noexcept = default;
+Segment& Segment::operator=(Segment&&) noexcept = default;
+
+std::vector<std::int64_t> Segment::append(const std::vector<Row>& rows) {
+  const std::int64_t next_put = impl_->next_put;
+  std::vector<std::int64_t> ids;
+  ids.reserve(rows.size());
+  try {
+    SQLite::Transaction transaction(impl_->database);
+    for (const Row& row : rows) {
+      ids.push_back(std::visit([&](const auto& value) { return impl_->add(value); }, row));
+    }
+    transaction.commit();
+  } catch (...) {
+    impl_->next_put = next_put;
+    throw;
+  }
+  return ids;
+}
+
+std::int64_t Segment::next_put() const {
+  return impl_->next_put;
+}
+
+Time Segment::begun() const {
+  const std::int64_t begun = impl_->database.execAndGet("SELECT begun FROM archive").getInt64();
+  return Time(std::chrono::nanoseconds(begun));
+}
+
+bool Segment::ended() const {
+  return impl_->database.execAndGet("SELECT ended IS NOT NULL FROM archive").getInt() != 0;
+}
+
+std::uintmax_t Segment::size() const {
+  std::uintmax_t size = std::filesystem::file_size(impl_->file);
+  std::error_code none;
+  const std::uintmax_t log = std::filesystem::file_size(impl_->file.string() + "-wal", none);
+  return none ? size : size + log;
+}
+
+void Segment::end(Time now) {
+  SQLite::Statement update(impl_->database, "UPDATE archive SET ended = ? WHERE ended IS NULL");
+  update.bind(1, count(now));
+  update.exec();
+  impl_->database.exec("PRAGMA journal_mode = DELETE");
+}
+
+}  // namespace millrace::services::archiver

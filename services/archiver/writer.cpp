@@ -1,0 +1,122 @@
+#include "services/archiver/writer.hpp"
+
+#include <exception>
+
+#include <spdlog/spdlog.h>
+
+namespace millrace::services::archiver {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t max_batch = 4096;
+constexpr std::size_t max_recorded = 100'000;
+constexpr std::chrono::seconds retry_after{1};
+
+fabric::Time now() {
+  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+}
+
+}  // namespace
+
+Writer::Writer(Archive archive, Log log)
+    : log_(std::move(log)), archive_(std::move(archive)), thread_([this] { run(); }) {}
+
+Writer::~Writer() {
+  {
+    const std::lock_guard guard(lock_);
+    ending_ = true;
+  }
+  changed_.notify_one();
+  thread_.join();
+}
+
+void Writer::put(Put put, Done done) {
+  {
+    const std::lock_guard guard(lock_);
+    puts_.emplace_back(std::move(put), std::move(done));
+  }
+  changed_.notify_one();
+}
+
+void Writer::record(Row row) {
+  {
+    const std::lock_guard guard(lock_);
+    recorded_.push_back(std::move(row));
+    if (recorded_.size() > max_recorded) {
+      recorded_.pop_front();
+      ++lost_;
+    }
+  }
+  changed_.notify_one();
+}
+
+void Writer::run() {
+  while (true) {
+    Batch batch = take();
+    if (batch.rows.empty()) {
+      return;
+    }
+    write(std::move(batch));
+  }
+}
+
+bool Writer::has_work() const {
+  return !puts_.empty() || (!recorded_.empty() && (ending_ || Clock::now() >= retry_));
+}
+
+Writer::Batch Writer::take() {
+  std::unique_lock guard(lock_);
+  while (!has_work() && !ending_) {
+    if (recorded_.empty()) {
+      changed_.wait(guard);
+    } else {
+      changed_.wait_until(guard, retry_);
+    }
+  }
+  Batch batch;
+  while (!puts_.empty() && batch.rows.size() < max_batch) {
+    batch.rows.emplace_back(std::move(puts_.front().first));
+    batch.done.push_back(std::move(puts_.front().second));
+    puts_.pop_front();
+  }
+  while (!recorded_.empty() && Clock::now() >= retry_ && batch.rows.size() < max_batch) {
+    batch.rows.push_back(std::move(recorded_.front()));
+    recorded_.pop_front();
+  }
+  return batch;
+}
+
+void Writer::write(Batch batch) {
+  try {
+    const auto ids = archive_.append(batch.rows, now());
+    for (std::size_t i = 0; i < batch.done.size(); ++i) {
+      batch.done[i](ids[i]);
+    }
+  } catch (const std::exception& error) {
+    log_->error("the archive {} cannot be written: {}", archive_.file().string(), error.what());
+    for (const Done& done : batch.done) {
+      done(tl::unexpected(std::string(error.what())));
+    }
+    keep(std::move(batch.rows), batch.done.size());
+  }
+}
+
+void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
+  const std::lock_guard guard(lock_);
+  const auto recorded = rows.begin() + static_cast<std::ptrdiff_t>(first_recorded);
+  if (ending_) {
+    lost_ += static_cast<std::uint64_t>(rows.end() - recorded) + recorded_.size();
+    recorded_.clear();
+  } else {
+    recorded_.insert(recorded_.begin(), std::make_move_iterator(recorded),
+                     std::make_move_iterator(rows.end()));
+    retry_ = Clock::now() + retry_after;
+  }
+  if (lost_ != 0) {
+    log_->error("{} recorded events and states are lost so far", lost_);
+  }
+}
+
+}  // namespace millrace::services::archiver

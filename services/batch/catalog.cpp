@@ -1,0 +1,72 @@
+#include "services/batch/catalog.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace millrace::services::batch {
+
+namespace {
+
+const Script* find(const std::vector<Script>& scripts, const std::string& uuid) {
+  const auto found = std::find_if(scripts.begin(), scripts.end(), [&](const Script& script) {
+    return script.registration.uuid == uuid;
+  });
+  return found == scripts.end() ? nullptr : &*found;
+}
+
+bool is_program(const std::filesystem::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
+         ::access(file.c_str(), X_OK) == 0;
+}
+
+std::string file_print(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) {
+    return "-\n";
+  }
+  return fmt::format("{}.{} {} {:o} {}\n", status.st_mtim.tv_sec, status.st_mtim.tv_nsec,
+                     status.st_size, status.st_mode, status.st_ino);
+}
+
+}  // namespace
+
+Changes changes(const std::vector<Script>& before, const std::vector<Script>& after) {
+  Changes changes;
+  for (const Script& script : before) {
+    const Script* now = find(after, script.registration.uuid);
+    if (now == nullptr || now->registration != script.registration) {
+      changes.stop.push_back(script.registration.uuid);
+    }
+  }
+  for (const Script& script : after) {
+    const Script* earlier = find(before, script.registration.uuid);
+    if (earlier == nullptr || earlier->registration != script.registration) {
+      changes.start.push_back(script);
+    } else if (*earlier != script) {
+      changes.update.push_back(script);
+    }
+  }
+  return changes;
+}
+
+std::vector<Script> present(const std::vector<Script>& scripts) {
+  std::vector<Script> there;
+  std::copy_if(scripts.begin(), scripts.end(), std::back_inserter(there),
+               [](const Script& script) { return is_program(script.program); });
+  return there;
+}
+
+std::string fingerprint(const std::filesystem::path& config, const std::vector<Script>& scripts) {
+  std::string print = file_print(config);
+  for (const Script& script : scripts) {
+    print += file_print(script.program);
+  }
+  return print;
+}
+
+}  // namespace millrace::services::batch

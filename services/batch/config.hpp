@@ -1,0 +1,24 @@
+// batch.textproto, read and checked (schema and defaults: idl/batch.proto).
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "services/batch/script.hpp"
+
+namespace millrace::services::batch {
+
+struct Config {
+  std::chrono::milliseconds settle{500};
+  std::vector<Script> scripts;
+};
+
+/// The error has one line per mistake, each naming the file and the script. A program that does not
+/// exist is no mistake: it may come later.
+tl::expected<Config, std::string> load(const std::filesystem::path& file);
+
+}  // namespace millrace::services::batch

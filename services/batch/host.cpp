@@ -1,0 +1,78 @@
+#include "services/batch/host.hpp"
+
+#include <algorithm>
+#include <exception>
+
+#include "services/batch/catalog.hpp"
+
+namespace millrace::services::batch {
+
+Host::Host(sdk::ServiceOptions base, idl::program::Log log)
+    : base_(std::move(base)), log_(std::move(log)) {}
+
+Host::~Host() {
+  // All at once, then wait for each.
+  for (auto& [uuid, served] : services_) {
+    served.service->stop();
+  }
+}
+
+void Host::serve(const std::vector<Script>& scripts) {
+  std::vector<Script> before;
+  for (const auto& [uuid, served] : services_) {
+    before.push_back(served.script);
+  }
+  const std::vector<Script> there = present(scripts);
+  for (const Script& script : scripts) {
+    if (std::find(there.begin(), there.end(), script) == there.end()) {
+      log_->warn("{}: {} is missing or not executable; {} is not served", script.registration.name,
+                 script.program.string(), script.registration.uuid);
+    }
+  }
+  const Changes todo = changes(before, there);
+  for (const std::string& uuid : todo.stop) {
+    stop(uuid);
+  }
+  for (const Script& script : todo.start) {
+    start(script);
+  }
+  for (const Script& script : todo.update) {
+    Served& served = services_.at(script.registration.uuid);
+    served.script = script;
+    served.current->set(script);
+    log_->info("{} runs {} differently from now on", script.registration.name,
+               script.program.string());
+  }
+}
+
+void Host::start(const Script& script) {
+  const Registration& registration = script.registration;
+  sdk::ServiceOptions options = base_;
+  options.uuid = registration.uuid;
+  options.name = registration.name;
+  options.description = registration.description;
+  options.channels = registration.channels;
+  options.delivery = registration.delivery;
+  options.concurrency = registration.concurrency;
+  auto current = std::make_shared<CurrentScript>(script);
+  try {
+    auto service = std::make_unique<sdk::Service>(options, answering(current, log_), log_);
+    services_.insert_or_assign(
+        registration.uuid,
+        Served{.script = script, .current = std::move(current), .service = std::move(service)});
+    log_->info("{} serves {} with {}", registration.name, registration.uuid,
+               script.program.string());
+  } catch (const std::exception& error) {
+    log_->error("{} cannot serve {}: {}", registration.name, registration.uuid, error.what());
+  }
+}
+
+void Host::stop(const std::string& uuid) {
+  auto node = services_.extract(uuid);
+  Served& served = node.mapped();
+  log_->info("{} serves {} no longer", served.script.registration.name, uuid);
+  served.service->stop();
+  leaving_.emplace_back([service = std::move(served.service)] { service->wait(); });
+}
+
+}  // namespace millrace::services::batch

@@ -1,0 +1,63 @@
+#include "services/batch/one_script.hpp"
+
+#include "services/batch/answering.hpp"
+#include "services/batch/catalog.hpp"
+#include "services/sdk/command_line.hpp"
+
+namespace millrace::services::batch {
+
+namespace {
+
+struct Flags {
+  std::string program;
+  std::uint32_t time_limit_ms = 30000;
+  bool accept_empty = false;
+  bool cut = false;
+  bool cp1252 = false;
+};
+
+void add_flags(CLI::App& app, Flags& flags) {
+  app.add_option("--exec", flags.program, "Program to run for each call")->required();
+  app.add_option("--time-limit", flags.time_limit_ms, "Milliseconds it may run")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("--accept-empty", flags.accept_empty, "Run it for an empty request, too");
+  app.add_flag("--cut", flags.cut, "Answer with the first 127 bytes of longer output");
+  app.add_flag("--cp1252", flags.cp1252, "It speaks the controller's code page, not UTF-8");
+}
+
+/// Throws UsageError for a program that is not there: nobody could bring it later unnoticed.
+Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
+  Script script;
+  script.registration.name = options.name;
+  script.program = std::filesystem::absolute(flags.program).lexically_normal();
+  script.folder = std::filesystem::current_path();
+  script.time_limit = std::chrono::milliseconds(flags.time_limit_ms);
+  script.too_long = flags.cut ? TooLong::cut : TooLong::refuse;
+  script.encoding = flags.cp1252 ? Encoding::cp1252 : Encoding::utf8;
+  script.accept_empty = flags.accept_empty;
+  if (present({script}).empty()) {
+    throw idl::program::UsageError("--exec: " + script.program.string() +
+                                   " is missing or not executable");
+  }
+  return script;
+}
+
+}  // namespace
+
+int serve_one(int argc, char** argv) {
+  sdk::ServiceProgram program({.uuid = default_uuid,
+                               .name = "batch",
+                               .description = "Answers calls with a program",
+                               .version = MILLRACE_VERSION,
+                               .delivery = fabric::Delivery::at_most_once});
+  Flags flags;
+  add_flags(program.app(), flags);
+  const std::function<sdk::Handler()> make = [&] {
+    return answering(std::make_shared<CurrentScript>(script_from(flags, program.options())),
+                     program.log());
+  };
+  return program.run(argc, argv, make);
+}
+
+}  // namespace millrace::services::batch

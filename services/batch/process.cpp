@@ -1,0 +1,147 @@
+#include "services/batch/process.hpp"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <optional>
+
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "services/batch/spawn.hpp"
+
+namespace millrace::services::batch {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using posix::Fd;
+
+/// How soon it is noticed that nobody wants the program any more.
+constexpr std::chrono::milliseconds look_up{50};
+
+/// What a pipe holds at most; what is left in it when the program has ended is no more.
+constexpr std::size_t pipe_capacity = 1 << 20;
+
+/// Reads what is there now, at most a pipe full; closes `fd` at its end.
+void drain(Fd& fd, Captured& into, std::size_t keep) {
+  std::array<char, 4096> bytes{};
+  for (std::size_t total = 0; fd && total < pipe_capacity;) {
+    const ssize_t count = ::read(fd.get(), bytes.data(), bytes.size());
+    if (count < 0) {
+      return;  // nothing there now
+    }
+    if (count == 0) {
+      fd.close();
+      return;
+    }
+    const auto size = static_cast<std::size_t>(count);
+    into.text.append(bytes.data(), std::min(size, keep - into.text.size()));
+    into.size += size;
+    total += size;
+  }
+}
+
+/// One running program and the decision when to end it.
+class Run {
+ public:
+  Run(Child child, const Limits& limits, const Unwanted& unwanted)
+      : child_(std::move(child)),
+        limits_(limits),
+        unwanted_(unwanted),
+        next_(Clock::now() + limits.time_limit) {}
+
+  Ended finish() {
+    while (!wait()) {
+    }
+    // The zombie keeps its number, so the group is still ours to end.
+    ::kill(-child_.pid, SIGKILL);
+    drain(child_.output, ended_.output, limits_.max_output);
+    drain(child_.errors, ended_.errors, limits_.max_errors);
+    reap();
+    return std::move(ended_);
+  }
+
+ private:
+  enum class Phase : std::uint8_t { running, asked_to_end, killed };
+
+  /// Waits for the next thing to happen and sees to it; true once the program has ended.
+  bool wait() {
+    std::array<pollfd, 3> events{pollfd{child_.ended.get(), POLLIN, 0},
+                                 pollfd{child_.output.get(), POLLIN, 0},
+                                 pollfd{child_.errors.get(), POLLIN, 0}};
+    ::poll(events.data(), events.size(), remaining());
+    drain(child_.output, ended_.output, limits_.max_output);
+    drain(child_.errors, ended_.errors, limits_.max_errors);
+    if (events[0].revents != 0) {
+      return true;
+    }
+    if (phase_ == Phase::running && unwanted_()) {
+      end_early(End::unwanted);
+    } else if (phase_ != Phase::killed && Clock::now() >= next_) {
+      end_early(End::time_limit);
+    }
+    return false;
+  }
+
+  /// Milliseconds until the next step of ending it; -1 once nothing is left to do but wait.
+  [[nodiscard]] int remaining() const {
+    if (phase_ == Phase::killed) {
+      return -1;
+    }
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(next_ - Clock::now()).count();
+    return static_cast<int>(std::clamp<std::int64_t>(left, 0, look_up.count()));
+  }
+
+  void end_early(End end) {
+    if (phase_ == Phase::running) {
+      early_ = end;
+      phase_ = Phase::asked_to_end;
+      next_ = Clock::now() + limits_.kill_after;
+      ::kill(-child_.pid, SIGTERM);
+      // A stopped (SIGSTOP) program could not obey.
+      ::kill(-child_.pid, SIGCONT);
+    } else {
+      phase_ = Phase::killed;
+      ::kill(-child_.pid, SIGKILL);
+    }
+  }
+
+  void reap() {
+    int status = 0;
+    ::waitpid(child_.pid, &status, 0);
+    if (early_) {
+      ended_.end = *early_;
+    } else if (WIFSIGNALED(status)) {
+      ended_.end = End::signalled;
+      ended_.code = WTERMSIG(status);
+    } else {
+      ended_.end = End::exited;
+      ended_.code = WEXITSTATUS(status);
+    }
+  }
+
+  Child child_;
+  Limits limits_;
+  const Unwanted& unwanted_;
+  Phase phase_ = Phase::running;
+  Clock::time_point next_;
+  std::optional<End> early_;
+  Ended ended_;
+};
+
+}  // namespace
+
+Ended run(const Command& command, const Limits& limits, const Unwanted& unwanted) {
+  if (unwanted()) {
+    return {.end = End::unwanted};
+  }
+  auto child = spawn(command);
+  if (!child) {
+    return {.end = End::not_started, .reason = child.error()};
+  }
+  return Run(std::move(*child), limits, unwanted).finish();
+}
+
+}  // namespace millrace::services::batch

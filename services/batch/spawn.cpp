@@ -1,0 +1,172 @@
+#include "services/batch/spawn.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <csignal>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace millrace::services::batch {
+
+namespace {
+
+using posix::Fd;
+using posix::last_error;
+
+constexpr std::size_t max_input = 4096;
+
+struct Pipe {
+  Fd read;
+  Fd write;
+};
+
+std::optional<Pipe> make_pipe() {
+  int ends[2] = {-1, -1};
+  if (::pipe2(ends, O_CLOEXEC) != 0) {
+    return std::nullopt;
+  }
+  return Pipe{.read = Fd(ends[0]), .write = Fd(ends[1])};
+}
+
+/// RAII around what posix_spawn wants to be told. All calls only fill memory.
+class Instructions {
+ public:
+  Instructions() {
+    posix_spawn_file_actions_init(&actions_);
+    posix_spawnattr_init(&attributes_);
+    // The service blocks and handles signals for itself; the program starts with a clean slate.
+    sigset_t none;
+    sigemptyset(&none);
+    sigset_t all;
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes_, &none);
+    posix_spawnattr_setsigdefault(&attributes_, &all);
+    posix_spawnattr_setpgroup(&attributes_, 0);
+    posix_spawnattr_setflags(
+        &attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  }
+  ~Instructions() {
+    posix_spawn_file_actions_destroy(&actions_);
+    posix_spawnattr_destroy(&attributes_);
+  }
+  Instructions(const Instructions&) = delete;
+  Instructions& operator=(const Instructions&) = delete;
+
+  void stream(const Fd& from, int to) {
+    posix_spawn_file_actions_adddup2(&actions_, from.get(), to);
+  }
+  void close_all_but_streams() { posix_spawn_file_actions_addclosefrom_np(&actions_, 3); }
+  void folder(const std::filesystem::path& folder) {
+    posix_spawn_file_actions_addchdir_np(&actions_, folder.c_str());
+  }
+  [[nodiscard]] const posix_spawn_file_actions_t* actions() const { return &actions_; }
+  [[nodiscard]] const posix_spawnattr_t* attributes() const { return &attributes_; }
+
+ private:
+  posix_spawn_file_actions_t actions_{};
+  posix_spawnattr_t attributes_{};
+};
+
+/// glibc 2.36 declares pidfd_open without C linkage, so that it does not link from C++.
+Fd watch(pid_t pid) {
+  return Fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
+}
+
+std::string_view name_of(std::string_view assignment) {
+  return assignment.substr(0, assignment.find('='));
+}
+
+/// This process's environment with `added` over it.
+std::vector<std::string> environment(const std::vector<std::string>& added) {
+  std::vector<std::string> all = added;
+  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
+    const bool replaced = std::any_of(added.begin(), added.end(), [&](const std::string& other) {
+      return name_of(other) == name_of(*entry);
+    });
+    if (!replaced) {
+      all.emplace_back(*entry);
+    }
+  }
+  return all;
+}
+
+/// The form exec wants: pointers with a null at the end. `texts` must outlive it.
+std::vector<char*> pointers(std::vector<std::string>& texts) {
+  std::vector<char*> all;
+  all.reserve(texts.size() + 1);
+  for (std::string& text : texts) {
+    all.push_back(text.data());
+  }
+  all.push_back(nullptr);
+  return all;
+}
+
+/// The reason first: an answer has little room.
+std::string why(int error, const Command& command) {
+  const std::string program = command.program.string();
+  switch (error) {
+    case ENOEXEC:
+      return "no executable and no #! line: " + program;
+    case ENOENT:
+      return "file, its #! interpreter or working folder missing: " + program;
+    default:
+      return std::generic_category().message(error) + ": " + program;
+  }
+}
+
+bool give_input(const Pipe& pipe, const std::string& input) {
+  // An empty pipe takes it whole, so this cannot block; nobody has read yet, so it cannot break.
+  assert(input.size() <= max_input);
+  return ::write(pipe.write.get(), input.data(), input.size()) ==
+         static_cast<ssize_t>(input.size());
+}
+
+}  // namespace
+
+tl::expected<Child, std::string> spawn(const Command& command) {
+  const auto input = make_pipe();
+  auto output = make_pipe();
+  auto errors = make_pipe();
+  if (!input || !output || !errors || !give_input(*input, command.input)) {
+    return tl::unexpected(last_error("no pipe for " + command.program.string()));
+  }
+  Instructions instructions;
+  instructions.folder(command.folder);
+  instructions.stream(input->read, STDIN_FILENO);
+  instructions.stream(output->write, STDOUT_FILENO);
+  instructions.stream(errors->write, STDERR_FILENO);
+  instructions.close_all_but_streams();
+
+  std::vector<std::string> arguments{command.program.string()};
+  arguments.insert(arguments.end(), command.arguments.begin(), command.arguments.end());
+  std::vector<std::string> variables = environment(command.environment);
+  Child child;
+  const int error = ::posix_spawn(&child.pid, command.program.c_str(), instructions.actions(),
+                                  instructions.attributes(), pointers(arguments).data(),
+                                  pointers(variables).data());
+  if (error != 0) {
+    return tl::unexpected(why(error, command));
+  }
+  child.ended = watch(child.pid);
+  if (!child.ended) {
+    const std::string reason = last_error("cannot watch " + command.program.string());
+    ::kill(-child.pid, SIGKILL);
+    ::waitpid(child.pid, nullptr, 0);
+    return tl::unexpected(reason);
+  }
+  child.output = std::move(output->read);
+  child.errors = std::move(errors->read);
+  ::fcntl(child.output.get(), F_SETFL, O_NONBLOCK);
+  ::fcntl(child.errors.get(), F_SETFL, O_NONBLOCK);
+  return child;
+}
+
+}  // namespace millrace::services::batch

@@ -1,0 +1,28 @@
+// Starting a process: pipes for its three streams, nothing else inherited.
+#pragma once
+
+#include <string>
+
+#include <sys/types.h>
+#include <tl/expected.hpp>
+
+#include "services/batch/process.hpp"
+#include "services/posix/fd.hpp"
+
+namespace millrace::services::batch {
+
+/// A started process, leader of its own process group. The caller must reap it.
+struct Child {
+  pid_t pid = -1;
+  /// Becomes readable when it has ended (pidfd).
+  posix::Fd ended;
+  /// The end of its standard output and error to read from; non-blocking.
+  posix::Fd output;
+  posix::Fd errors;
+};
+
+/// Starts `command`; its input is already written and closed when this returns. The error says what
+/// could not be done and why.
+tl::expected<Child, std::string> spawn(const Command& command);
+
+}  // namespace millrace::services::batch

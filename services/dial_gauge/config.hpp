@@ -1,0 +1,53 @@
+// dial_gauge.textproto, read and checked (schema and defaults: idl/dial_gauge.proto).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "services/dial_gauge/desk.hpp"
+#include "services/dial_gauge/frame.hpp"
+#include "services/dial_gauge/simulated_source.hpp"
+
+namespace millrace::services::dial_gauge {
+
+struct LineConfig {
+  std::string name{};
+  std::string device{};
+  Form form = Form::u_wave;
+  unsigned baud_rate = 57600;
+  Unit unit = Unit::mm;
+  std::chrono::milliseconds reopen{1000};
+};
+
+/// A gauge heard on channel `channel` of line number `line` of the configuration.
+struct RadioConfig {
+  std::size_t line = 0;
+  unsigned channel = 0;
+};
+
+struct GaugeConfig {
+  Gauge gauge;
+  std::variant<Simulation, RadioConfig> source;
+};
+
+struct Config {
+  std::vector<GaugeConfig> gauges;
+  std::vector<LineConfig> lines;
+  /// Absolute.
+  std::filesystem::path zero_file;
+};
+
+/// The error has one line per mistake, with the file and the gauge or line it is in.
+tl::expected<Config, std::string> load(const std::filesystem::path& file);
+
+/// What is served without a configuration: one simulated gauge G1 that shows 12.345 mm, its zero
+/// point kept in `folder`.
+Config demonstration(const std::filesystem::path& folder);
+
+}  // namespace millrace::services::dial_gauge

@@ -1,0 +1,160 @@
+#include "services/dial_gauge/desk.hpp"
+
+#include <cassert>
+
+#include <fmt/format.h>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::services::dial_gauge {
+
+namespace {
+
+using sdk::Response;
+using text::error;
+
+std::uint32_t state_of(Fault fault) {
+  switch (fault) {
+    case Fault::no_contact:
+      return state_no_contact;
+    case Fault::battery_low:
+      return state_battery_low;
+    case Fault::line_down:
+      return state_line_down;
+  }
+  return state_no_contact;
+}
+
+std::string words_of(Fault fault) {
+  switch (fault) {
+    case Fault::no_contact:
+      return "no radio contact";
+    case Fault::battery_low:
+      return "battery low";
+    case Fault::line_down:
+      return "receiver not reachable";
+  }
+  return {};
+}
+
+double seconds(std::chrono::steady_clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+/// The reading, if it is one to work with, else the answer that says why not.
+tl::expected<Reading, Response> good_reading(const Gauge& gauge, Source& source, Time now) {
+  const auto reading = source.read(now);
+  if (!reading) {
+    const Failure& failure = reading.error();
+    return tl::unexpected(
+        error(state_of(failure.fault),
+              fmt::format("{} of {}: {}", words_of(failure.fault), gauge.name, failure.reason)));
+  }
+  const auto age = now - reading->taken;
+  if (age > gauge.max_age) {
+    return tl::unexpected(
+        error(state_too_old, fmt::format("value of {} is {:.1f} s old, at most {:.1f} s",
+                                         gauge.name, seconds(age), seconds(gauge.max_age))));
+  }
+  if (reading->value < gauge.minimum || reading->value > gauge.maximum) {
+    return tl::unexpected(error(
+        state_out_of_range,
+        fmt::format("{} shows {}, range {} to {}", gauge.name,
+                    to_text(reading->value, gauge.decimals), to_text(gauge.minimum, gauge.decimals),
+                    to_text(gauge.maximum, gauge.decimals))));
+  }
+  return *reading;
+}
+
+}  // namespace
+
+void Desk::add(Gauge gauge, std::unique_ptr<Source> source) {
+  assert(source != nullptr && is_gauge_name(gauge.name));
+  const std::string name = gauge.name;
+  gauges_.insert_or_assign(name, Entry{.gauge = std::move(gauge), .source = std::move(source)});
+}
+
+Response Desk::answer(std::string_view text, Time now) {
+  const auto request = parse(text);
+  if (!request) {
+    return error(text::state_bad_request, request.error());
+  }
+  if (request->verb == Verb::list) {
+    return list();
+  }
+  const auto found = gauges_.find(request->gauge);
+  if (found == gauges_.end()) {
+    return unknown(request->gauge);
+  }
+  switch (request->verb) {
+    case Verb::zero:
+      return zero(found->second, now);
+    case Verb::status:
+      return status(found->second, now);
+    default:
+      return read(found->second, now);
+  }
+}
+
+Response Desk::unknown(const std::string& name) const {
+  return error(state_unknown_gauge,
+               "no gauge " + text::in_quotes(name) + "; there is " + list().text);
+}
+
+Response Desk::list() const {
+  constexpr std::size_t room_for_count = 12;  // " +65535 more"
+  std::string names;
+  std::size_t left = gauges_.size();
+  for (const auto& [name, entry] : gauges_) {
+    if (names.size() + 1 + name.size() + room_for_count > fabric::max_text) {
+      return {.text = fmt::format("{} +{} more", names, left)};
+    }
+    names += (names.empty() ? "" : " ") + name;
+    --left;
+  }
+  return {.text = names.empty() ? "none" : names};
+}
+
+Response Desk::read(Entry& entry, Time now) {
+  const auto reading = good_reading(entry.gauge, *entry.source, now);
+  if (!reading) {
+    return reading.error();
+  }
+  return {.text = to_text(reading->value - zero_of(entry.gauge.name), entry.gauge.decimals)};
+}
+
+Response Desk::zero(Entry& entry, Time now) {
+  const auto reading = good_reading(entry.gauge, *entry.source, now);
+  if (!reading) {
+    return reading.error();
+  }
+  Zeros zeros = zeros_;
+  zeros[entry.gauge.name] = reading->value;
+  if (const auto kept = keep_(zeros); !kept) {
+    return error(state_zero_not_kept, "zero point not set: " + kept.error());
+  }
+  zeros_ = std::move(zeros);
+  return {.text = to_text(0, entry.gauge.decimals)};
+}
+
+Response Desk::status(Entry& entry, Time now) {
+  const auto reading = good_reading(entry.gauge, *entry.source, now);
+  if (!reading) {
+    return reading.error();
+  }
+  const Condition condition = entry.source->condition();
+  const std::string battery = condition.battery_percent
+                                  ? fmt::format("{} %", *condition.battery_percent)
+                                  : std::string("unknown");
+  return {.text = fmt::format("OK age {:.1f} s, battery {}, zero at {}, {} readings, {} failures",
+                              seconds(now - reading->taken), battery,
+                              to_text(zero_of(entry.gauge.name), entry.gauge.decimals),
+                              condition.readings, condition.failures)};
+}
+
+Nanometres Desk::zero_of(const std::string& gauge) const {
+  const auto found = zeros_.find(gauge);
+  return found == zeros_.end() ? 0 : found->second;
+}
+
+}  // namespace millrace::services::dial_gauge

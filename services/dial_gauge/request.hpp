@@ -1,0 +1,30 @@
+// What a program may ask of its gauges.
+//
+//   parse("READ depth").value() == Request{Verb::read, "depth"}
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include <tl/expected.hpp>
+
+namespace millrace::services::dial_gauge {
+
+enum class Verb : std::uint8_t { read, zero, list, status };
+
+struct Request {
+  Verb verb = Verb::read;
+  /// Empty for `list`.
+  std::string gauge;
+  bool operator==(const Request&) const = default;
+};
+
+/// READ g, ZERO g, STATUS g or LIST: words with blanks between them, the verb in any case, the name
+/// as configured. The error says what was expected.
+tl::expected<Request, std::string> parse(std::string_view text);
+
+/// Letters, digits, '_' and '-', 1 to 32.
+bool is_gauge_name(std::string_view name);
+
+}  // namespace millrace::services::dial_gauge

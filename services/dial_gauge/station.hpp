@@ -1,0 +1,30 @@
+// The gauges of a configuration, running: simulators, and receivers on serial lines with a thread
+// that listens to them.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "idl/program/log.hpp"
+#include "services/dial_gauge/config.hpp"
+#include "services/sdk/response.hpp"
+
+namespace millrace::services::dial_gauge {
+
+class Station {
+ public:
+  /// Throws program::UsageError for a file of zero points that cannot be read.
+  Station(const Config& config, idl::program::Log log);
+  ~Station();
+  Station(const Station&) = delete;
+  Station& operator=(const Station&) = delete;
+
+  /// From any thread.
+  sdk::Response answer(std::string_view request);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::dial_gauge

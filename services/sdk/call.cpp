@@ -1,0 +1,51 @@
+#include "services/sdk/call.hpp"
+
+#include <stdexcept>
+
+#include <tl/expected.hpp>
+
+#include "services/sdk/call_desk.hpp"
+#include "services/sdk/call_sink.hpp"
+
+namespace millrace::services::sdk {
+
+Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink)
+    : request_(std::move(request)), sink_(std::move(sink)) {}
+
+Call::~Call() {
+  fail("the service let go of the call without an answer");
+}
+
+void Call::interim(const Response& response) const {
+  if (const std::string refusal = check_text(response.text); !refusal.empty()) {
+    throw std::invalid_argument(refusal);
+  }
+  if (const auto sink = sink_.lock()) {
+    sink->interim(id(), response);
+  }
+}
+
+void Call::answer(Response response) const {
+  end(std::move(response));
+}
+
+void Call::fail(const std::string& reason) const {
+  end(tl::unexpected(reason));
+}
+
+void Call::end(const Result& result) const {
+  if (ended_.exchange(true)) {
+    return;
+  }
+  if (const auto sink = sink_.lock()) {
+    sink->finished(id(), result);
+  }
+}
+
+LaterHandler answer_at_once(Handler handler) {
+  return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
+    call->answer(handler(*call));
+  };
+}
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,76 @@
+// A call as its handler sees it.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "fabric/messages.hpp"
+#include "services/sdk/response.hpp"
+
+namespace millrace::services::sdk {
+
+class CallSink;
+
+/// Lives until its last holder lets it go; a call that nobody answered until then is answered with
+/// the error state. All functions may be called from any thread.
+class Call {
+ public:
+  Call(fabric::Request request, std::weak_ptr<CallSink> sink);
+  ~Call();
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+
+  /// Unique for ever, the same when the call is repeated.
+  [[nodiscard]] fabric::CallId id() const { return request_.call; }
+  /// 1, 2, …: higher than 1 if another instance may have run the call before.
+  [[nodiscard]] std::uint32_t attempt() const { return request_.attempt; }
+  /// The machine and channel whose program calls.
+  [[nodiscard]] const fabric::ChannelKey& channel() const { return request_.key; }
+  /// V.G.SERVICE.UUID as the program wrote it.
+  [[nodiscard]] const std::string& uuid() const { return request_.uuid; }
+  /// V.G.SERVICE.REQUEST: at most 127 bytes in CP1252.
+  [[nodiscard]] const std::string& text() const { return request_.text; }
+  /// V.G.SERVICE.REQUEST_STATE.
+  [[nodiscard]] std::uint32_t state() const { return request_.state; }
+  /// When the answer stops being of use; zero = never.
+  [[nodiscard]] fabric::Time deadline() const { return request_.deadline; }
+  /// True if the call comes from a recording and no machine waits for it.
+  [[nodiscard]] bool replayed() const { return request_.replayed; }
+
+  /// True once nobody waits for the answer any more: the program was reset or calls something else.
+  /// A handler that takes long looks at it from time to time and may return anything then.
+  [[nodiscard]] bool cancelled() const { return cancelled_; }
+
+  /// Shows the program an intermediate text and state (V.G.SERVICE.RESPONSE_STATE); the call goes
+  /// on, as does an NC program that waits with SysServiceWait for another state than this one. A
+  /// newer one replaces what was not seen yet. Throws std::invalid_argument for a text that does
+  /// not fit. Has no effect once the call is answered or cancelled.
+  void interim(const Response& response) const;
+
+  /// Ends the call; the first answer counts. For handlers that return before they are done.
+  void answer(Response response) const;
+  /// Ends the call with the error state and `reason`, as an exception does.
+  void fail(const std::string& reason) const;
+
+ private:
+  friend class Runner;
+
+  void end(const Result& result) const;
+
+  fabric::Request request_;
+  std::weak_ptr<CallSink> sink_;
+  std::atomic<bool> cancelled_ = false;
+  mutable std::atomic<bool> ended_ = false;
+};
+
+/// Answers a call by returning; an exception becomes an error answer.
+using Handler = std::function<Response(const Call&)>;
+/// Answers a call now or later, from any thread, by Call::answer.
+using LaterHandler = std::function<void(std::shared_ptr<const Call>)>;
+
+/// A Handler as a LaterHandler.
+LaterHandler answer_at_once(Handler handler);
+
+}  // namespace millrace::services::sdk

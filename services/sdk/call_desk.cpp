@@ -1,0 +1,212 @@
+#include "services/sdk/call_desk.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace millrace::services::sdk {
+
+namespace {
+
+using fabric::CallId;
+using fabric::Reply;
+using fabric::Request;
+using fabric::ServiceCode;
+using fabric::Time;
+
+/// An error text fits whatever it says; what is left out shows as "...", the log has all of it.
+std::string error_text(const std::string& reason) {
+  constexpr std::string_view more = "...";
+  std::string text = "ERROR: " + reason.substr(0, reason.find('\0'));
+  if (text.size() > fabric::max_text) {
+    text.resize(fabric::max_text - more.size());
+    text += more;
+  }
+  return text;
+}
+
+Reply reply_to(const Request& request, const Response& response) {
+  return {
+      .key = request.key,
+      .instance = request.assigned,
+      .call = request.call,
+      .attempt = request.attempt,
+      .text = response.text,
+      .state = response.state,
+      .replayed = request.replayed,
+  };
+}
+
+/// What goes out in the end: the handler's response, or an error in place of it.
+Reply final_reply(const Request& request, const Result& result, std::uint32_t error_state) {
+  const std::string refusal = result ? check_response(*result) : std::string();
+  if (result && refusal.empty()) {
+    return reply_to(request, *result);
+  }
+  const std::string text = error_text(result ? refusal : result.error());
+  Reply reply = reply_to(request, {.text = text, .state = error_state});
+  reply.code = result ? ServiceCode::refused : ServiceCode::failed;
+  return reply;
+}
+
+}  // namespace
+
+std::string check_text(const std::string& text) {
+  if (text.size() > fabric::max_text) {
+    return fmt::format("the service's answer has {} bytes, at most {} fit", text.size(),
+                       fabric::max_text);
+  }
+  if (text.find('\0') != std::string::npos) {
+    return "the service's answer contains a NUL byte";
+  }
+  return {};
+}
+
+std::string check_response(const Response& response) {
+  if (response.state == 0) {
+    return "the service answered with state 0, which would not release the program";
+  }
+  return check_text(response.text);
+}
+
+Actions CallDesk::on_request(const Request& request, Time now) {
+  Actions actions;
+  supersede(request.key, request.call, actions);
+  const bool ours = request.assigned == options_.instance;
+  if (const auto answered = answered_.find(request.call); answered != answered_.end()) {
+    if (ours) {
+      repeat(answered->second, request, actions);
+    }
+  } else if (const auto running = running_.find(request.call); running != running_.end()) {
+    // Given to another one, it may still be we who answer first.
+    if (ours) {
+      running->second.request.attempt = request.attempt;
+      running->second.wanted = true;
+      current_[request.key] = request.call;
+    }
+  } else if (const auto waiting = find_waiting(request.call); waiting != waiting_.end()) {
+    if (ours) {
+      waiting->request = request;
+    } else {
+      give_up(request.call, actions);
+    }
+  } else if (ours) {
+    waiting_.push_back({.request = request, .received = now});
+    current_[request.key] = request.call;
+    counters_.last_call = now;
+  }
+  start_waiting(now, actions);
+  return actions;
+}
+
+Actions CallDesk::on_withdrawn(const fabric::ChannelKey& key) {
+  Actions actions;
+  if (const auto current = current_.find(key); current != current_.end()) {
+    give_up(current->second, actions);
+  }
+  return actions;
+}
+
+Actions CallDesk::on_interim(CallId call, const Response& response, Time now) {
+  const auto running = running_.find(call);
+  if (running == running_.end() || !running->second.wanted) {
+    return {};
+  }
+  Reply reply = reply_to(running->second.request, response);
+  reply.kind = fabric::ReplyKind::interim;
+  reply.received = running->second.received;
+  reply.started = running->second.started;
+  reply.answered = now;
+  return {Send{std::move(reply)}};
+}
+
+Actions CallDesk::on_result(CallId call, const Result& result, Time now) {
+  const auto running = running_.find(call);
+  if (running == running_.end()) {
+    return {};
+  }
+  const Under& under = running->second;
+  Reply reply = final_reply(under.request, result, options_.error_state);
+  reply.received = under.received;
+  reply.started = under.started;
+  reply.answered = now;
+  remember(reply);
+  in_handlers_ += now - under.started;
+  ++counters_.answered;
+  counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
+
+  Actions actions;
+  if (under.wanted) {
+    current_.erase(under.request.key);
+    actions.emplace_back(Send{std::move(reply)});
+  } else {
+    actions.emplace_back(Drop{call});
+  }
+  running_.erase(running);
+  start_waiting(now, actions);
+  return actions;
+}
+
+fabric::InstanceStatus CallDesk::status() const {
+  fabric::InstanceStatus status = counters_;
+  status.instance = options_.instance;
+  status.running = static_cast<std::uint32_t>(running_.size());
+  if (status.answered > 0) {
+    status.mean = in_handlers_ / static_cast<std::int64_t>(status.answered);
+  }
+  return status;
+}
+
+/// A channel has one call at a time: a new one says that the program has given up the old one.
+void CallDesk::supersede(const fabric::ChannelKey& key, CallId by, Actions& actions) {
+  const auto current = current_.find(key);
+  if (current != current_.end() && current->second != by) {
+    give_up(current->second, actions);
+  }
+}
+
+void CallDesk::give_up(CallId call, Actions& actions) {
+  if (const auto waiting = find_waiting(call); waiting != waiting_.end()) {
+    current_.erase(waiting->request.key);
+    waiting_.erase(waiting);
+  } else if (const auto running = running_.find(call); running != running_.end()) {
+    current_.erase(running->second.request.key);
+    running->second.wanted = false;
+  }
+  ++counters_.cancelled;
+  actions.emplace_back(Cancel{call});
+}
+
+void CallDesk::repeat(const Reply& answered, const Request& request, Actions& actions) {
+  Reply reply = answered;
+  reply.attempt = request.attempt;
+  reply.code = ServiceCode::repeated;
+  ++counters_.repeated;
+  actions.emplace_back(Send{std::move(reply)});
+}
+
+void CallDesk::start_waiting(Time now, Actions& actions) {
+  while (running_.size() < options_.concurrency && !waiting_.empty()) {
+    Under under = std::move(waiting_.front());
+    waiting_.pop_front();
+    under.started = now;
+    actions.emplace_back(Start{under.request});
+    running_.emplace(under.request.call, std::move(under));
+  }
+}
+
+void CallDesk::remember(const Reply& reply) {
+  answered_.insert_or_assign(reply.call, reply);
+  answered_order_.push_back(reply.call);
+  if (answered_order_.size() > options_.memory) {
+    answered_.erase(answered_order_.front());
+    answered_order_.pop_front();
+  }
+}
+
+std::deque<CallDesk::Under>::iterator CallDesk::find_waiting(CallId call) {
+  return std::find_if(waiting_.begin(), waiting_.end(),
+                      [&](const Under& under) { return under.request.call == call; });
+}
+
+}  // namespace millrace::services::sdk

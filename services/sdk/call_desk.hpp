@@ -1,0 +1,98 @@
+// Decides what an instance does with requests, withdrawals and answers. Pure: events and times in,
+// actions out; no thread, no clock, no DDS.
+//
+//   for (const Action& action : desk.on_request(request, now)) …
+//
+// A call runs at most once per instance: a repeat of a running one only raises the attempt that its
+// reply names, a repeat of an answered one gets the same answer from memory.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "services/sdk/response.hpp"
+
+namespace millrace::services::sdk {
+
+/// Run the handler.
+struct Start {
+  fabric::Request request;
+};
+struct Send {
+  fabric::Reply reply;
+};
+/// Nobody waits for the answer any more: the handler, if it runs, is to be told.
+struct Cancel {
+  fabric::CallId call;
+};
+/// The answer came after the cancellation and is not sent.
+struct Drop {
+  fabric::CallId call;
+};
+using Action = std::variant<Start, Send, Cancel, Drop>;
+using Actions = std::vector<Action>;
+
+struct DeskOptions {
+  fabric::InstanceId instance{};
+  std::size_t concurrency = 1;
+  /// State of the answer that replaces one which failed or cannot be sent.
+  std::uint32_t error_state = 500;
+  /// Answered calls that are remembered. More than channels call at a time is enough.
+  std::size_t memory = 1024;
+};
+
+class CallDesk {
+ public:
+  explicit CallDesk(DeskOptions options) : options_(options) {}
+
+  Actions on_request(const fabric::Request& request, fabric::Time now);
+  Actions on_withdrawn(const fabric::ChannelKey& key);
+  /// The response must pass check_response.
+  Actions on_interim(fabric::CallId call, const Response& response, fabric::Time now);
+  Actions on_result(fabric::CallId call, const Result& result, fabric::Time now);
+
+  /// No call is running or waiting.
+  [[nodiscard]] bool idle() const { return running_.empty() && waiting_.empty(); }
+  [[nodiscard]] std::size_t running() const { return running_.size(); }
+  /// Load and counters as of now.
+  [[nodiscard]] fabric::InstanceStatus status() const;
+
+ private:
+  struct Under {
+    fabric::Request request;
+    fabric::Time received{};
+    fabric::Time started{};
+    /// Somebody waits for the answer.
+    bool wanted = true;
+  };
+
+  void supersede(const fabric::ChannelKey& key, fabric::CallId by, Actions& actions);
+  void give_up(fabric::CallId call, Actions& actions);
+  void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
+  void start_waiting(fabric::Time now, Actions& actions);
+  void remember(const fabric::Reply& reply);
+  std::deque<Under>::iterator find_waiting(fabric::CallId call);
+
+  DeskOptions options_;
+  std::map<fabric::CallId, Under> running_;
+  /// In the order of arrival; at most one of each channel.
+  std::deque<Under> waiting_;
+  /// The latest call of each channel that runs or waits here.
+  std::map<fabric::ChannelKey, fabric::CallId> current_;
+  std::map<fabric::CallId, fabric::Reply> answered_;
+  std::deque<fabric::CallId> answered_order_;
+  fabric::InstanceStatus counters_;
+  std::chrono::nanoseconds in_handlers_{};
+};
+
+/// Why `response` cannot be sent as a final answer; empty if it can.
+std::string check_response(const Response& response);
+/// The same for an interim one, whose state may be 0.
+std::string check_text(const std::string& text);
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,113 @@
+#include "services/sdk/command_line.hpp"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "fabric/channel_scope.hpp"
+#include "services/sdk/instance.hpp"
+#include "services/sdk/main.hpp"
+#include "services/sdk/stop_signals.hpp"
+
+namespace millrace::services::sdk {
+
+namespace program = idl::program;
+
+namespace {
+
+std::string title(const ServiceOptions& options) {
+  return options.description.empty() ? fmt::format("The millrace service {}", options.name)
+                                     : options.description;
+}
+
+void add_delivery(CLI::App& app, fabric::Delivery& delivery) {
+  constexpr const char* most = "at-most-once";
+  constexpr const char* least = "at-least-once";
+  app.add_option_function<std::string>(
+         "--delivery",
+         [&delivery](const std::string& name) {
+           delivery =
+               name == most ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+         },
+         "What happens to a call whose instance is lost: at-least-once gives it to another one, "
+         "at-most-once holds it for an operator")
+      ->check(CLI::IsMember({least, most}))
+      ->default_str(delivery == fabric::Delivery::at_most_once ? most : least)
+      ->type_name("POLICY");
+}
+
+std::string ready_line(const Service& service, const ServiceOptions& options) {
+  const fabric::InstanceIdentity& identity = service.identity();
+  return fmt::format("{} serves {} as {} on domain {}", identity.name, identity.uuid,
+                     identity.id.to_string(), options.domain);
+}
+
+}  // namespace
+
+ServiceProgram::ServiceProgram(ServiceOptions defaults)
+    : options_(std::move(defaults)), app_(title(options_)), fabric_(app_, join_options(options_)) {
+  app_.add_option("--uuid", options_.uuid, "UUID that NC programs call")
+      ->required(options_.uuid.empty())
+      ->capture_default_str();
+  app_.add_option("--channel", channels_,
+                  "Channels to serve, as MACHINE/N; either may be *. All, if none is named");
+  app_.add_option("--name", options_.name, "Name of the service in tools and logs")
+      ->capture_default_str();
+  app_.add_option("--concurrency", options_.concurrency, "Calls that may run at the same time")
+      ->check(CLI::Range(1U, max_concurrency))
+      ->capture_default_str();
+  add_delivery(app_, options_.delivery);
+  program::add_log_level(app_, level_);
+}
+
+int ServiceProgram::run(int argc, char** argv, const std::function<Handler()>& make) {
+  return run(argc, argv, [&]() -> LaterHandler { return answer_at_once(make()); });
+}
+
+int ServiceProgram::run(int argc, char** argv, const std::function<LaterHandler()>& make) {
+  return program::run(app_, argc, argv, [&] {
+    take_channels();
+    take_fabric();
+    log_ = program::make_log(options_.name, level_);
+    std::unique_ptr<Service> service;
+    // Before the service can be seen, and gone before it.
+    StopSignals signals(log_);
+    service = open(make());
+    signals.on_stop([&] { service->stop(); });
+    program::ready(ready_line(*service, options_));
+    service->wait();
+    return program::exit_done;
+  });
+}
+
+std::unique_ptr<Service> ServiceProgram::open(LaterHandler handler) const {
+  try {
+    return std::make_unique<Service>(options_, std::move(handler), log_);
+  } catch (const std::invalid_argument& error) {
+    throw program::UsageError(error.what());
+  }
+}
+
+void ServiceProgram::take_channels() {
+  for (const std::string& text : channels_) {
+    const auto scope = fabric::parse_channel_scope(text);
+    if (!scope) {
+      throw program::UsageError(fmt::format("--channel: {}", scope.error()));
+    }
+    options_.channels.push_back(*scope);
+  }
+}
+
+void ServiceProgram::take_fabric() {
+  fabric::ParticipantOptions join = fabric_.options();
+  options_.domain = join.domain;
+  options_.fabric = std::move(join.fabric);
+  options_.lease = join.lease;
+  options_.configuration = std::move(join.configuration);
+}
+
+int serve(int argc, char** argv, const ServiceOptions& options, const Handler& handler) {
+  return ServiceProgram(options).run(argc, argv, [&] { return handler; });
+}
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,58 @@
+// The command line that all services share.
+//
+//   int main(int argc, char** argv) {
+//     ServiceProgram program({.uuid = "…", .name = "archiver"});
+//     std::string folder;
+//     program.app().add_option("--folder", folder, "Where archives go")->required();
+//     return program.run(argc, argv, [&] { return archive_into(folder); });
+//   }
+//
+// A service without flags of its own uses services/sdk/main.hpp.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fabric/command_line.hpp"
+#include "idl/program/command_line.hpp"
+#include "idl/program/log.hpp"
+#include "services/sdk/service.hpp"
+
+namespace millrace::services::sdk {
+
+/// A program that is one service: --uuid, --channel, --name, --concurrency, --delivery, the flags
+/// of fabric/command_line.hpp and --log-level over the options it is made with.
+class ServiceProgram {
+ public:
+  explicit ServiceProgram(ServiceOptions defaults);
+
+  /// To add flags before run().
+  [[nodiscard]] CLI::App& app() { return app_; }
+  /// What the command line made of the defaults; complete once run() calls `make`.
+  [[nodiscard]] const ServiceOptions& options() const { return options_; }
+  /// To standard error under the service's name; for `make` and the handler.
+  [[nodiscard]] const Service::Log& log() const { return log_; }
+
+  /// Parses the command line, makes the handler (which may throw program::UsageError), serves,
+  /// prints one ready line, and leaves on SIGTERM or SIGINT when the calls under way are answered;
+  /// a second signal ends the program at once. Returns an exit code of
+  /// idl/program/command_line.hpp.
+  int run(int argc, char** argv, const std::function<Handler()>& make);
+  int run(int argc, char** argv, const std::function<LaterHandler()>& make);
+
+ private:
+  void take_channels();
+  [[nodiscard]] std::unique_ptr<Service> open(LaterHandler handler) const;
+  void take_fabric();
+
+  ServiceOptions options_;
+  CLI::App app_;
+  fabric::FabricFlags fabric_;
+  spdlog::level::level_enum level_ = spdlog::level::info;
+  std::vector<std::string> channels_;
+  Service::Log log_;
+};
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,52 @@
+// One running instance of a service: keeps it on the fabric on a thread of its own and hands out
+// its calls to whoever asks. Service and the C face ask on their threads.
+//
+//   Instance instance(options, log);
+//   while (const auto call = instance.next()) call->answer(…);
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "fabric/messages.hpp"
+#include "fabric/participant.hpp"
+#include "services/sdk/service.hpp"
+
+namespace millrace::services::sdk {
+
+/// How a service with these options joins the fabric.
+fabric::ParticipantOptions join_options(const ServiceOptions& options);
+
+class Instance {
+ public:
+  /// Throws as Service does.
+  Instance(const ServiceOptions& options, Service::Log log);
+  /// Leaves.
+  ~Instance();
+  Instance(const Instance&) = delete;
+  Instance& operator=(const Instance&) = delete;
+
+  [[nodiscard]] const fabric::InstanceIdentity& identity() const;
+
+  /// Waits for a call to run. Null once the instance has drained. From any thread.
+  std::shared_ptr<const Call> next();
+  /// The same, but null too when `limit` is over.
+  std::shared_ptr<const Call> next_for(std::chrono::milliseconds limit);
+
+  /// Asks gateways for no new call. What they gave out before they noticed is still run; when the
+  /// last call is answered, next() ends. From any thread, returns at once.
+  void drain();
+
+  /// True once next() has ended.
+  [[nodiscard]] bool drained() const;
+
+  /// Leaves the fabric; calls under way are not waited for and their answers lead nowhere. Not from
+  /// several threads at once.
+  void leave();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,105 @@
+#include "services/sdk/isg_settings.hpp"
+
+#include <charconv>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "fabric/channel_scope.hpp"
+#include "fabric/profile.hpp"
+
+namespace millrace::services::sdk {
+
+namespace {
+
+constexpr std::uint32_t last_domain = 232;
+
+using Read = tl::expected<void, std::string>;
+
+Read wrong(std::string_view variable, std::string_view value, std::string_view expected) {
+  return tl::unexpected(fmt::format("{}={}: expected {}", variable, value, expected));
+}
+
+Read read_profile(std::string_view value, IsgSettings& settings) {
+  auto profile = fabric::read_profile(std::string(value));
+  if (!profile) {
+    return tl::unexpected(std::move(profile.error()));
+  }
+  settings.options.domain = profile->domain;
+  settings.options.fabric = std::move(profile->fabric);
+  settings.options.lease = profile->lease;
+  settings.options.configuration = std::move(profile->configuration);
+  return {};
+}
+
+Read read_domain(std::string_view value, IsgSettings& settings) {
+  std::uint32_t& domain = settings.options.domain;
+  const auto [end, error] = std::from_chars(value.begin(), value.end(), domain);
+  if (error != std::errc() || end != value.end() || domain > last_domain) {
+    return wrong("MILLRACE_DOMAIN", value, fmt::format("a number from 0 to {}", last_domain));
+  }
+  return {};
+}
+
+Read read_fabric(std::string_view value, IsgSettings& settings) {
+  settings.options.fabric = value;
+  return {};
+}
+
+Read read_channels(std::string_view value, IsgSettings& settings) {
+  std::istringstream words{std::string(value)};
+  for (std::string word; words >> word;) {
+    const auto scope = fabric::parse_channel_scope(word);
+    if (!scope) {
+      return wrong("MILLRACE_CHANNELS", value, "MACHINE/N with blanks between");
+    }
+    settings.options.channels.push_back(*scope);
+  }
+  return {};
+}
+
+Read read_delivery(std::string_view value, IsgSettings& settings) {
+  if (value != "at-least-once" && value != "at-most-once") {
+    return wrong("MILLRACE_DELIVERY", value, "at-least-once or at-most-once");
+  }
+  settings.options.delivery =
+      value == "at-most-once" ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+  return {};
+}
+
+Read read_log_level(std::string_view value, IsgSettings& settings) {
+  settings.log_level = spdlog::level::from_str(std::string(value));
+  // What it does not know, spdlog takes for "off".
+  if (settings.log_level == spdlog::level::off) {
+    return wrong("MILLRACE_LOG_LEVEL", value, "error, warn, info, debug or trace");
+  }
+  return {};
+}
+
+}  // namespace
+
+tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& environment) {
+  struct Variable {
+    const char* name;
+    Read (*read)(std::string_view, IsgSettings&);
+  };
+  // The file first: a single setting wins over it.
+  constexpr Variable variables[] = {
+      {"MILLRACE_FABRIC_CONFIG", read_profile}, {"MILLRACE_DOMAIN", read_domain},
+      {"MILLRACE_FABRIC", read_fabric},         {"MILLRACE_CHANNELS", read_channels},
+      {"MILLRACE_DELIVERY", read_delivery},     {"MILLRACE_LOG_LEVEL", read_log_level},
+  };
+  IsgSettings settings;
+  for (const Variable& variable : variables) {
+    const char* value = environment(variable.name);
+    if (value == nullptr) {
+      continue;
+    }
+    if (auto read = variable.read(value, settings); !read) {
+      return tl::unexpected(std::move(read.error()));
+    }
+  }
+  return settings;
+}
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,26 @@
+// What the environment says to a service that is written against services/sdk/isg_service.h.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include <spdlog/common.h>
+#include <tl/expected.hpp>
+
+#include "services/sdk/service.hpp"
+
+namespace millrace::services::sdk {
+
+struct IsgSettings {
+  /// Everything but UUID, name and description.
+  ServiceOptions options{};
+  spdlog::level::level_enum log_level = spdlog::level::info;
+};
+
+/// The value of an environment variable, or null.
+using Environment = std::function<const char*(const char*)>;
+
+/// The error names the variable and what was expected.
+tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& environment);
+
+}  // namespace millrace::services::sdk

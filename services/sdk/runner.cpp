@@ -1,0 +1,171 @@
+#include "services/sdk/runner.hpp"
+
+#include <spdlog/spdlog.h>
+
+namespace millrace::services::sdk {
+
+namespace {
+
+fabric::Time now() {
+  return std::chrono::system_clock::now();
+}
+
+double milliseconds(std::chrono::nanoseconds duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+const char* describe(fabric::ServiceCode code) {
+  switch (code) {
+    case fabric::ServiceCode::ok:
+      return "answered";
+    case fabric::ServiceCode::failed:
+      return "failed";
+    case fabric::ServiceCode::repeated:
+      return "answered again from memory";
+    case fabric::ServiceCode::refused:
+      return "answer refused";
+  }
+  return "answered";
+}
+
+void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
+  const bool good =
+      reply.code == fabric::ServiceCode::ok || reply.code == fabric::ServiceCode::repeated;
+  const char* what =
+      reply.kind == fabric::ReplyKind::interim ? "is in progress" : describe(reply.code);
+  log.log(good ? spdlog::level::info : spdlog::level::warn,
+          "call {} {}: {:?}, state {}, after {:.3f} ms", reply.call.to_string(), what, reply.text,
+          reply.state, milliseconds(reply.answered - reply.received));
+}
+
+}  // namespace
+
+Runner::Runner(DeskOptions options, Service::Log log) : log_(std::move(log)), desk_(options) {}
+
+void Runner::set_end(fabric::ReplyEnd* end) {
+  const Lock lock(lock_);
+  end_ = end;
+}
+
+void Runner::on_request(const fabric::Request& request) {
+  Lock lock(lock_);
+  if (closed_) {
+    return;
+  }
+  const Actions actions = desk_.on_request(request, now());
+  perform(std::move(lock), actions);
+}
+
+void Runner::on_withdrawn(const fabric::ChannelKey& key) {
+  Lock lock(lock_);
+  const Actions actions = desk_.on_withdrawn(key);
+  perform(std::move(lock), actions);
+}
+
+void Runner::interim(fabric::CallId call, const Response& response) {
+  Lock lock(lock_);
+  const Actions actions = desk_.on_interim(call, response, now());
+  perform(std::move(lock), actions);
+}
+
+void Runner::finished(fabric::CallId call, const Result& result) {
+  Lock lock(lock_);
+  running_.erase(call);
+  const Actions actions = desk_.on_result(call, result, now());
+  perform(std::move(lock), actions);
+  if (!result) {
+    log_->warn("call {} failed: {}", call.to_string(), result.error());
+  }
+}
+
+std::shared_ptr<const Call> Runner::next(std::chrono::steady_clock::time_point end) {
+  Lock lock(lock_);
+  const auto something = [this] { return !work_.empty() || closed_; };
+  if (end == std::chrono::steady_clock::time_point::max()) {
+    changed_.wait(lock, something);
+  } else {
+    changed_.wait_until(lock, end, something);
+  }
+  if (work_.empty()) {
+    return nullptr;
+  }
+  auto call = std::move(work_.front());
+  work_.pop_front();
+  lock.unlock();
+  log_->info("call {} from {}: {:?}, state {}, attempt {}", call->id().to_string(),
+             call->channel().to_string(), call->text(), call->state(), call->attempt());
+  return call;
+}
+
+void Runner::close_when_idle() {
+  const Lock lock(lock_);
+  closing_ = true;
+  closed_ = closed_ || desk_.idle();
+  changed_.notify_all();
+}
+
+void Runner::close() {
+  const Lock lock(lock_);
+  closed_ = true;
+  changed_.notify_all();
+}
+
+bool Runner::closed() const {
+  const Lock lock(lock_);
+  return closed_;
+}
+
+fabric::InstanceStatus Runner::status() const {
+  const Lock lock(lock_);
+  return desk_.status();
+}
+
+void Runner::perform(Lock lock, const Actions& actions) {
+  for (const Action& action : actions) {
+    std::visit([this](const auto& each) { perform(each); }, action);
+  }
+  closed_ = closed_ || (closing_ && desk_.idle());
+  lock.unlock();
+  changed_.notify_all();
+  for (const Action& action : actions) {
+    log(action);
+  }
+}
+
+void Runner::perform(const Start& start) {
+  const auto call = std::make_shared<Call>(start.request, weak_from_this());
+  running_.insert_or_assign(call->id(), call);
+  work_.push_back(call);
+}
+
+void Runner::perform(const Send& send) {
+  if (end_ == nullptr) {
+    return;
+  }
+  if (const auto sent = end_->publish(send.reply); !sent) {
+    log_->error("the answer to call {} is lost: {}", send.reply.call.to_string(), sent.error());
+  }
+}
+
+void Runner::perform(const Cancel& cancel) {
+  if (const auto running = running_.find(cancel.call); running != running_.end()) {
+    if (const auto call = running->second.lock()) {
+      call->cancelled_ = true;
+    }
+  }
+}
+
+void Runner::perform(const Drop&) {}
+
+void Runner::log(const Action& action) const {
+  if (const auto* send = std::get_if<Send>(&action)) {
+    log_reply(*log_, send->reply);
+  } else if (const auto* cancel = std::get_if<Cancel>(&action)) {
+    log_->info("call {} is withdrawn", cancel->call.to_string());
+  } else if (const auto* drop = std::get_if<Drop>(&action)) {
+    log_->info("call {} was answered after it was withdrawn; nothing is sent",
+               drop->call.to_string());
+  }
+}
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,68 @@
+// Carries out what the call desk decides: calls into a queue of work, replies to the fabric, one
+// log line for each.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "fabric/reply_end.hpp"
+#include "services/sdk/call_desk.hpp"
+#include "services/sdk/call_sink.hpp"
+#include "services/sdk/service.hpp"
+
+namespace millrace::services::sdk {
+
+/// All functions may be called from any thread. A lock keeps the order of decisions and replies.
+class Runner : public CallSink,
+               public fabric::ReplyEndListener,
+               public std::enable_shared_from_this<Runner> {
+ public:
+  Runner(DeskOptions options, Service::Log log);
+
+  /// Where replies go; null to send no more.
+  void set_end(fabric::ReplyEnd* end);
+
+  void on_request(const fabric::Request& request) override;
+  void on_withdrawn(const fabric::ChannelKey& key) override;
+  void interim(fabric::CallId call, const Response& response) override;
+  void finished(fabric::CallId call, const Result& result) override;
+
+  /// Waits for a call until `end`; null if there is none by then, or no more will come.
+  std::shared_ptr<const Call> next(std::chrono::steady_clock::time_point end);
+
+  /// No more calls once those under way are answered.
+  void close_when_idle();
+  /// No more calls from now on.
+  void close();
+
+  [[nodiscard]] bool closed() const;
+
+  [[nodiscard]] fabric::InstanceStatus status() const;
+
+ private:
+  using Lock = std::unique_lock<std::mutex>;
+
+  /// Ends the lock.
+  void perform(Lock lock, const Actions& actions);
+  void perform(const Start& start);
+  void perform(const Send& send);
+  void perform(const Cancel& cancel);
+  void perform(const Drop& drop);
+  void log(const Action& action) const;
+
+  Service::Log log_;
+  mutable std::mutex lock_;
+  std::condition_variable changed_;
+  CallDesk desk_;
+  fabric::ReplyEnd* end_ = nullptr;
+  std::deque<std::shared_ptr<const Call>> work_;
+  /// Calls that run, to be told of their cancellation.
+  std::map<fabric::CallId, std::weak_ptr<Call>> running_;
+  bool closing_ = false;
+  bool closed_ = false;
+};
+
+}  // namespace millrace::services::sdk

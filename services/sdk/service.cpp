@@ -1,0 +1,66 @@
+#include "services/sdk/service.hpp"
+
+#include <exception>
+#include <thread>
+
+#include "services/sdk/instance.hpp"
+
+namespace millrace::services::sdk {
+
+namespace {
+
+/// A handler's exception ends its call, never its process.
+void run(const LaterHandler& handler, const std::shared_ptr<const Call>& call) {
+  try {
+    handler(call);
+  } catch (const std::exception& error) {
+    call->fail(error.what());
+  } catch (...) {
+    call->fail("the service threw something that is no std::exception");
+  }
+}
+
+}  // namespace
+
+struct Service::Impl {
+  Impl(const ServiceOptions& options, LaterHandler own_handler, Log log)
+      : handler(std::move(own_handler)), instance(options, std::move(log)) {
+    for (std::uint32_t i = 0; i < options.concurrency; ++i) {
+      workers.emplace_back([this] {
+        while (const auto call = instance.next()) {
+          run(handler, call);
+        }
+      });
+    }
+  }
+
+  const LaterHandler handler;
+  Instance instance;
+  std::vector<std::jthread> workers;
+};
+
+Service::Service(const ServiceOptions& options, Handler handler, Log log)
+    : Service(options, answer_at_once(std::move(handler)), std::move(log)) {}
+
+Service::Service(const ServiceOptions& options, LaterHandler handler, Log log)
+    : impl_(std::make_unique<Impl>(options, std::move(handler), std::move(log))) {}
+
+Service::~Service() {
+  stop();
+  wait();
+}
+
+void Service::stop() {
+  impl_->instance.drain();
+}
+
+void Service::wait() {
+  impl_->workers.clear();
+  impl_->instance.leave();
+}
+
+const fabric::InstanceIdentity& Service::identity() const {
+  return impl_->instance.identity();
+}
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,77 @@
+// A service: a function that answers the calls of a UUID, on one or more threads.
+//
+//   Service service({.uuid = "560aacbf-…", .name = "square_root"},
+//                   [](const Call& call) -> Response { return {.text = root(call.text())}; }, log);
+//   service.wait();      // until another thread calls service.stop()
+//
+// Programs use services/sdk/main.hpp, which adds the command line and the signals.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "fabric/participant.hpp"
+#include "services/sdk/call.hpp"
+
+namespace spdlog {
+class logger;
+}
+
+namespace millrace::services::sdk {
+
+/// The state of an answer that stands for a failure of the service itself, unless it names another.
+inline constexpr std::uint32_t default_error_state = 500;
+/// One thread each.
+inline constexpr std::uint32_t max_concurrency = 256;
+
+struct ServiceOptions {
+  /// What NC programs write to V.G.SERVICE.UUID; compared without regard to case.
+  std::string uuid{};
+  std::string name{};
+  std::string description{};
+  std::string version{};
+  /// Empty = every channel.
+  std::vector<fabric::ChannelScope> channels{};
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
+  std::uint32_t concurrency = 1;
+  /// State of the answer when the handler throws, or when its answer cannot be sent.
+  std::uint32_t error_state = default_error_state;
+  /// How to join the fabric: as in fabric::ParticipantOptions.
+  std::uint32_t domain = 0;
+  std::string fabric = "millrace";
+  std::chrono::milliseconds lease = fabric::ParticipantOptions{}.lease;
+  std::string configuration{};
+};
+
+/// RAII: serves from the end of its constructor; its destructor leaves like stop().
+class Service {
+ public:
+  using Log = std::shared_ptr<spdlog::logger>;
+
+  /// Throws std::invalid_argument for options that make no sense, std::runtime_error if the fabric
+  /// cannot be joined.
+  Service(const ServiceOptions& options, Handler handler, Log log);
+  Service(const ServiceOptions& options, LaterHandler handler, Log log);
+  ~Service();
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  /// Begins to leave: asks for no new call, finishes those under way. From any thread, returns at
+  /// once. An operator's drain command does the same.
+  void stop();
+  /// Returns when the service has left. Once.
+  void wait();
+
+  [[nodiscard]] const fabric::InstanceIdentity& identity() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,71 @@
+#include "services/sdk/stop_signals.hpp"
+
+#include <csignal>
+#include <cstdlib>
+#include <thread>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <spdlog/spdlog.h>
+
+#include "idl/program/command_line.hpp"
+#include "idl/program/supervisor.hpp"
+
+namespace millrace::services::sdk {
+
+struct StopSignals::Impl {
+  explicit Impl(Service::Log own_log) : log(std::move(own_log)), signals(context, SIGTERM, SIGINT) {
+    signals.async_wait([this](const boost::system::error_code& error, int signal) {
+      if (!error) {
+        first(signal);
+      }
+    });
+    thread = std::thread([this] {
+      const auto work = boost::asio::make_work_guard(context);
+      context.run();
+    });
+  }
+
+  void first(int signal) {
+    log->info("signal {}: leaving when the calls under way are answered", signal);
+    idl::program::tell_supervisor("STOPPING=1");
+    asked = true;
+    if (stop) {
+      stop();
+    }
+    signals.async_wait([this](const boost::system::error_code& error, int) {
+      if (!error) {
+        log->warn("second signal: leaving at once, calls under way go to other instances");
+        std::_Exit(idl::program::exit_failed);
+      }
+    });
+  }
+
+  Service::Log log;
+  // Both only on the thread.
+  std::function<void()> stop;
+  bool asked = false;
+  boost::asio::io_context context{1};
+  boost::asio::signal_set signals;
+  std::thread thread;
+};
+
+StopSignals::StopSignals(Service::Log log) : impl_(std::make_unique<Impl>(std::move(log))) {}
+
+StopSignals::~StopSignals() {
+  impl_->context.stop();
+  impl_->thread.join();
+}
+
+void StopSignals::on_stop(std::function<void()> stop) {
+  boost::asio::post(impl_->context, [impl = impl_.get(), stop = std::move(stop)] {
+    impl->stop = stop;
+    if (impl->asked) {
+      impl->stop();
+    }
+  });
+}
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,34 @@
+// How an operator or systemd ends a service: SIGTERM or SIGINT to leave in order, a second one to
+// leave at once.
+//
+//   std::optional<Service> service;
+//   StopSignals signals(log);          // from here on no signal kills in the middle of a call
+//   service.emplace(…);
+//   signals.on_stop([&] { service->stop(); });
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "services/sdk/service.hpp"
+
+namespace millrace::services::sdk {
+
+/// Takes both signals while it lives, on a thread of its own.
+class StopSignals {
+ public:
+  explicit StopSignals(Service::Log log);
+  ~StopSignals();
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+
+  /// Has `stop` called for the first signal, at once if that has come already. The second signal
+  /// ends the process with exit code 1, as a crash would: other instances get its calls.
+  void on_stop(std::function<void()> stop);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::sdk

@@ -1,0 +1,74 @@
+#include "services/square_root/root.hpp"
+
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <tl/expected.hpp>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::services::square_root {
+
+namespace {
+
+std::string_view trim(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r\n";
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) {
+    return {};
+  }
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+/// What was asked, short enough for an answer that says more than that.
+std::string quote(std::string_view text) {
+  constexpr std::size_t longest = 60;
+  return text.size() <= longest ? fmt::format("'{}'", text)
+                                : fmt::format("'{}...'", text.substr(0, longest));
+}
+
+tl::expected<double, std::string> parse(std::string_view text) {
+  if (text.empty()) {
+    return tl::unexpected(std::string("the request is empty, expected a number"));
+  }
+  // from_chars knows no plus sign.
+  std::string_view digits = text;
+  if (digits.front() == '+' && digits.substr(1, 1) != "-") {
+    digits.remove_prefix(1);
+  }
+  double number = 0;
+  const auto [end, error] = std::from_chars(digits.begin(), digits.end(), number);
+  if (error == std::errc::result_out_of_range) {
+    return tl::unexpected(fmt::format("{} is out of the range of a number", quote(text)));
+  }
+  if (error != std::errc() || end != digits.end() || !std::isfinite(number)) {
+    return tl::unexpected(fmt::format("{} is no number", quote(text)));
+  }
+  return number;
+}
+
+/// `prefix` and the number in the form that fits.
+std::string with_number(std::string_view prefix, double number) {
+  std::string text = fmt::format("{}{:f}", prefix, number);
+  return text.size() <= fabric::max_text ? text : fmt::format("{}{:e}", prefix, number);
+}
+
+}  // namespace
+
+sdk::Response square_root(std::string_view request) {
+  const auto number = parse(trim(request));
+  if (!number) {
+    return {.text = fmt::format("ERROR: {}", number.error()), .state = state_error};
+  }
+  if (*number < 0) {
+    return {
+        .text = with_number("ERROR: cannot calc square root of negative number ", *number),
+        .state = state_error,
+    };
+  }
+  // The root of -0 is -0, which nobody expects to read.
+  return {.text = with_number("", std::abs(std::sqrt(*number))), .state = state_ok};
+}
+
+}  // namespace millrace::services::square_root

@@ -1,0 +1,42 @@
+#include "services/text/answer.hpp"
+
+#include <algorithm>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::services::text {
+
+namespace {
+
+constexpr std::string_view ellipsis = "...";
+constexpr std::size_t max_quoted = 32;
+
+std::string shortened(std::string text, std::size_t size) {
+  if (text.size() > size) {
+    text.resize(size - ellipsis.size());
+    text += ellipsis;
+  }
+  return text;
+}
+
+/// True for the bytes CP1252 shows; the five it leaves open are no good in a message either.
+bool prints(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  constexpr std::string_view open = "\x81\x8D\x8F\x90\x9D";
+  return byte >= 0x20 && byte != 0x7F && open.find(c) == std::string_view::npos;
+}
+
+}  // namespace
+
+sdk::Response error(std::uint32_t state, std::string_view message) {
+  return {.text = shortened("ERROR: " + std::string(message), fabric::max_text), .state = state};
+}
+
+std::string in_quotes(std::string_view text) {
+  std::string out = shortened(std::string(text), max_quoted);
+  std::replace_if(
+      out.begin(), out.end(), [](char c) { return !prints(c); }, '?');
+  return "'" + out + "'";
+}
+
+}  // namespace millrace::services::text

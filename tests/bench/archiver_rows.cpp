@@ -1,0 +1,104 @@
+// How many durable rows the archive takes in a second, one at a time and in batches, beside the
+// bare file it stands on: 4 KiB written and made durable, again and again.
+//
+//   archiver_rows [FOLDER [SECONDS]]
+//
+// FOLDER decides which disk is measured (default: the folder for temporary files). Exit code 1 if
+// batches of 256 stay below 5,000 rows/s.
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "services/archiver/archive.hpp"
+#include "services/posix/fd.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace millrace;
+using namespace millrace::services;
+using Clock = std::chrono::steady_clock;
+
+constexpr double goal = 5000;
+constexpr std::size_t goal_batch = 256;
+
+/// How often `work` ran in a second, while `length` was not over.
+double rate(std::chrono::duration<double> length, const std::function<void()>& work) {
+  const auto start = Clock::now();
+  std::size_t count = 0;
+  while (Clock::now() - start < length) {
+    work();
+    ++count;
+  }
+  return static_cast<double>(count) / std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+fabric::Time now() {
+  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+}
+
+archiver::Put next_put() {
+  static std::uint64_t number = 0;
+  return {.call = {.epoch = 1, .number = ++number},
+          .key = {.machine = "cnc", .channel = 1},
+          .at = now(),
+          .state = 1,
+          .text = "PUT part=WELLE7 d=\"12.345 mm\" tool=5",
+          .fields = {{"part", "WELLE7"}, {"d", "12.345 mm"}, {"tool", "5"}}};
+}
+
+double rows_per_second(archiver::Archive& archive, std::size_t batch,
+                       std::chrono::duration<double> length) {
+  const double batches = rate(length, [&] {
+    std::vector<archiver::Row> rows;
+    for (std::size_t i = 0; i < batch; ++i) {
+      rows.emplace_back(next_put());
+    }
+    archive.append(std::move(rows), now());
+  });
+  return batches * static_cast<double>(batch);
+}
+
+double bare_writes_per_second(const fs::path& folder, std::chrono::duration<double> length) {
+  const posix::Fd fd(
+      ::open((folder / "bare").c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
+  const std::array<char, 4096> block{};
+  return rate(length, [&] {
+    if (::write(fd.get(), block.data(), block.size()) < 0 || ::fdatasync(fd.get()) != 0) {
+      throw std::runtime_error(posix::last_error("bare file"));
+    }
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const fs::path parent = argc > 1 ? fs::path(argv[1]) : fs::temp_directory_path();
+  const std::chrono::duration<double> length(argc > 2 ? std::atof(argv[2]) : 3.0);
+  std::string name = (parent / "archiver-rows-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) {
+    fmt::print(stderr, "archiver_rows: {}\n", posix::last_error(name));
+    return 2;
+  }
+  const fs::path folder = name;
+  bool reached = true;
+  {
+    fmt::print("bare file          {:>9.0f} durable writes/s\n",
+               bare_writes_per_second(folder, length));
+    archiver::Archive archive(folder / "archive", {}, now());
+    for (const std::size_t batch :
+         {std::size_t{1}, std::size_t{16}, goal_batch, std::size_t{1024}}) {
+      const double rows = rows_per_second(archive, batch, length);
+      fmt::print("batches of {:>6}  {:>9.0f} durable rows/s\n", batch, rows);
+      reached = reached && (batch != goal_batch || rows >= goal);
+    }
+  }
+  fs::remove_all(folder);
+  return reached ? 0 : 1;
+}

@@ -1,0 +1,166 @@
+// What the service library adds to a call, and what an idle service costs.
+//
+//   sdk_overhead [CALLS]
+//
+// Within one domain object a DDS write returns when its sample has arrived, so the times are upper
+// bounds: they contain one write each. Prints medians and 99th percentiles in microseconds, memory
+// and processor time of an idle millrace-square-root; exit code 1 if a goal is missed.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "fabric/reader.hpp"
+#include "fabric/writer.hpp"
+#include "idl/program/log.hpp"
+#include "services/sdk/service.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+
+namespace {
+
+using namespace millrace;
+using Clock = std::chrono::steady_clock;
+using Microseconds = std::chrono::duration<double, std::micro>;
+
+constexpr double goal_median = 20;
+constexpr double goal_memory_mib = 16;
+constexpr double goal_processor_percent = 1;
+constexpr auto idle_time = std::chrono::seconds(5);
+const std::string uuid = "weather";
+
+struct Samples {
+  const char* what;
+  std::vector<double> times{};
+
+  void add(Clock::time_point from, Clock::time_point to) {
+    times.push_back(Microseconds(to - from).count());
+  }
+
+  /// True if the goal is met.
+  bool print() {
+    std::sort(times.begin(), times.end());
+    const double median = times[times.size() / 2];
+    fmt::print("{}: median {:.1f} us, 99 % {:.1f} us, goal {:.0f} us\n", what, median,
+               times[times.size() * 99 / 100], goal_median);
+    return median <= goal_median;
+  }
+};
+
+/// When the last reply arrived; the listener runs in the thread that writes it.
+struct Arrival {
+  std::atomic<std::uint64_t> count = 0;
+  std::atomic<Clock::time_point> at{};
+
+  static void note(dds_entity_t, void* self) {
+    auto& arrival = *static_cast<Arrival*>(self);
+    arrival.at = Clock::now();
+    ++arrival.count;
+    arrival.count.notify_one();
+  }
+};
+
+bool measure_calls(std::uint64_t calls) {
+  const tests::Domain domain;
+  const fabric::Participant participant({.domain = domain.number()});
+  std::atomic<Clock::time_point> entered{};
+  std::atomic<Clock::time_point> left{};
+  const services::sdk::Service service(
+      {.uuid = uuid, .name = "bench", .domain = domain.number()},
+      [&](const services::sdk::Call&) -> services::sdk::Response {
+        entered = Clock::now();
+        left = Clock::now();
+        return {.text = "2.000000"};
+      },
+      idl::program::no_log());
+
+  Arrival arrival;
+  const fabric::Listener listener(dds_create_listener(&arrival));
+  dds_lset_data_available(listener.get(), &Arrival::note);
+  const std::string partition = fabric::service_partition("millrace", uuid);
+  fabric::Writer<fabric::Request> requests(participant, partition);
+  fabric::Reader<fabric::Reply> replies(participant, partition, fabric::Keep::last,
+                                        {.listener = listener.get()});
+
+  Samples in{"request written to handler entered"};
+  Samples out{"handler left to reply arrived"};
+  fabric::Request request{.key = {.machine = "cnc", .channel = 1},
+                          .assigned = service.identity().id,
+                          .uuid = uuid,
+                          .text = "4",
+                          .state = 1};
+  for (std::uint64_t number = 1; number <= calls; ++number) {
+    request.call = {.epoch = 1, .number = number};
+    const std::uint64_t before = arrival.count;
+    const auto start = Clock::now();
+    if (const auto written = requests.write(request); !written) {
+      fmt::print(stderr, "sdk_overhead: {}\n", written.error());
+      return false;
+    }
+    arrival.count.wait(before);
+    in.add(start, entered);
+    out.add(left, arrival.at);
+    replies.take();
+  }
+  const bool in_met = in.print();
+  return out.print() && in_met;
+}
+
+double resident_mib(pid_t process) {
+  std::ifstream statm(fmt::format("/proc/{}/statm", process));
+  long total = 0;
+  long resident = 0;
+  statm >> total >> resident;
+  return static_cast<double>(resident * ::sysconf(_SC_PAGESIZE)) / (1024 * 1024);
+}
+
+/// Seconds of processor time a process has used.
+double processor_seconds(pid_t process) {
+  std::ifstream stat(fmt::format("/proc/{}/stat", process));
+  std::string field;
+  // The 14th and 15th field, proc(5); the name, which is the second, has no blank.
+  for (int i = 1; i < 14; ++i) {
+    stat >> field;
+  }
+  long user = 0;
+  long system = 0;
+  stat >> user >> system;
+  return static_cast<double>(user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+bool measure_idle() {
+  const tests::Domain domain;
+  tests::Process service(
+      {tests::binary("millrace-square-root"), "--domain", std::to_string(domain.number())});
+  service.await("^ready: ");
+  const double before = processor_seconds(service.pid());
+  std::this_thread::sleep_for(idle_time);
+  const double used = processor_seconds(service.pid()) - before;
+  const double percent = 100 * used / std::chrono::duration<double>(idle_time).count();
+  const double memory = resident_mib(service.pid());
+  fmt::print(
+      "idle service: {:.1f} MiB resident, goal {:.0f} MiB; {:.2f} % of a processor, goal {:.0f} "
+      "%\n",
+      memory, goal_memory_mib, percent, goal_processor_percent);
+  return memory <= goal_memory_mib && percent < goal_processor_percent;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::uint64_t calls = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 10'000;
+  if (calls == 0) {
+    fmt::print(stderr, "usage: sdk_overhead [CALLS]\n");
+    return 2;
+  }
+  const bool fast = measure_calls(calls);
+  const bool small = measure_idle();
+  return fast && small ? 0 : 1;
+}

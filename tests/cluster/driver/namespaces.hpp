@@ -1,0 +1,41 @@
+// Hosts as network namespaces of this machine; programs are ordinary processes in them.
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "tests/cluster/driver/hosts.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests::cluster {
+
+/// Needs root and iproute2. The namespaces are called millrace-PID-HOST and vanish with this
+/// object; those of runs that were killed vanish when the next one starts.
+class Namespaces : public Hosts {
+ public:
+  Namespaces(const std::vector<std::string>& names, std::uint64_t seed);
+  ~Namespaces() override;
+
+  std::unique_ptr<Task> up(const std::string& host, const std::string& program,
+                           const std::vector<std::string>& arguments) override;
+  Network& network() override { return *network_; }
+  [[nodiscard]] std::string address(const std::string& host) const override;
+  [[nodiscard]] std::filesystem::path folder() const override { return folder_.path(); }
+
+  /// Why there can be none here; empty if there can.
+  static std::string obstacle();
+
+ private:
+  [[nodiscard]] std::string network_namespace(const std::string& host) const;
+  void make_namespace(const std::string& host);
+  void configure(const std::string& host);
+  void remove_all() noexcept;
+
+  const std::string prefix_;
+  TemporaryFolder folder_;
+  /// By host.
+  std::map<std::string, std::string> addresses_;
+  std::optional<Network> network_;
+};
+
+}  // namespace millrace::tests::cluster

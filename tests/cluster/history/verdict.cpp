@@ -1,0 +1,117 @@
+#include "tests/cluster/history/verdict.hpp"
+
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace millrace::tests::cluster {
+
+namespace {
+
+namespace journal = gateway::journal;
+
+/// What the journal says about one call.
+struct Story {
+  std::uint32_t attempts = 0;
+  bool at_most_once = false;
+  std::uint32_t answers = 0;
+  std::uint32_t answered_attempt = 0;
+  bool ended = false;
+};
+
+using Stories = std::map<std::string, Story>;
+
+struct Reader {
+  Stories& stories;
+
+  void operator()(const journal::Numbers&) const {}
+  void operator()(const journal::Dispatched& entry) const {
+    Story& story = stories[entry.call.to_string()];
+    story.attempts = std::max(story.attempts, entry.attempt);
+    story.at_most_once = entry.delivery == fabric::Delivery::at_most_once;
+  }
+  void operator()(const journal::Interim&) const {}
+  void operator()(const journal::Answered& entry) const {
+    Story& story = stories[entry.call.to_string()];
+    ++story.answers;
+    story.answered_attempt = entry.answer.attempt;
+  }
+  void operator()(const journal::Clearing&) const {}
+  void operator()(const journal::Ended& entry) const {
+    stories[entry.call.to_string()].ended = true;
+  }
+};
+
+/// Where the handler of one call was started.
+struct Starts {
+  std::multiset<std::string> services;
+  std::multiset<std::uint32_t> attempts;
+};
+
+std::map<std::string, Starts> starts_of(const std::vector<Execution>& executions) {
+  std::map<std::string, Starts> calls;
+  for (const Execution& each : executions) {
+    if (each.step == Step::started) {
+      calls[each.call].services.insert(each.service);
+      calls[each.call].attempts.insert(each.attempt);
+    }
+  }
+  return calls;
+}
+
+class Judge {
+ public:
+  void story(const std::string& call, const Story& story) {
+    expect(story.answers <= 1, "I1: call {} was answered {} times", call, story.answers);
+    expect(story.answered_attempt <= story.attempts,
+           "I2: call {} was answered for attempt {}, which was not given out", call,
+           story.answered_attempt);
+    expect(story.ended, "I5: call {} has not ended", call);
+  }
+
+  void starts(const std::string& call, const Starts& starts, const Story& story) {
+    expect(!story.at_most_once || starts.services.size() <= 1,
+           "I4: the handler of at-most-once call {} started {} times", call,
+           starts.services.size());
+    for (const std::string& service :
+         std::set<std::string>(starts.services.begin(), starts.services.end())) {
+      expect(starts.services.count(service) == 1, "I9: {} ran call {} more than once", service,
+             call);
+    }
+    for (const std::uint32_t attempt :
+         std::set<std::uint32_t>(starts.attempts.begin(), starts.attempts.end())) {
+      expect(starts.attempts.count(attempt) == 1, "I9: attempt {} of call {} ran more than once",
+             attempt, call);
+    }
+  }
+
+  std::vector<std::string> violations;
+
+ private:
+  template <typename... Arguments>
+  void expect(bool right, fmt::format_string<Arguments...> what, Arguments&&... arguments) {
+    if (!right) {
+      violations.push_back(fmt::format(what, std::forward<Arguments>(arguments)...));
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<std::string> violations(const History& history) {
+  Stories stories;
+  for (const journal::Entry& entry : history.journal) {
+    std::visit(Reader{stories}, entry);
+  }
+  Judge judge;
+  for (const auto& [call, story] : stories) {
+    judge.story(call, story);
+  }
+  for (const auto& [call, starts] : starts_of(history.executions)) {
+    judge.starts(call, starts, stories[call]);
+  }
+  return judge.violations;
+}
+
+}  // namespace millrace::tests::cluster

@@ -1,0 +1,78 @@
+#include "tests/cluster/history/verdict.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::tests::cluster {
+namespace {
+
+using gateway::journal::Answer;
+using gateway::journal::Answered;
+using gateway::journal::Dispatched;
+using gateway::journal::Ended;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+const fabric::CallId call{.epoch = 1, .number = 7};
+
+Dispatched dispatched(std::uint32_t attempt,
+                      fabric::Delivery delivery = fabric::Delivery::at_least_once) {
+  Dispatched entry;
+  entry.call = call;
+  entry.delivery = delivery;
+  entry.attempt = attempt;
+  return entry;
+}
+
+Answered answered(std::uint32_t attempt) {
+  Answer answer;
+  answer.attempt = attempt;
+  return {call, answer};
+}
+
+Execution started(const std::string& service, std::uint32_t attempt) {
+  return {Step::started, service, call.to_string(), attempt, "cnc/1"};
+}
+
+TEST(Verdict, IsEmptyForACallThatMovedToAnotherInstanceAndWasAnsweredOnce) {
+  const History history{{dispatched(1), dispatched(2), answered(2), Ended{call}},
+                        {started("first", 1), started("second", 2)}};
+  EXPECT_THAT(violations(history), IsEmpty());
+}
+
+TEST(Verdict, NamesACallThatWasAnsweredTwice) {
+  const History history{{dispatched(1), answered(1), answered(1), Ended{call}}, {}};
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I1: call 1-7")));
+}
+
+TEST(Verdict, NamesAnAnswerToAnAttemptThatWasNotGivenOut) {
+  const History history{{dispatched(1), answered(2), Ended{call}}, {}};
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I2: call 1-7")));
+}
+
+TEST(Verdict, NamesAnAtMostOnceCallThatStartedTwice) {
+  const History history{{dispatched(2, fabric::Delivery::at_most_once), answered(2), Ended{call}},
+                        {started("first", 1), started("second", 2)}};
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I4: the handler of")));
+}
+
+TEST(Verdict, NamesACallThatHasNotEnded) {
+  EXPECT_THAT(violations({{dispatched(1), answered(1)}, {}}),
+              ElementsAre(StartsWith("I5: call 1-7")));
+}
+
+TEST(Verdict, NamesAnInstanceThatRanACallAgain) {
+  const History history{{dispatched(2), answered(2), Ended{call}},
+                        {started("first", 1), started("first", 2)}};
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I9: first ran")));
+}
+
+TEST(Verdict, NamesAnAttemptThatTwoInstancesRan) {
+  const History history{{dispatched(1), answered(1), Ended{call}},
+                        {started("first", 1), started("second", 1)}};
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I9: attempt 1")));
+}
+
+}  // namespace
+}  // namespace millrace::tests::cluster

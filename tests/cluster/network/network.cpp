@@ -1,0 +1,149 @@
+#include "tests/cluster/network/network.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "tests/cluster/network/tap.hpp"
+
+namespace millrace::tests::cluster {
+
+struct Network::Impl {
+  Impl(std::vector<Port> own_ports, std::uint64_t seed)
+      : ports(std::move(own_ports)), middle(ports.size(), seed), stop(::eventfd(0, EFD_CLOEXEC)) {
+    for (const Port& port : ports) {
+      taps.emplace_back(port.network_namespace, device);
+    }
+    pump = std::thread([this] { run(); });
+  }
+  ~Impl() {
+    ::eventfd_write(stop, 1);
+    pump.join();
+    ::close(stop);
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  [[nodiscard]] std::size_t index(const std::string& host) const {
+    const auto port =
+        std::ranges::find_if(ports, [&](const Port& each) { return each.host == host; });
+    if (port == ports.end()) {
+      throw std::invalid_argument("no host is called " + host);
+    }
+    return static_cast<std::size_t>(port - ports.begin());
+  }
+
+  void change_all(const std::function<void(Way&)>& change) {
+    const std::lock_guard lock(mutex);
+    for (std::size_t from = 0; from < ports.size(); ++from) {
+      for (std::size_t to = 0; to < ports.size(); ++to) {
+        change(middle.way(from, to));
+      }
+    }
+  }
+
+  void change_both_ways(const std::string& host, const std::function<void(Way&)>& change) {
+    const std::size_t here = index(host);
+    const std::lock_guard lock(mutex);
+    for (std::size_t there = 0; there < ports.size(); ++there) {
+      change(middle.way(here, there));
+      change(middle.way(there, here));
+    }
+  }
+
+  void run() {
+    std::vector<pollfd> waited;
+    for (const Tap& tap : taps) {
+      waited.push_back({tap.descriptor(), POLLIN, 0});
+    }
+    waited.push_back({stop, POLLIN, 0});
+    while (waited.back().revents == 0) {
+      wait(waited);
+      carry();
+    }
+  }
+
+  /// Until a frame comes in or is due.
+  void wait(std::vector<pollfd>& waited) {
+    std::optional<Switch::Time> next;
+    {
+      const std::lock_guard lock(mutex);
+      next = middle.next();
+    }
+    timespec limit{};
+    if (next) {
+      const auto left = std::max(*next - Switch::Time::clock::now(), Switch::Time::duration{0});
+      const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
+      limit = {seconds.count(), std::chrono::nanoseconds(left - seconds).count()};
+    }
+    ::ppoll(waited.data(), waited.size(), next ? &limit : nullptr, nullptr);
+  }
+
+  void carry() {
+    const std::lock_guard lock(mutex);
+    const auto now = Switch::Time::clock::now();
+    for (std::size_t i = 0; i < taps.size(); ++i) {
+      for (std::string frame = taps[i].read(); !frame.empty(); frame = taps[i].read()) {
+        middle.take(i, std::move(frame), now);
+      }
+    }
+    for (const Delivery& each : middle.due(now)) {
+      taps[each.port].write(each.frame);
+    }
+  }
+
+  const std::vector<Port> ports;
+  std::vector<Tap> taps;
+  mutable std::mutex mutex;
+  Switch middle;
+  const int stop;
+  std::thread pump;
+};
+
+Network::Network(std::vector<Port> ports, std::uint64_t seed)
+    : impl_(std::make_unique<Impl>(std::move(ports), seed)) {}
+
+Network::~Network() = default;
+
+void Network::cut(const std::string& host) {
+  impl_->change_both_ways(host, [](Way& way) { way.cut = true; });
+}
+
+void Network::stop_multicast(const std::string& host) {
+  impl_->change_both_ways(host, [](Way& way) { way.multicast = false; });
+}
+
+void Network::cut_one_way(const std::string& from, const std::string& to) {
+  const std::size_t a = impl_->index(from);
+  const std::size_t b = impl_->index(to);
+  const std::lock_guard lock(impl_->mutex);
+  impl_->middle.way(a, b).cut = true;
+}
+
+void Network::heal() {
+  impl_->change_all([](Way& way) { way.cut = false; });
+}
+
+void Network::loss(double share) {
+  impl_->change_all([=](Way& way) { way.loss = share; });
+}
+
+void Network::delay(std::chrono::microseconds delay, std::chrono::microseconds jitter) {
+  impl_->change_all([=](Way& way) {
+    way.delay = delay;
+    way.jitter = jitter;
+  });
+}
+
+Switch::Counters Network::counters() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->middle.counters();
+}
+
+}  // namespace millrace::tests::cluster

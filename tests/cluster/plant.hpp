@@ -1,0 +1,87 @@
+// A plant for a scenario: a virtual CNC whose channels call a service all the time, a gateway, and
+// services, each on a host of its own.
+//
+//   Plant plant(Backend::namespaces);
+//   plant.service("service-1", "slow-1", {"--work", "20"});
+//   plant.gateway();
+//   plant.cnc({.channels = 2, .calls = 100});
+//   plant.hosts().network().cut("service-1");
+//   …
+//   plant.expect_all_answered();
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/cluster/driver/hosts.hpp"
+#include "tests/cluster/history/verdict.hpp"
+
+namespace millrace::tests::cluster {
+
+using Flags = std::vector<std::string>;
+
+/// The UUID of millrace-slow-service.
+inline constexpr const char* slow_uuid = "c0ffee00-0000-4000-8000-000000000001";
+
+/// What the virtual CNC does: in each channel a program that calls the service so many times, each
+/// call as soon as the last is answered, and looks whether the answer is its own.
+struct Load {
+  std::uint32_t channels = 1;
+  std::uint32_t calls = 1;
+  std::string uuid = slow_uuid;
+};
+
+class Plant {
+ public:
+  /// Hosts gateway, recorder, controller, service-1, service-2, service-3. Every program joins the
+  /// fabric by the profile deploy/profiles/one_network.fabric.textproto unless told otherwise.
+  explicit Plant(Backend backend);
+
+  Hosts& hosts() { return *hosts_; }
+  Network& network() { return hosts_->network(); }
+
+  /// From now on programs on `host` join by this file of deploy/profiles.
+  void set_profile(const std::string& host, const std::string& file);
+
+  /// Started and ready. A second one takes the place of the first, which must have ended.
+  Task& cnc(const Load& load);
+  /// Started and ready, with its journal.
+  Task& gateway(const Flags& flags = {});
+  /// millrace-slow-service under a name of its own, started and ready. The name stands for the
+  /// process: a service that is started anew needs another one.
+  Task& service(const std::string& host, const std::string& name, const Flags& flags = {});
+  Task& task(const std::string& name) { return *tasks_.at(name); }
+
+  /// Waits until all programs of the CNC have ended, then stops the gateway, and fails the test for
+  /// a program that did not get its own answers and for each violated invariant.
+  void expect_all_answered(std::chrono::milliseconds timeout = patience);
+
+  /// How many calls services have finished so far.
+  [[nodiscard]] std::size_t finished() const;
+  /// Waits until that many more are finished, and returns how long it took.
+  std::chrono::duration<double> await_finished(std::size_t more);
+
+  /// What has been written down so far.
+  [[nodiscard]] History history() const;
+  /// What all programs have written, for a test that failed.
+  [[nodiscard]] std::string logs() const;
+
+ private:
+  Task& start(const std::string& host, const std::string& name, const std::string& program,
+              Flags flags);
+  [[nodiscard]] Flags joining(const std::string& host) const;
+  [[nodiscard]] std::string write_program(const Load& load) const;
+
+  std::unique_ptr<Hosts> hosts_;
+  /// By host.
+  std::map<std::string, std::string> profiles_;
+  std::map<std::string, std::unique_ptr<Task>> tasks_;
+  /// Of the CNC that was started last.
+  Load load_;
+};
+
+}  // namespace millrace::tests::cluster

@@ -1,0 +1,32 @@
+// millrace-slow-service: a service for tests. It takes its time, answers with the request's own
+// text, and keeps a record of each time its handler ran.
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "services/sdk/command_line.hpp"
+#include "tests/cluster/history/execution_log.hpp"
+
+int main(int argc, char** argv) {
+  using namespace millrace::services;
+  using millrace::tests::cluster::ExecutionLog;
+  sdk::ServiceProgram program({
+      .uuid = "c0ffee00-0000-4000-8000-000000000001",
+      .name = "slow",
+      .description = "Answers with the request, after a while",
+  });
+  std::chrono::milliseconds work{0};
+  std::string record;
+  program.app().add_option("--work", work, "How long each call takes, in milliseconds");
+  program.app().add_option("--record", record, "File to which each execution is added")->required();
+  return program.run(argc, argv, [&]() -> sdk::Handler {
+    const auto log = std::make_shared<ExecutionLog>(record, program.options().name);
+    return [=](const sdk::Call& call) -> sdk::Response {
+      log->started(call.id(), call.attempt(), call.channel());
+      std::this_thread::sleep_for(work);
+      log->finished(call.id(), call.attempt(), call.channel());
+      return {.text = call.text()};
+    };
+  });
+}

@@ -1,0 +1,8 @@
+%near_miss
+(The UUID of the vendor manual's NC sample, one character short of its own service's.)
+N10 V.G.SERVICE.UUID = "560AACBF-6335-44a9-895A-B27F3ED5E47"
+N20 V.G.SERVICE.REQUEST = "3"
+N30 V.G.SERVICE.REQUEST_STATE = 1
+N40 #FLUSH CONTINUE
+N50 #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0
+N60 M30

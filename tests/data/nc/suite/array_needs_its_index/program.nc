@@ -1,0 +1,5 @@
+#VAR
+  V.P.A[3]
+#ENDVAR
+N40 V.P.A = 1
+M30

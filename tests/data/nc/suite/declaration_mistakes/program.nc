@@ -1,0 +1,19 @@
+#VAR
+  V.P.A : REAL32
+  V.P.B : STRING[128]
+  V.P.C : STRING[-1]
+  V.P.D : STRING[5
+  V.P.E = 
+  V.P.F[2] = 5
+  V.P. : UNS08
+  V.P.G : SGN32 5
+#ENDVAR
+#VAR X
+#ENDVAR
+#ENDVAR
+#VAR
+G01 X5
+#DELETE
+#DELETE 5
+#VAR
+  V.P.H

@@ -1,0 +1,14 @@
+N10 P1 = SIN[]
+N20 P1 = SIN[1, 2]
+N30 P1 = MAX[1]
+N40 P1 = SIN 5
+N50 P1 = NOSUCH[1]
+N60 P1 = EXIST[5]
+N70 P1 = ORD["a", 1, 2]
+N80 P1 = 1 +
+N90 P1 = [1 + 2
+N100 P1 = 1 2
+N110 P1 = P
+N120 P1 = V.G
+N130 P1 = * 2
+M30

@@ -1,0 +1,3 @@
+N10 L sub.nc
+N20 #MSG ["never"]
+M30

@@ -1,0 +1,3 @@
+N10 #MSG ["one"]
+N20 L nowhere.nc
+M30

@@ -1,0 +1,10 @@
+N10 $GOTO N100
+N20 $GOTO [NAME]
+N30 $GOTO
+N40 $GOTO N10 X5
+N100 (no colon, so no target)
+N50:
+N50:
+[L]
+[L]
+M30

@@ -1,0 +1,16 @@
+%L FIRST
+N10 #MSG ["first, P1 = %d", P1]
+N20 P1 += 1
+N30 LL SECOND
+N40 M17
+%L SECOND
+N10 #MSG ["second, P1 = %d", P1]
+N20 M29
+N30 #MSG ["never"]
+% MAIN
+N10 P1 = 5
+N20 LL FIRST
+N30 #MSG ["main, P1 = %d", P1]
+N40 V.P.NAME = "SECOND"
+N50 LL V.P.NAME
+N60 M30

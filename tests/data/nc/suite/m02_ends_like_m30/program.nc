@@ -1,0 +1,3 @@
+#MSG ["one"]
+M02
+#MSG ["never"]

@@ -1,0 +1,12 @@
+N10 "STRING1" = "COS[\"STRING2\"]"
+N20 "STRING2" = "5 * 12"
+N30 "STRING3" = "SIN[89.5 + \"STRING1\"]"
+N40 X[-2 * "STRING1" + "STRING2" + "STRING3"]
+#MSG ["%.1f", V.A.ABS.X]
+V.P.TEXT = "abc"
+V.P.TEXT = "STRING2"
+#MSG ["%s, %d", V.P.TEXT, "STRING2"]
+#MSG ["%d %d", V.P.TEXT == "STRING2", LEN["STRING2"]]
+"STRING2" = "7"
+#MSG ["%d", "STRING2" + 1]
+M30

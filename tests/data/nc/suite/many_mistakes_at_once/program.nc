@@ -1,0 +1,12 @@
+N10 G01 X[1 + F100
+N20 $IF 1 = 2
+N30 P1 == 3
+N40 #FLUSCH
+N50 #MSG ["%d and %d", 1]
+N60 X"a
+N70 $ENDWHILE
+N80 $ENDIF
+N90 FOO
+N100 #MSG ["one", ]
+N110 $WHILE 1
+M30

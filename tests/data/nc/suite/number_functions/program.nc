@@ -1,0 +1,12 @@
+#MSG ["%.3f %.3f %.3f %.3f", SIN[30], cos[60], Tan[45], COT[45]]
+#MSG ["%d %d %d", COS[90], SIN[180], SIN[360]]
+#MSG ["%.3f %.3f %.3f %.3f", ASIN[0.5], ACOS[0.5], ATAN[1], ACOT[1]]
+#MSG ["%.1f %.1f %.1f", ATAN2[1, 1], ATAN2[-1, -1], ATAN2[0, -1]]
+#MSG ["%d %d %d", ABS[-3], SQR[-3], SQRT[9]]
+#MSG ["%.3f %.3f %.3f %.3f", EXP[1], LN[EXP[2]], DEXP[2], LOG[1000]]
+#MSG ["%d %d %.1f %.1f", INT[2.7], INT[-2.7], FRACT[2.7], FRACT[-2.7]]
+#MSG ["%d %d %d", ROUND[2.5], ROUND[-2.5], ROUND[2.4]]
+#MSG ["%d %d %d", SIGN[-7], SIGN[0], SIGN[7]]
+#MSG ["%d %d", MIN[3, -4], MAX[3, -4]]
+X SIN[30] YSIN[90]
+M30

@@ -1,0 +1,5 @@
+#VAR
+  V.P.A : SGN08
+#ENDVAR
+N40 V.P.A = -129
+M30

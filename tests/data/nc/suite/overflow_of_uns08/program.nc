@@ -1,0 +1,5 @@
+#VAR
+  V.P.A : UNS08
+#ENDVAR
+N40 V.P.A = 256
+M30

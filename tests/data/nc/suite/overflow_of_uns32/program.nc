@@ -1,0 +1,5 @@
+#VAR
+  V.P.A : UNS32
+#ENDVAR
+N40 V.P.A = -1
+M30

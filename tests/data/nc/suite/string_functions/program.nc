@@ -1,0 +1,15 @@
+V.P.S = "Hello" + " world!"
+#MSG ["%s", V.P.S]
+#MSG ["%s|%s|%s", LEFT["Hello world!", 5], MID["How are you?", 3, 5], RIGHT["Hello world! How are you?", 12]]
+#MSG ["%d %d %d %d", LEN["Hello world! How are you?"], LEN[""], ORD["Hello world!", 1], ORD["Hello world!", 7]]
+#MSG ["%d %s", ORD["A"], CHR[65]]
+#MSG ["%d %d %d", FIND["Hello world!", "world"], FIND["Hello", "hello"], FIND["", "a"]]
+#MSG ["%s|%s|%s", DELETE["Hello world!", 6, 6], INSERT["Hello!", " world", 5], REPLACE["Hello world!", "moon", 5, 7]]
+#MSG ["%s %s", INT_TO_STR[123], INT_TO_STR[-7]]
+#MSG ["%s %s", REAL_TO_STR[1.5], REAL_TO_STR[1/3]]
+#MSG ["%d %.2f %d", STR_TO_INT["-42"], STR_TO_REAL["12.34"], STR_TO_INT[" +5 "]]
+#MSG ["%s|%s|%s", LEFT["abc", 99], RIGHT["abc", 99], MID["abc", 99, 2]]
+#MSG ["%d%d%d%d", "a" == "a", "a" != "b", "a" < "b", "b" > "a"]
+#MSG ["a \"quoted\" word"]
+#MSG ["%s", "in " + "\"quotes\""]
+M30

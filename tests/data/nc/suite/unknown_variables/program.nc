@@ -1,0 +1,3 @@
+N10 #MSG ["%d", EXIST[V.G.NOSUCH]]
+N20 V.G.NOSUCH = 1
+M30

@@ -1,0 +1,2 @@
+#MSG ["after the reset"]
+M30

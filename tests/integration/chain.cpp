@@ -1,0 +1,45 @@
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::integration {
+
+Process Chain::start(const std::string& name, Flags command) {
+  command.insert(command.begin(), binary(name));
+  Process process(std::move(command));
+  process.await("^ready: ");
+  return process;
+}
+
+Process Chain::cnc(const Flags& flags) {
+  Flags command{"--listen", "127.0.0.1:0", "--channels", "2", "--dir", folder_.path().string()};
+  command.insert(command.end(), flags.begin(), flags.end());
+  Process process = start("millrace-cnc", std::move(command));
+  port_ = process.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
+  return process;
+}
+
+Process Chain::gateway(const Flags& flags) {
+  Flags command{"--domain", std::to_string(domain_.number()), "--machine",
+                "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1"};
+  command.insert(command.end(), flags.begin(), flags.end());
+  return start("millrace-gateway", std::move(command));
+}
+
+Process Chain::square_root(const Flags& flags) {
+  Flags command{"--domain", std::to_string(domain_.number())};
+  command.insert(command.end(), flags.begin(), flags.end());
+  return start("millrace-square-root", std::move(command));
+}
+
+Process Chain::millrace(Flags command) const {
+  command.insert(command.begin(), binary("millrace"));
+  if (command.at(1) != "log") {
+    command.insert(command.end(), {"--domain", std::to_string(domain_.number())});
+  }
+  return Process(std::move(command));
+}
+
+std::string Chain::program(int channel, const std::string& file) {
+  return std::to_string(channel) + "=" + MILLRACE_TEST_DATA "/nc/chain/" + file;
+}
+
+}  // namespace millrace::tests::integration

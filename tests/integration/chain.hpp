@@ -1,0 +1,47 @@
+// The programs of the whole chain as a test starts them: on free ports, in a DDS domain of their
+// own.
+//
+//   Chain chain;
+//   Process service = chain.square_root();
+//   Process cnc = chain.cnc({"--run", chain.program(1, "square_root_of_3.nc"),
+//   "--exit-when-idle"}); Process gateway = chain.gateway(); cnc.await("response = 1.732051");
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests::integration {
+
+using Flags = std::vector<std::string>;
+
+class Chain {
+ public:
+  /// A virtual CNC with two channels, ready; the gateways started after it serve this one.
+  Process cnc(const Flags& flags = {});
+  /// A gateway of the last virtual CNC, ready.
+  Process gateway(const Flags& flags = {});
+  /// A square root service, ready.
+  Process square_root(const Flags& flags = {});
+
+  /// The operator's command, on this domain where it uses one.
+  [[nodiscard]] Process millrace(Flags command) const;
+
+  /// "CHANNEL=FILE" for --run, FILE from tests/data/nc/chain.
+  [[nodiscard]] static std::string program(int channel, const std::string& file);
+  /// A folder of this test's own.
+  [[nodiscard]] std::filesystem::path folder() const { return folder_.path(); }
+
+ private:
+  Process start(const std::string& name, Flags command);
+
+  Domain domain_;
+  TemporaryFolder folder_;
+  std::string port_;
+};
+
+}  // namespace millrace::tests::integration

@@ -1,0 +1,238 @@
+// millrace-archiver as a process, called over the fabric, and killed.
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <random>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/caller.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7";
+
+class Archiver : public testing::Test {
+ protected:
+  Archiver() { std::ofstream(config) << "without_text: '" << secret_uuid << "'\n"; }
+
+  Process start() {
+    Process process({binary("millrace-archiver"), "--config", config.string(), "--domain",
+                     std::to_string(domain.number())});
+    process.await("^ready: ");
+    return process;
+  }
+  /// The output of `query` or `export`.
+  std::string show(std::vector<std::string> arguments) {
+    std::vector<std::string> command{binary("millrace-archiver")};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    command.insert(command.end(), {"--config", config.string()});
+    Process process(command);
+    EXPECT_EQ(process.wait(), 0) << process.error_output();
+    return process.output();
+  }
+  /// Waits until `query` of `kind` shows `text`.
+  std::string await_row(const std::string& kind, const std::string& text) {
+    std::string rows;
+    do {
+      rows = show({"export", "--format", "jsonl", "--kind", kind});
+    } while (rows.find(text) == std::string::npos);
+    return rows;
+  }
+
+  const std::string secret_uuid = "fdeccc37-09ba-4ef6-bf20-2955ea738286";
+  TemporaryFolder folder;
+  std::filesystem::path config = folder.path() / "archiver.textproto";
+  Domain domain;
+  Caller caller{domain.number()};
+};
+
+TEST_F(Archiver, KeepsWhatProgramsPut) {
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "PUT part=WELLE7 d=\"12.345 mm\"").text, "OK 1");
+  EXPECT_EQ(caller.call(uuid, "tool 5 changed; Ma\xDF ok").text, "OK 2");
+  EXPECT_EQ(caller.call(uuid, "PUT part").state, 10U);
+  EXPECT_EQ(caller.call(uuid, "").state, 10U);
+  EXPECT_EQ(caller.call(uuid, std::string(127, '\xFF')).text, "OK 3");
+
+  EXPECT_THAT(show({"query", "--where", "part=WELLE7"}),
+              AllOf(StartsWith("id\tat\tmachine\tchannel\tcall"), HasSubstr("12.345 mm")));
+  EXPECT_THAT(show({"export", "--format", "csv"}), HasSubstr("tool 5 changed; Ma\xC3\x9F ok"));
+}
+
+TEST_F(Archiver, AddsNoSecondRowWhenACallIsRepeatedAfterACrash) {
+  fabric::Request request;
+  {
+    Process sut = start();
+    ASSERT_TRUE(caller.await_instance(uuid));
+    request = caller.request(uuid, "PUT a=1");
+    caller.publish(request);
+    EXPECT_EQ(caller.await_reply(request).text, "OK 1");
+    sut.kill();
+  }
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  caller.forget_reply(request);
+  request.assigned = caller.identity(uuid).id;
+  request.attempt = 2;
+  caller.publish(request);
+  EXPECT_EQ(caller.await_reply(request).text, "OK 1");
+  EXPECT_EQ(caller.call(uuid, "PUT a=2").text, "OK 2");
+}
+
+TEST_F(Archiver, RecordsCallsAndChannelStates) {
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  fabric::Event event{.key = {"cnc", 1},
+                      .call = {.epoch = 9, .number = 1},
+                      .kind = fabric::EventKind::written,
+                      .at = fabric::Time(std::chrono::hours(1)),
+                      .uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47",
+                      .text = "2.0"};
+  fabric::ChannelStatus status;
+  status.key = {"cnc", 1};
+  status.state = fabric::ChannelState::held;
+  status.reason = "needs an operator";
+  caller.publish(status);
+  await_row("channel", "needs an operator");
+  caller.publish(event);
+  event.uuid = secret_uuid;
+  event.text = "to the boss";
+  event.detail = "second";
+  caller.publish(event);
+  const std::string rows = await_row("event", "second");
+  EXPECT_THAT(rows, AllOf(HasSubstr("\"kind\":\"written\""), HasSubstr("\"text\":\"2.0\"")));
+  EXPECT_THAT(rows, testing::Not(HasSubstr("boss")));
+}
+
+TEST_F(Archiver, IsTheOnlyOneInItsFolder) {
+  const Process first = start();
+  Process second({binary("millrace-archiver"), "--config", config.string(), "--domain",
+                  std::to_string(domain.number())});
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_THAT(second.error_output(), HasSubstr("another archiver writes here"));
+}
+
+/// Channels that call all the time, whose calls go on with the next instance.
+class Load {
+ public:
+  Load(Caller& caller, std::uint16_t channels) : caller_(caller) {
+    for (std::uint16_t channel = 1; channel <= channels; ++channel) {
+      pending_.push_back(next(channel));
+    }
+  }
+
+  /// Gives all pending calls to the instance that is ready now.
+  void begin() {
+    for (fabric::Request& request : pending_) {
+      request.assigned = caller_.identity(uuid).id;
+      caller_.publish(request);
+      ++request.attempt;
+    }
+  }
+
+  /// Takes what is answered and calls again.
+  void run_once() {
+    for (fabric::Request& request : pending_) {
+      fabric::Reply reply;
+      if (caller_.poll_reply(request, reply)) {
+        EXPECT_THAT(reply.text, StartsWith("OK "));
+        acknowledged.emplace(request.call.to_string(), reply.text.substr(3));
+        request = next(request.key.channel);
+        caller_.publish(request);
+        ++request.attempt;
+      }
+    }
+  }
+
+  /// Call id and the id of its row.
+  std::map<std::string, std::string> acknowledged;
+
+ private:
+  fabric::Request next(std::uint16_t channel) {
+    return caller_.request(uuid, "PUT channel=" + std::to_string(channel), channel);
+  }
+
+  Caller& caller_;
+  std::vector<fabric::Request> pending_;
+};
+
+/// Call id and row id of all puts.
+std::multimap<std::string, std::string> rows_of(const std::string& csv) {
+  std::multimap<std::string, std::string> rows;
+  std::istringstream in(csv);
+  std::string line;
+  std::getline(in, line);  // the header
+  while (std::getline(in, line)) {
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',') && cells.size() < 5;) {
+      cells.push_back(cell);
+    }
+    rows.emplace(cells.at(4), cells.at(0));
+  }
+  return rows;
+}
+
+TEST_F(Archiver, LosesNoAcknowledgedRowHoweverItIsKilled) {
+  constexpr int crashes = 8;
+  std::mt19937 random(20260301);
+  std::optional<Load> load;
+  for (int crash = 0; crash < crashes; ++crash) {
+    Process sut = start();
+    ASSERT_TRUE(caller.await_instance(uuid));
+    if (!load) {
+      load.emplace(caller, std::uint16_t{8});
+    }
+    load->begin();
+    const std::size_t before = load->acknowledged.size();
+    const std::size_t enough = 1 + random() % 60;
+    while (load->acknowledged.size() < before + enough) {
+      load->run_once();
+    }
+    // Somewhere in the middle of a transaction, an answer, or nothing.
+    const auto moment =
+        std::chrono::steady_clock::now() + std::chrono::microseconds(random() % 20'000);
+    while (std::chrono::steady_clock::now() < moment) {
+      load->run_once();
+    }
+    sut.kill();
+    ASSERT_TRUE(caller.await_no_instance(uuid));
+  }
+  const auto rows = rows_of(show({"export", "--format", "csv"}));
+  for (const auto& [call, id] : load->acknowledged) {
+    ASSERT_EQ(rows.count(call), 1U) << call;
+    EXPECT_EQ(rows.find(call)->second, id);
+  }
+  EXPECT_GE(load->acknowledged.size(), static_cast<std::size_t>(crashes));
+}
+
+TEST(ArchiverCommands, RefuseWrongArguments) {
+  const TemporaryFolder folder;
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"query", "--folder", "/no/such/folder"},
+        {"query", "--folder", folder.path().string(), "--since", "yesterday"},
+        {"query", "--folder", folder.path().string(), "--kind", "event", "--where", "a"},
+        {"export", "--folder", folder.path().string()}}) {
+    std::vector<std::string> command{binary("millrace-archiver")};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    Process sut(command);
+    EXPECT_EQ(sut.wait(), 2) << arguments.back() << sut.error_output();
+  }
+}
+
+}  // namespace
+}  // namespace millrace::tests

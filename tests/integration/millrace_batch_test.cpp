@@ -1,0 +1,186 @@
+// millrace-batch as a process, called over the fabric.
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/caller.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string echo_uuid = "1b671a64-40d5-491e-99b0-da01ff1f3341";
+const std::string exit_uuid = "5e5b4a7f-0f2e-4f0a-9f5c-2f7d0c1a6b11";
+
+fs::path program(const std::string& name) {
+  return fs::path(MILLRACE_TEST_DATA) / "batch" / "programs" / name;
+}
+
+class BatchFolder : public testing::Test {
+ protected:
+  BatchFolder() { fs::create_directory(programs); }
+
+  void install(const std::string& name) { fs::copy_file(program(name), programs / name); }
+  void configure(const std::string& scripts) {
+    const fs::path part = folder.path() / "part";
+    std::ofstream(part) << "folder: 'programs'\nsettle_ms: 100\n" << scripts;
+    fs::rename(part, config);
+  }
+  static std::string script(const std::string& uuid, const std::string& program,
+                            const std::string& more = {}) {
+    return "script { uuid: '" + uuid + "' program: '" + program + "' " + more + " }\n";
+  }
+  void start() {
+    sut.emplace(std::vector<std::string>{binary("millrace-batch"), "--config", config.string(),
+                                         "--domain", std::to_string(domain.number())});
+    sut->await("^ready: ");
+  }
+
+  TemporaryFolder folder;
+  fs::path programs = folder.path() / "programs";
+  fs::path config = folder.path() / "batch.textproto";
+  Domain domain;
+  Caller caller{domain.number()};
+  std::optional<Process> sut;
+};
+
+TEST_F(BatchFolder, AnswersWithTheOutputAndTheExitCode) {
+  install("say_request.sh");
+  install("exit_with.sh");
+  configure(script(echo_uuid, "say_request.sh") + script(exit_uuid, "exit_with.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  ASSERT_TRUE(caller.await_instance(exit_uuid));
+
+  const fabric::Reply echo = caller.call(echo_uuid, "Ma\xDF 1; $(reboot)");
+  EXPECT_EQ(echo.text, "[Ma\xDF 1; $(reboot)] [Ma\xDF 1; $(reboot)]");
+  EXPECT_EQ(echo.state, 1U);
+
+  const fabric::Reply failed = caller.call(exit_uuid, "3 no part");
+  EXPECT_EQ(failed.text, "no part");
+  EXPECT_EQ(failed.state, 103U);
+
+  const fabric::Reply empty = caller.call(echo_uuid, "");
+  EXPECT_EQ(empty.text, "ERROR: the request is empty");
+  EXPECT_EQ(empty.state, 10U);
+}
+
+TEST_F(BatchFolder, RegistersWithItsDeliveryPolicy) {
+  install("say_request.sh");
+  configure(script(echo_uuid, "say_request.sh"));
+  start();
+  EXPECT_TRUE(caller.await_instance(echo_uuid));
+  EXPECT_EQ(caller.identity(echo_uuid).delivery, fabric::Delivery::at_most_once);
+}
+
+TEST_F(BatchFolder, ServesAProgramOnceItIsThere) {
+  configure(script(echo_uuid, "say_request.sh"));
+  start();
+  sut->await_error("say_request.sh is missing or not executable");
+  install("say_request.sh");
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  fs::remove(programs / "say_request.sh");
+  EXPECT_TRUE(caller.await_no_instance(echo_uuid));
+}
+
+TEST_F(BatchFolder, TakesUpAChangedConfigurationWithoutARestart) {
+  install("say_request.sh");
+  install("exit_with.sh");
+  configure(script(echo_uuid, "say_request.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  configure(script(exit_uuid, "exit_with.sh"));
+  EXPECT_TRUE(caller.await_instance(exit_uuid));
+  EXPECT_TRUE(caller.await_no_instance(echo_uuid));
+}
+
+TEST_F(BatchFolder, RunsAScriptAsItIsNow) {
+  install("exit_with.sh");
+  install("say_request.sh");
+  configure(script(echo_uuid, "say_request.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  configure(script(echo_uuid, "exit_with.sh", "name: 'say_request.sh'"));
+  sut->await_error("runs .*exit_with.sh differently from now on");
+  EXPECT_EQ(caller.call(echo_uuid, "4 x").state, 104U);
+}
+
+TEST_F(BatchFolder, StaysAsItIsWhenTheConfigurationIsBroken) {
+  install("say_request.sh");
+  configure(script(echo_uuid, "say_request.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  configure("script { uuid: }");
+  sut->await_error("batch.textproto:3:16: ");
+  EXPECT_EQ(caller.call(echo_uuid, "still").state, 1U);
+}
+
+TEST_F(BatchFolder, EndsAProgramWhoseCallIsWithdrawn) {
+  install("outlive.sh");
+  configure(script(echo_uuid, "outlive.sh", "kill_after_ms: 20"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  const fs::path pids = folder.path() / "pids";
+  const fabric::Request request = caller.request(echo_uuid, pids.string());
+  caller.publish(request);
+  pid_t leader = 0;
+  while (!(std::ifstream(pids) >> leader)) {
+    std::this_thread::yield();
+  }
+  caller.withdraw(request);
+  while (fs::exists("/proc/" + std::to_string(leader))) {
+    std::this_thread::yield();
+  }
+}
+
+TEST_F(BatchFolder, FinishesARunningCallBeforeItLeaves) {
+  install("wait_for_file.sh");
+  configure(script(echo_uuid, "wait_for_file.sh"));
+  start();
+  ASSERT_TRUE(caller.await_instance(echo_uuid));
+  const fs::path started = folder.path() / "go";
+  const fabric::Request request = caller.request(echo_uuid, started.string());
+  caller.publish(request);
+  while (!fs::exists(started.string() + ".waiting")) {
+    std::this_thread::yield();
+  }
+  sut->terminate();
+  ASSERT_TRUE(caller.await_no_instance(echo_uuid));
+  std::ofstream(started) << "now";
+  EXPECT_EQ(caller.await_reply(request).text, "done");
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+}
+
+TEST(BatchProgram, ServesOneProgramFromTheCommandLine) {
+  const Domain domain;
+  Caller caller(domain.number());
+  Process sut({binary("millrace-batch"), "--exec", program("exit_with.sh").string(), "--uuid",
+               exit_uuid, "--domain", std::to_string(domain.number())});
+  ASSERT_TRUE(caller.await_instance(exit_uuid));
+  EXPECT_EQ(caller.call(exit_uuid, "9 one").state, 109U);
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+}
+
+TEST(BatchProgram, RefusesToStartWithoutItsProgramOrConfiguration) {
+  Process no_program({binary("millrace-batch"), "--exec", "/no/such/program"});
+  EXPECT_EQ(no_program.wait(), 2);
+  EXPECT_THAT(no_program.error_output(), HasSubstr("/no/such/program is missing"));
+  Process no_config({binary("millrace-batch"), "--config", "/no/such/file"});
+  EXPECT_EQ(no_config.wait(), 2);
+  EXPECT_THAT(no_config.error_output(),
+              StartsWith("millrace-batch: /no/such/file: cannot be read"));
+}
+
+}  // namespace
+}  // namespace millrace::tests

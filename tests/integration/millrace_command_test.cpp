@@ -1,0 +1,135 @@
+// The operator's command against the real programs.
+
+#include <algorithm>
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+class TheCommand : public testing::Test {
+ protected:
+  /// Runs `millrace ARGS` to its end.
+  Process run(Flags args) {
+    Process process = chain.millrace(std::move(args));
+    exit_code = process.wait();
+    return process;
+  }
+
+  Chain chain;
+  int exit_code = -1;
+};
+
+TEST_F(TheCommand, ListsEveryInstance) {
+  Process first = chain.square_root({"--name", "first"});
+  Process second = chain.square_root({"--name", "second", "--channel", "cnc/2"});
+  const std::string services = run({"services"}).output();
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(services, HasSubstr(square_root));
+  EXPECT_THAT(services, HasSubstr("first"));
+  EXPECT_THAT(services, HasSubstr("cnc/2"));
+  EXPECT_THAT(run({"services", "--json"}).output(), HasSubstr("\"name\":\"second\""));
+}
+
+TEST_F(TheCommand, SaysWhatEachChannelDoes) {
+  Process cnc = chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
+  Process gateway = chain.gateway();
+  gateway.await_error("served by nobody");
+  EXPECT_THAT(run({"channels"}).output(), HasSubstr("unserved"));
+  Process service = chain.square_root();
+  cnc.await("response = 1.732051");
+  EXPECT_THAT(run({"channels"}).output(), HasSubstr("idle"));
+}
+
+TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
+  Process first = chain.square_root({"--name", "first"});
+  Process second = chain.square_root({"--name", "second"});
+  const std::string answers = run({"ping", square_root}).output();
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(answers, HasSubstr("first"));
+  EXPECT_THAT(answers, HasSubstr("second"));
+  EXPECT_THAT(answers, Not(HasSubstr("no answer")));
+  run({"ping", "nobody"});
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheCommand, HasAnInstanceLeave) {
+  Process service = chain.square_root({"--name", "first"});
+  run({"drain", "first"});
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_EQ(service.wait(), 0);
+}
+
+TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
+  Process service = chain.square_root();
+  Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
+  Process gateway = chain.gateway({"--log-level", "debug"});
+  gateway.await_error("cnc/1");
+  service.signal(SIGSTOP);
+  const Process answer = run({"answer", "cnc/1", "1.5", "--state", "7"});
+  EXPECT_THAT(answer.output(), HasSubstr("of cnc/1: ")) << answer.error_output();
+  EXPECT_EQ(exit_code, 0);
+  run({"answer", "cnc/9", "1.5"});
+  EXPECT_EQ(exit_code, 1);
+  service.signal(SIGCONT);
+}
+
+TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
+  const std::string file = chain.folder() / "run.mcap";
+  Process recorder = chain.millrace({"record", "-o", file});
+  recorder.await("^ready: ");
+  Process service = chain.square_root();
+  Process cnc = chain.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
+  Process gateway = chain.gateway();
+  ASSERT_EQ(cnc.wait(), 0) << cnc.error_output();
+  gateway.terminate();
+  EXPECT_EQ(gateway.wait(), 0);
+  recorder.terminate();
+  EXPECT_EQ(recorder.wait(), 0) << recorder.error_output();
+  EXPECT_THAT(recorder.error_output(), HasSubstr("and lost 0;"));
+
+  const std::string channels = run({"log", "ls", "--json", file}).output();
+  EXPECT_EQ(exit_code, 0);
+  for (const char* kind : {"request", "reply", "withdrawal"}) {
+    EXPECT_THAT(channels, HasSubstr(std::string("machine/cnc/1/") + kind +
+                                    "\",\"schema\":\"millrace.recording."));
+  }
+  const std::string requests = run({"log", "cat", "--kind", "request", file}).output();
+  EXPECT_EQ(std::count(requests.begin(), requests.end(), '\n'), 200);
+  const std::string replies = run({"log", "cat", "--kind", "reply", file}).output();
+  EXPECT_EQ(std::count(replies.begin(), replies.end(), '\n'), 200);
+  EXPECT_THAT(run({"log", "info", "--hops", file}).output(), HasSubstr("write back"));
+}
+
+TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {
+  const std::string file = chain.folder() / "run.mcap";
+  Process recorder = chain.millrace({"record", "-o", file, "--sync", "call"});
+  recorder.await("^ready: ");
+  Process service = chain.square_root();
+  Process cnc = chain.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
+  Process gateway = chain.gateway();
+  ASSERT_EQ(cnc.wait(), 0) << cnc.error_output();
+  gateway.terminate();
+  EXPECT_EQ(gateway.wait(), 0);
+  recorder.kill();
+
+  Process next = chain.millrace({"record", "-o", file});
+  next.await("^ready: ");
+  EXPECT_THAT(next.error_output(), HasSubstr("was not closed"));
+  next.terminate();
+  EXPECT_EQ(next.wait(), 0);
+  run({"log", "info", (chain.folder() / "run.repaired.mcap").string()});
+  EXPECT_EQ(exit_code, 0);
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

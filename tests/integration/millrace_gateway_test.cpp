@@ -1,0 +1,103 @@
+// The program millrace-gateway as its users meet it: flags, ready line, exit codes, whole calls.
+#include <csignal>
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests {
+namespace {
+
+using testing::HasSubstr;
+
+std::string config(const std::string& name) {
+  return std::string(MILLRACE_TEST_DATA) + "/config/" + name + ".gateway.textproto";
+}
+
+class MillraceGateway : public testing::Test {
+ protected:
+  Process gateway(std::vector<std::string> flags) {
+    std::vector<std::string> command{binary("millrace-gateway"), "--domain",
+                                     std::to_string(domain_.number())};
+    command.insert(command.end(), flags.begin(), flags.end());
+    return Process(std::move(command));
+  }
+
+  Process square_root() {
+    Process service({binary("millrace-square-root"), "--domain", std::to_string(domain_.number())});
+    service.await("^ready: ");
+    return service;
+  }
+
+  /// A virtual CNC on a free port that runs the square root program.
+  Process cnc() {
+    return Process({binary("millrace-cnc"), "--listen", "127.0.0.1:0", "--dir",
+                    folder_.path().string(), "--speed", "0", "--exit-when-idle", "--run",
+                    std::string("1=") + MILLRACE_TEST_DATA + "/nc/square_root.nc"});
+  }
+
+  static std::string machine(Process& cnc) {
+    return "cnc=127.0.0.1:" + cnc.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
+  }
+
+  Domain domain_;
+  TemporaryFolder folder_;
+};
+
+TEST_F(MillraceGateway, IsReadyWithoutAControllerAndEndsCleanlyOnSigterm) {
+  Process sut = gateway({"--machine", "press=127.0.0.1:1/10.0.0.5.1.1"});
+  sut.await("^ready: serving press \\(127\\.0\\.0\\.1:1, 10\\.0\\.0\\.5\\.1\\.1\\) on domain " +
+            std::to_string(domain_.number()) + "$");
+  sut.await_error("press .*refused.*trying again");
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
+  EXPECT_THAT(sut.error_output(), HasSubstr("no journal (--journal DIR)"));
+}
+
+TEST_F(MillraceGateway, ChecksAConfigurationAndEnds) {
+  Process good = gateway({"--check", "--config", config("good/everything")});
+  EXPECT_EQ(good.wait(), 0) << good.error_output();
+  EXPECT_THAT(good.output(), HasSubstr("press_1 (press1.hall3:48899, 10.0.0.5.1.1)"));
+  Process bad = gateway({"--check", "--config", config("bad/bad_net_id")});
+  EXPECT_EQ(bad.wait(), 2);
+  EXPECT_THAT(bad.error_output(), HasSubstr("bad_net_id.gateway.textproto:4:3: net_id"));
+}
+
+TEST_F(MillraceGateway, EndsWithExitCode2ForAMachineItCannotUnderstand) {
+  Process sut = gateway({"--machine", "press"});
+  EXPECT_EQ(sut.wait(), 2);
+  EXPECT_THAT(sut.error_output(), HasSubstr("expected NAME=HOST:PORT/NETID"));
+}
+
+TEST_F(MillraceGateway, BringsACallToItsServiceAndTheAnswerBack) {
+  Process service = square_root();
+  Process controller = cnc();
+  Process sut = gateway({"--machine", machine(controller)});
+  EXPECT_EQ(controller.wait(), 0) << controller.error_output();
+  EXPECT_THAT(controller.output(), HasSubstr("response = 1.732051"));
+  sut.await_error("link up, channel 1");
+}
+
+TEST_F(MillraceGateway, ServesACallWhoseServiceComesLater) {
+  Process controller = cnc();
+  Process sut = gateway({"--machine", machine(controller)});
+  sut.await_error("V\\.G\\.SERVICE\\.UUID 560AACBF.* is served by nobody");
+  Process service = square_root();
+  EXPECT_EQ(controller.wait(), 0) << controller.error_output();
+}
+
+TEST_F(MillraceGateway, RefusesAJournalThatAnotherGatewayUses) {
+  const std::string journal = (folder_.path() / "journal").string();
+  Process first = gateway({"--journal", journal});
+  first.await("^ready: ");
+  Process sut = gateway({"--journal", journal});
+  EXPECT_EQ(sut.wait(), 1);
+  EXPECT_THAT(sut.error_output(), HasSubstr("is in use by another gateway"));
+}
+
+}  // namespace
+}  // namespace millrace::tests

@@ -1,0 +1,85 @@
+// A service as the process that it is: its ready line, its end by signal and by accident.
+#include <chrono>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "idl/program/command_line.hpp"
+#include "tests/support/caller.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+
+namespace millrace {
+namespace {
+
+using testing::HasSubstr;
+using tests::Process;
+
+const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+class ServiceProcess : public testing::Test {
+ protected:
+  Process start(std::vector<std::string> arguments = {}) {
+    std::vector<std::string> command{tests::binary("millrace-square-root"), "--domain",
+                                     std::to_string(domain.number())};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return Process(std::move(command));
+  }
+
+  tests::Domain domain;
+  tests::Caller caller{domain.number()};
+};
+
+TEST_F(ServiceProcess, SaysOnceThatItIsReadyAndAnswers) {
+  Process sut = start();
+  const std::string instance =
+      sut.await("^ready: square_root serves " + uuid + " as (\\S+) on domain \\d+$").at(1);
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.identity(uuid).id.to_string(), instance);
+  EXPECT_EQ(caller.call(uuid, "2").text, "1.414214");
+  EXPECT_EQ(caller.call(uuid, "-4").state, 99U);
+  const std::string call =
+      sut.await_error("call (\\S+) from \\S+: \"2\", state \\d+, attempt 1").at(1);
+  sut.await_error("call " + call + " answered: \"1.414214\", state 1, after ");
+}
+
+TEST_F(ServiceProcess, TellsWhatItsCommandLineSays) {
+  Process sut = start({"--uuid", "Weather", "--name", "weather", "--channel", "cnc/1", "--channel",
+                       "press/*", "--concurrency", "4", "--delivery", "at-most-once"});
+  ASSERT_TRUE(caller.await_instance("Weather"));
+  const fabric::InstanceIdentity instance = caller.identity("Weather");
+  EXPECT_EQ(instance.name, "weather");
+  EXPECT_EQ(instance.channels.size(), 2U);
+  EXPECT_EQ(instance.concurrency, 4U);
+  EXPECT_EQ(instance.delivery, fabric::Delivery::at_most_once);
+  EXPECT_EQ(instance.pid, static_cast<std::uint32_t>(sut.pid()));
+}
+
+TEST_F(ServiceProcess, LeavesInOrderWhenItIsAskedTo) {
+  Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), idl::program::exit_done);
+  EXPECT_TRUE(caller.await_no_instance(uuid));
+}
+
+TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
+  Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  const auto killed = std::chrono::steady_clock::now();
+  sut.kill();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(2));
+}
+
+TEST_F(ServiceProcess, RefusesAWrongCommandLine) {
+  Process sut = start({"--channel", "cnc/0"});
+  EXPECT_EQ(sut.wait(), idl::program::exit_usage);
+  EXPECT_THAT(sut.error_output(), HasSubstr("--channel: 'cnc/0' is no channel"));
+  Process other = start({"--uuid", "a*"});
+  EXPECT_EQ(other.wait(), idl::program::exit_usage);
+  EXPECT_THAT(other.error_output(), HasSubstr("wildcard"));
+}
+
+}  // namespace
+}  // namespace millrace

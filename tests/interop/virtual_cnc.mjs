@@ -1,0 +1,52 @@
+// Starts a real millrace-cnc on a free port for one test file and ends it by its process id.
+import { spawn } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+
+const bin = process.env.MILLRACE_BIN;
+if (!bin) {
+  throw new Error('MILLRACE_BIN must name the folder of the built programs');
+}
+
+/** Resolves, once the program has said that it is ready, with its port and a function that ends it. */
+export function startVirtualCnc(...flags) {
+  const dir = mkdtempSync(join(tmpdir(), 'millrace-interop-'));
+  const child = spawn(join(bin, 'millrace-cnc'), ['--listen', '127.0.0.1:0', '--dir', dir, ...flags], {
+    stdio: ['ignore', 'pipe', 'inherit'],
+  });
+  const stop = async () => {
+    if (child.exitCode === null) {
+      const ended = new Promise((resolve) => child.once('exit', resolve));
+      child.kill('SIGTERM');
+      await ended;
+    }
+    rmSync(dir, { recursive: true });
+  };
+  return new Promise((resolve, reject) => {
+    let output = '';
+    child.once('exit', (code) => reject(new Error(`millrace-cnc ended with ${code} before it was ready`)));
+    child.stdout.on('data', (chunk) => {
+      output += chunk;
+      const ready = output.match(/^ready: .* on 127\.0\.0\.1:(\d+)/m);
+      if (ready) {
+        resolve({ port: Number(ready[1]), stop });
+      }
+    });
+  });
+}
+
+/** The settings with which ads-client talks to a peer that is no TwinCAT router (one TCP connection, no symbols). */
+export function adsClientSettings(port, adsPort) {
+  return {
+    routerAddress: '127.0.0.1',
+    routerTcpPort: port,
+    targetAmsNetId: '127.0.0.1.1.1',
+    targetAdsPort: adsPort,
+    localAmsNetId: '127.0.0.1.2.1',
+    localAdsPort: 32750,
+    rawClient: true,
+    autoReconnect: false,
+    timeoutDelay: 2000,
+  };
+}

@@ -1,0 +1,29 @@
+// A DDS domain of its own for a test, so that tests that run at the same time do not hear each
+// other.
+//
+//   Domain domain;
+//   fabric::Participant participant({.domain = domain.number()});
+#pragma once
+
+#include <cstdint>
+
+namespace millrace::tests {
+
+/// Reserves a free domain of this host for as long as it lives, across processes: each domain has a
+/// lock file in the folder for temporary files. Throws std::runtime_error when all are taken.
+class Domain {
+ public:
+  Domain();
+  ~Domain();
+  Domain(const Domain&) = delete;
+  Domain& operator=(const Domain&) = delete;
+
+  /// Never 0, the domain of a millrace that somebody uses.
+  [[nodiscard]] std::uint32_t number() const { return number_; }
+
+ private:
+  std::uint32_t number_ = 0;
+  int lock_ = -1;
+};
+
+}  // namespace millrace::tests

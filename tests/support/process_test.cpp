@@ -1,0 +1,57 @@
+#include "tests/support/process.hpp"
+
+#include <csignal>
+#include <stdexcept>
+#include <system_error>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::tests {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+Process shell(const std::string& script) {
+  return Process({"/bin/sh", "-c", script});
+}
+
+TEST(Process, ReturnsTheGroupsOfTheLineItWaitedFor) {
+  Process sut = shell("echo first; echo ready: port 4711; read never < /dev/zero");
+  EXPECT_EQ(sut.await("^ready: port (\\d+)$").at(1), "4711");
+  EXPECT_TRUE(sut.running());
+}
+
+TEST(Process, KeepsBothStreamsApartAndTellsTheExitCode) {
+  Process sut = shell("echo good; echo bad >&2; exit 3");
+  EXPECT_EQ(sut.wait(), 3);
+  EXPECT_EQ(sut.output(), "good\n");
+  EXPECT_EQ(sut.error_output(), "bad\n");
+}
+
+TEST(Process, TellsTheSignalThatKilledIt) {
+  Process sut = shell("kill -KILL $$");
+  EXPECT_EQ(sut.wait(), 128 + SIGKILL);
+}
+
+TEST(Process, EndsOnTerminate) {
+  Process sut = shell("trap 'echo bye; exit 0' TERM; echo up; while :; do :; done");
+  sut.await("^up$");
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
+  EXPECT_THAT(sut.output(), HasSubstr("bye"));
+}
+
+TEST(Process, ShowsAllOutputWhenTheProcessEndsBeforeTheLine) {
+  Process sut = shell("echo something else");
+  EXPECT_THAT([&] { sut.await("^ready"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("something else")));
+}
+
+TEST(Process, RefusesAProgramThatIsNotThere) {
+  EXPECT_THROW(Process({"/no/such/program"}), std::system_error);
+}
+
+}  // namespace
+}  // namespace millrace::tests

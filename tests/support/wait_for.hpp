@@ -1,0 +1,48 @@
+// Runs a coroutine in a test to its end, on the io_context that also serves everything else.
+//
+//   const auto state = wait_for(io, client.state(552));
+#pragma once
+
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/co_spawn.hpp>
+
+#include "tests/support/run_until.hpp"
+
+namespace millrace::tests {
+
+/// Throws what the coroutine throws, or std::runtime_error if it does not end.
+inline void wait_for(boost::asio::io_context& io, boost::asio::awaitable<void> work) {
+  bool done = false;
+  std::exception_ptr failure;
+  boost::asio::co_spawn(io, std::move(work), [&](std::exception_ptr error) {
+    failure = error;
+    done = true;
+  });
+  if (!run_until(io, [&] { return done; })) {
+    throw std::runtime_error("the coroutine did not end");
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+}
+
+/// Keeps what `work` returns; T needs no default constructor.
+template <typename T>
+boost::asio::awaitable<void> keep(boost::asio::awaitable<T> work, std::optional<T>& result) {
+  result.emplace(co_await std::move(work));
+}
+
+/// The same for a coroutine that returns something.
+template <typename T>
+T wait_for(boost::asio::io_context& io, boost::asio::awaitable<T> work) {
+  std::optional<T> result;
+  wait_for(io, keep(std::move(work), result));
+  return std::move(*result);
+}
+
+}  // namespace millrace::tests

@@ -1,0 +1,135 @@
+#include "cnc/ads/frame.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/hex_vectors.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::size_t max_frame = 1000;
+
+Bytes vector(const std::string& name) {
+  return tests::hex_vector("ads/frames.hex", name);
+}
+
+const Address client{{{127, 0, 0, 1, 2, 1}}, 32750};
+const Address controller{{{127, 0, 0, 1, 1, 1}}, 552};
+
+std::string error_of(const Bytes& bytes) {
+  FrameReader sut(max_frame);
+  sut.feed(bytes);
+  const auto frame = sut.next();
+  return frame ? "no error" : frame.error().message;
+}
+
+TEST(FrameReader, HandsOutAWholeFrame) {
+  FrameReader sut(max_frame);
+  sut.feed(vector("read_request"));
+  const auto frame = sut.next();
+  ASSERT_TRUE(frame && *frame);
+  EXPECT_EQ((*frame)->kind, FrameKind::ads);
+  EXPECT_EQ((*frame)->body.size(), 44U);
+  EXPECT_EQ(sut.pending(), 0U);
+  EXPECT_FALSE(*sut.next());
+}
+
+TEST(FrameReader, WaitsForTheLastByte) {
+  FrameReader sut(max_frame);
+  const auto bytes = vector("read_request");
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    ASSERT_FALSE(*sut.next()) << i;
+    sut.feed(BytesView(bytes).subspan(i, 1));
+  }
+  EXPECT_TRUE(*sut.next());
+}
+
+TEST(FrameReader, HandsOutAHundredFramesOfOneSegment) {
+  FrameReader sut(max_frame);
+  Bytes segment;
+  const auto one = vector("read_request");
+  for (int i = 0; i < 100; ++i) {
+    segment.insert(segment.end(), one.begin(), one.end());
+  }
+  sut.feed(segment);
+  int count = 0;
+  while (*sut.next()) {
+    ++count;
+  }
+  EXPECT_EQ(count, 100);
+}
+
+TEST(FrameReader, RefusesALengthAboveItsLimitWithoutWaitingForTheBytes) {
+  EXPECT_THAT(error_of(vector("announces_4_gib")),
+              HasSubstr("announces 4294967295 bytes, at most 1000"));
+}
+
+TEST(FrameReader, AcceptsALengthAtItsLimit) {
+  FrameReader sut(44);
+  sut.feed(vector("read_request"));
+  EXPECT_TRUE(*sut.next());
+}
+
+TEST(FrameReader, RefusesAnAdsFrameWithoutRoomForItsHeader) {
+  EXPECT_THAT(error_of(vector("too_short_for_ams")), HasSubstr("31 bytes is too short"));
+}
+
+TEST(FrameReader, RefusesWhatIsNoAmsTcp) {
+  EXPECT_THAT(error_of(vector("http")), HasSubstr("at most 1000"));
+  EXPECT_THAT(error_of(encode_frame(FrameKind{0x4547}, Bytes(100))),
+              HasSubstr("kind 0x4547 with 100 bytes"));
+}
+
+TEST(FrameReader, LetsRouterFramesThrough) {
+  FrameReader sut(max_frame);
+  sut.feed(vector("port_connect"));
+  const auto frame = sut.next();
+  ASSERT_TRUE(frame && *frame);
+  EXPECT_EQ((*frame)->kind, FrameKind::port_connect);
+  EXPECT_EQ((*frame)->body.size(), 2U);
+}
+
+TEST(Packet, IsDecodedAndEncodedToTheSameBytes) {
+  const auto bytes = vector("read_request");
+  const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));
+  ASSERT_TRUE(packet) << packet.error().message;
+  EXPECT_EQ(packet->header,
+            (Header{controller, client, Command::read, flags::ads_command, ErrorCode::none, 7}));
+  EXPECT_EQ(packet->data.size(), 12U);
+  EXPECT_EQ(encode_packet(packet->header, packet->data), bytes);
+}
+
+TEST(Packet, OfAResponseHasSwappedAddressesAndFlags5) {
+  const auto request = vector("read_request");
+  const auto response = vector("read_response");
+  const auto packet = decode_packet(BytesView(request).subspan(frame_header_size));
+  const auto sut = response_header(packet->header);
+  EXPECT_TRUE(sut.is_response());
+  EXPECT_EQ(encode_packet(sut, BytesView(response).subspan(38)), response);
+}
+
+TEST(Packet, OfARouterErrorHasNoData) {
+  const auto bytes = vector("port_not_found");
+  const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));
+  ASSERT_TRUE(packet);
+  EXPECT_EQ(packet->header.error, ErrorCode::target_port_not_found);
+  EXPECT_TRUE(packet->data.empty());
+}
+
+TEST(Packet, WithLengthsThatDisagreeIsRefused) {
+  const auto bytes = vector("lengths_disagree");
+  const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));
+  ASSERT_FALSE(packet);
+  EXPECT_THAT(packet.error().message, HasSubstr("announces 240 bytes of data, its frame holds 4"));
+}
+
+TEST(Packet, CutShortIsRefused) {
+  const auto bytes = vector("read_request");
+  EXPECT_FALSE(decode_packet(BytesView(bytes).subspan(frame_header_size, 31)));
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,116 @@
+#include "cnc/ads/response.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/hex_vectors.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+using testing::ElementsAre;
+using testing::SizeIs;
+
+Bytes vector(const std::string& name) {
+  return tests::hex_vector("ads/responses.hex", name);
+}
+
+template <typename T>
+ErrorCode error_of(const Result<T>& result) {
+  return result ? ErrorCode::none : result.error();
+}
+
+TEST(AdsResponse, ToAWriteIsTheResultAlone) {
+  EXPECT_TRUE(decode_result(vector("result_none")));
+  EXPECT_EQ(error_of(decode_result(vector("result_busy"))), ErrorCode::busy);
+  EXPECT_EQ(encode_result({}), vector("result_none"));
+  EXPECT_EQ(encode_result(tl::make_unexpected(ErrorCode::busy)), vector("result_busy"));
+}
+
+TEST(AdsResponse, ToAReadCarriesData) {
+  const auto payload = vector("data");
+  const auto sut = decode_data(payload, 4);
+  ASSERT_TRUE(sut);
+  EXPECT_THAT(*sut, ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(encode_data(Bytes{1, 2, 3, 4}), payload);
+}
+
+TEST(AdsResponse, ToAReadMayBeShorterThanAsked) {
+  EXPECT_THAT(*decode_data(vector("data"), 8), SizeIs(4));
+}
+
+TEST(AdsResponse, LongerThanAskedBreaksTheProtocol) {
+  EXPECT_EQ(error_of(decode_data(vector("data"), 3)), ErrorCode::protocol_error);
+}
+
+TEST(AdsResponse, ThatLiesAboutItsLengthBreaksTheProtocol) {
+  EXPECT_EQ(error_of(decode_data(vector("data_that_lies"), 240)), ErrorCode::protocol_error);
+}
+
+TEST(AdsResponse, ToAFailedReadIsSentAs8Bytes) {
+  EXPECT_EQ(encode_data(tl::make_unexpected(ErrorCode::invalid_group)), vector("data_error"));
+}
+
+TEST(AdsResponse, ToAFailedReadIsUnderstoodWith4Or8Bytes) {
+  EXPECT_EQ(error_of(decode_data(vector("data_error"), 4)), ErrorCode::invalid_group);
+  EXPECT_EQ(error_of(decode_data(vector("data_error_of_4_bytes"), 4)), ErrorCode::invalid_group);
+}
+
+TEST(AdsResponse, CannotBringAnOutcomeOfOurOwn) {
+  EXPECT_EQ(error_of(decode_data(vector("local_code_on_the_wire"), 4)), ErrorCode::protocol_error);
+}
+
+TEST(AdsResponse, WithoutResultBreaksTheProtocol) {
+  EXPECT_EQ(error_of(decode_result({})), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_state(vector("result_none"))), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_info(vector("result_none"))), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_handle(vector("result_none"))), ErrorCode::protocol_error);
+}
+
+TEST(AdsResponse, NamesTheDeviceIn16Bytes) {
+  const auto payload = vector("info");
+  const auto sut = decode_info(payload);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->major, 3);
+  EXPECT_EQ(sut->minor, 1);
+  EXPECT_EQ(sut->build, 3896);
+  EXPECT_EQ(sut->name, "millrace CNC");
+  EXPECT_EQ(encode_info(*sut), payload);
+  EXPECT_THAT(encode_info(DeviceInfo{1, 2, 3, "a name of 21 letters."}), SizeIs(24));
+}
+
+TEST(AdsResponse, TellsTheState) {
+  const auto payload = vector("state");
+  const auto sut = decode_state(payload);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->ads, 5);
+  EXPECT_EQ(sut->device, 0);
+  EXPECT_EQ(encode_state(*sut), payload);
+}
+
+TEST(AdsResponse, GivesANotificationHandle) {
+  EXPECT_EQ(*decode_handle(vector("handle")), 42U);
+  EXPECT_EQ(encode_handle(42U), vector("handle"));
+}
+
+TEST(Notification, CarriesSamplesOfOneMoment) {
+  const auto payload = vector("notification");
+  const auto sut = decode_notification(payload);
+  ASSERT_TRUE(sut);
+  ASSERT_THAT(*sut, SizeIs(1));
+  EXPECT_EQ((*sut)[0].time, 116'444'736'000'000'000U);
+  ASSERT_THAT((*sut)[0].samples, SizeIs(2));
+  EXPECT_EQ((*sut)[0].samples[0].handle, 1U);
+  EXPECT_THAT((*sut)[0].samples[0].data, ElementsAre(0x11, 0x22, 0x33, 0x44));
+  EXPECT_THAT((*sut)[0].samples[1].data, ElementsAre(0x55));
+  EXPECT_EQ(encode_notification(*sut), payload);
+}
+
+TEST(Notification, WithACountThatLiesBreaksTheProtocol) {
+  EXPECT_EQ(error_of(decode_notification(vector("notification_with_too_many_samples"))),
+            ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_notification({})), ErrorCode::protocol_error);
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,157 @@
+// What a server can be told to do wrong, and how the client takes it.
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include "cnc/ads/client.hpp"
+#include "cnc/ads/server.hpp"
+#include "tests/support/wait_for.hpp"
+#include "tests/unit/ads/memory_device.hpp"
+#include "tests/unit/ads/raw_peer.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using testing::HasSubstr;
+using tests::run_until;
+using tests::wait_for;
+using namespace std::chrono_literals;
+
+class ServerFaults : public testing::Test {
+ protected:
+  using Data = Result<Bytes>;
+
+  ServerFaults() { device.values[{1, 1}] = {1, 2, 3, 4}; }
+
+  void start(ServerOptions options = {}) {
+    options.tcp_port = 0;
+    sut.emplace(io.get_executor(), device, options, idl::program::no_log());
+    client_options.tcp_port = sut->tcp_port();
+    client_options.target = options.session.net_id;
+  }
+  Client& connect() {
+    client.emplace(io.get_executor(), client_options);
+    const auto connected = wait_for(io, client->connect());
+    EXPECT_TRUE(connected) << connected.error().message;
+    return *client;
+  }
+  LinkError failure(Client& one) {
+    const auto connected = wait_for(io, one.connect());
+    return connected ? LinkError{ErrorCode::none, "connected"} : connected.error();
+  }
+  Data read() { return wait_for(io, client->read(552, {1, 1}, 4)); }
+
+  asio::io_context io;
+  MemoryDevice device;
+  std::optional<Server> sut;
+  ClientOptions client_options;
+  std::optional<Client> client;
+};
+
+TEST_F(ServerFaults, AnswersInSingleBytes) {
+  start();
+  connect();
+  sut->set_faults({.segment = 1});
+  EXPECT_EQ(*read(), (Bytes{1, 2, 3, 4}));
+}
+
+TEST_F(ServerFaults, AnswersLate) {
+  start();
+  connect();
+  sut->set_faults({.delay = 30ms});
+  const auto before = std::chrono::steady_clock::now();
+  EXPECT_EQ(*read(), (Bytes{1, 2, 3, 4}));
+  EXPECT_GE(std::chrono::steady_clock::now() - before, 30ms);
+}
+
+TEST_F(ServerFaults, AnswersOutOfOrder) {
+  start();
+  connect();
+  sut->set_faults({.delay = 5ms, .out_of_order = true});
+  std::vector<std::string> order;
+  for (const auto* name : {"first", "second"}) {
+    asio::co_spawn(io, client->read(552, {1, 1}, 4), [&order, name](std::exception_ptr, Data data) {
+      EXPECT_TRUE(data);
+      order.emplace_back(name);
+    });
+  }
+  EXPECT_TRUE(run_until(io, [&] { return order.size() == 2; }));
+  EXPECT_THAT(order, testing::ElementsAre("second", "first"));
+}
+
+TEST_F(ServerFaults, DropsAnswersUntilTheClientGivesUp) {
+  client_options.timeout = 20ms;
+  client_options.silent_timeouts = 2;
+  start();
+  connect();
+  sut->set_faults({.drop_every = 1});
+  EXPECT_EQ(read().error(), ErrorCode::timeout);
+  EXPECT_EQ(read().error(), ErrorCode::timeout);
+  EXPECT_FALSE(client->up());
+}
+
+TEST_F(ServerFaults, RefusesConnections) {
+  start();
+  sut->set_faults({.refuse_connections = true});
+  Client refused(io.get_executor(), client_options);
+  EXPECT_THAT(failure(refused).message, HasSubstr("closed the connection before the first answer"));
+  sut->set_faults({});
+  connect();
+  EXPECT_TRUE(read());
+}
+
+TEST_F(ServerFaults, KnowsNoRouteToAStranger) {
+  ServerOptions options;
+  options.session.routes = {*NetId::parse("10.0.0.1.1.1")};
+  start(options);
+  Client stranger(io.get_executor(), client_options);
+  EXPECT_THAT(failure(stranger).message, HasSubstr("route missing"));
+  EXPECT_EQ(device.calls, 0);
+  client_options.source.net_id = options.session.routes[0];
+  connect();
+  EXPECT_TRUE(read());
+}
+
+TEST_F(ServerFaults, ClosesTheOlderConnectionOfOneAddress) {
+  ServerOptions options;
+  options.one_connection_per_address = true;
+  start(options);
+  connect();
+  std::vector<LinkError> downs;
+  client->on_down([&](const LinkError& why) { downs.push_back(why); });
+  Client newer(io.get_executor(), client_options);
+  EXPECT_TRUE(wait_for(io, newer.connect()));
+  ASSERT_TRUE(run_until(io, [&] { return !downs.empty(); }));
+  EXPECT_THAT(downs[0].message, HasSubstr("another ADS client on this host?"));
+  EXPECT_TRUE(newer.up());
+}
+
+std::size_t open_files() {
+  const std::filesystem::directory_iterator files("/proc/self/fd");
+  return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+// Under a sanitizer the allocator reports nothing; there the leak checker does the work.
+TEST_F(ServerFaults, AThousandConnectionsLeaveNothingBehind) {
+  start();
+  const auto connect_and_leave = [this](int count) {
+    for (int i = 0; i < count; ++i) {
+      connect();
+      read();
+      client.reset();
+    }
+    EXPECT_TRUE(run_until(io, [this] { return sut->connections() == 0; }));
+  };
+  connect_and_leave(50);  // until all that is kept for reuse is there
+  const auto files = open_files();
+  const auto memory = mallinfo2().uordblks;
+  connect_and_leave(1000);
+  EXPECT_EQ(open_files(), files);
+  EXPECT_LT(mallinfo2().uordblks, memory + 10'000) << "that would be 10 bytes for each connection";
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,188 @@
+#include "cnc/ads/server.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cnc/ads/response.hpp"
+#include "tests/support/hex_vectors.hpp"
+#include "tests/support/wait_for.hpp"
+#include "tests/unit/ads/memory_device.hpp"
+#include "tests/unit/ads/raw_peer.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using testing::HasSubstr;
+using tests::run_until;
+using tests::wait_for;
+
+class ServerTest : public testing::Test {
+ protected:
+  ServerTest() { device.values[{0x122301, 0x48}] = {1, 0, 0, 0}; }
+
+  static Bytes vector(const std::string& name) { return tests::hex_vector("ads/frames.hex", name); }
+  Server& start(ServerOptions options = {}) {
+    options.tcp_port = 0;
+    return sut.emplace(io.get_executor(), device, options, idl::program::no_log());
+  }
+  RawPeer connect() { return wait_for(io, RawPeer::connect(sut->tcp_port())); }
+  void send(RawPeer& peer, Bytes bytes) { wait_for(io, peer.send(std::move(bytes))); }
+  std::optional<Bytes> receive(RawPeer& peer) { return wait_for(io, peer.receive()); }
+
+  asio::io_context io;
+  MemoryDevice device;
+  std::optional<Server> sut;
+};
+
+TEST_F(ServerTest, AnswersARequest) {
+  start();
+  auto peer = connect();
+  send(peer, vector("read_request"));
+  EXPECT_EQ(receive(peer), vector("read_response"));
+}
+
+TEST_F(ServerTest, AnswersARequestThatComesByteByByte) {
+  start();
+  auto peer = connect();
+  for (const auto byte : vector("read_request")) {
+    send(peer, {byte});
+  }
+  EXPECT_EQ(receive(peer), vector("read_response"));
+}
+
+TEST_F(ServerTest, ExecutesEachOfAHundredRequestsInOneSegmentOnce) {
+  start();
+  auto peer = connect();
+  Bytes segment;
+  for (int i = 0; i < 100; ++i) {
+    const auto one = vector("read_request");
+    segment.insert(segment.end(), one.begin(), one.end());
+  }
+  send(peer, segment);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(receive(peer), vector("read_response"));
+  }
+  EXPECT_EQ(device.calls, 100);
+}
+
+TEST_F(ServerTest, ClosesOnlyTheConnectionThatBreaksTheProtocol) {
+  start();
+  auto good = connect();
+  for (const auto* broken : {"announces_4_gib", "too_short_for_ams", "lengths_disagree", "http"}) {
+    auto bad = connect();
+    send(bad, vector(broken));
+    EXPECT_EQ(receive(bad), std::nullopt) << broken;
+  }
+  send(good, vector("read_request"));
+  EXPECT_EQ(receive(good), vector("read_response"));
+  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
+}
+
+TEST_F(ServerTest, AnswersRouterFramesBetweenRequests) {
+  start();
+  auto peer = connect();
+  send(peer, vector("port_connect"));
+  EXPECT_EQ(receive(peer)->size(), 14U);
+  send(peer, encode_frame(FrameKind::router_note, Bytes(4)));
+  send(peer, vector("read_request"));
+  EXPECT_EQ(receive(peer), vector("read_response"));
+}
+
+// Ten times what a socket and the server may hold is asked for and not read.
+TEST_F(ServerTest, DoesNotReadFromAPeerThatReadsNothing) {
+  ServerOptions options;
+  options.max_output = 10'000;
+  start(options);
+  constexpr std::size_t value_size = 1'000'000;
+  device.values[{0x122301, 0x48}] = Bytes(value_size);
+  auto greedy = connect();
+  auto request = vector("read_request");
+  request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
+  for (int i = 0; i < 200; ++i) {
+    send(greedy, request);
+  }
+  auto other = connect();
+  send(other, vector("read_request"));
+  EXPECT_EQ(receive(other)->size(), 50U);
+  EXPECT_LT(device.calls, 20);
+}
+
+TEST_F(ServerTest, GoesOnWhenAPeerReadsAgain) {
+  ServerOptions options;
+  options.max_output = 100;
+  start(options);
+  auto peer = connect();
+  for (int i = 0; i < 1000; ++i) {
+    send(peer, vector("read_request"));
+  }
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_EQ(receive(peer), vector("read_response"));
+  }
+}
+
+TEST_F(ServerTest, ForgetsAConnectionThatItsPeerCloses) {
+  start();
+  auto peer = connect();
+  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
+  peer.close();
+  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
+}
+
+TEST_F(ServerTest, StopsWithItsConnections) {
+  start();
+  auto peer = connect();
+  send(peer, vector("read_request"));
+  receive(peer);
+  sut->stop();
+  EXPECT_EQ(receive(peer), std::nullopt);
+  sut.reset();
+  io.restart();
+  io.run();  // returns: no coroutine is left behind
+}
+
+TEST_F(ServerTest, SendsANotificationBehindTheAnswerThatAnnouncesIt) {
+  start();
+  auto peer = connect();
+  const auto header =
+      decode_packet(BytesView(vector("read_request")).subspan(frame_header_size))->header;
+  auto add = header;
+  add.command = Command::add_notification;
+  const AddNotificationRequest wanted{{0x122301, 0x48}, 4, Transmission::cyclic, 0, 10'000};
+  send(peer, encode_packet(add, encode(wanted)));
+  const auto answer = receive(peer);
+  EXPECT_EQ(decode_handle(BytesView(*answer).subspan(38)), 1U);
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = receive(peer);
+    const auto packet = decode_packet(BytesView(*frame).subspan(frame_header_size));
+    EXPECT_EQ(packet->header.command, Command::notification);
+    EXPECT_EQ(packet->header.target, header.source);
+    const auto stamps = decode_notification(packet->data);
+    ASSERT_TRUE(stamps);
+    EXPECT_EQ(stamps->at(0).samples.at(0).data.size(), 4U);
+  }
+  peer.close();
+  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
+  const auto calls = device.calls;
+  auto other = connect();
+  send(other, vector("read_request"));
+  EXPECT_EQ(receive(other), vector("read_response"));
+  EXPECT_EQ(device.calls, calls + 1) << "nobody samples any more";
+}
+
+TEST_F(ServerTest, SaysWhyItCannotListen) {
+  start();
+  ServerOptions options;
+  options.tcp_port = sut->tcp_port();
+  try {
+    Server second(io.get_executor(), device, options, idl::program::no_log());
+    FAIL() << "two servers listen on one port";
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cannot listen on 127.0.0.1:"));
+    EXPECT_THAT(error.what(), HasSubstr("Address already in use"));
+  }
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,124 @@
+#include "cnc/ads/session.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cnc/ads/request.hpp"
+#include "cnc/ads/response.hpp"
+#include "tests/support/hex_vectors.hpp"
+#include "tests/unit/ads/memory_device.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const Address client{{{127, 0, 0, 1, 2, 1}}, 32750};
+const Address controller{{{127, 0, 0, 1, 1, 1}}, 552};
+
+class SessionTest : public testing::Test {
+ protected:
+  SessionTest() { device.values[{0x122301, 0x48}] = {1, 0, 0, 0}; }
+
+  static Bytes vector(const std::string& name) { return tests::hex_vector("ads/frames.hex", name); }
+  tl::expected<Bytes, ProtocolError> react(const Bytes& frame) {
+    ByteReader in(frame);
+    const FrameKind kind{in.u16()};
+    in.u32();
+    return Session(device, options).react({kind, in.rest()}, {});
+  }
+  Bytes react_to(const Header& header, const Bytes& payload = {}) {
+    return react(encode_packet(header, payload)).value_or(Bytes{});
+  }
+  static Header header_of(const Bytes& frame) {
+    return decode_packet(BytesView(frame).subspan(frame_header_size))->header;
+  }
+
+  MemoryDevice device;
+  SessionOptions options;
+};
+
+TEST_F(SessionTest, AnswersARead) {
+  EXPECT_EQ(*react(vector("read_request")), vector("read_response"));
+}
+
+TEST_F(SessionTest, AnswersAnUnknownAmsPortWithError6AndNoData) {
+  Header header{controller, client, Command::read, flags::ads_command, ErrorCode::none, 7};
+  header.target.port = 999;
+  const auto response = react_to(header);
+  EXPECT_EQ(header_of(response).error, ErrorCode::target_port_not_found);
+  EXPECT_EQ(response.size(), frame_header_size + packet_header_size);
+  EXPECT_EQ(device.calls, 0);
+}
+
+TEST_F(SessionTest, AnswersAForeignNetIdWithError7) {
+  options.net_id = *NetId::parse("5.5.5.5.1.1");
+  EXPECT_EQ(header_of(*react(vector("read_request"))).error, ErrorCode::target_machine_not_found);
+}
+
+TEST_F(SessionTest, DropsOrClosesForAForeignNetIdWhenToldSo) {
+  options.net_id = *NetId::parse("5.5.5.5.1.1");
+  options.foreign_target = ForeignTarget::drop;
+  EXPECT_THAT(*react(vector("read_request")), IsEmpty());
+  options.foreign_target = ForeignTarget::close;
+  const auto sut = react(vector("read_request"));
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error().message, HasSubstr("a frame for 127.0.0.1.1.1, but this is 5.5.5.5.1.1"));
+}
+
+TEST_F(SessionTest, ExecutesButDoesNotAnswerARequestThatWantsNoReturn) {
+  const Header header{controller,          client,
+                      Command::read_state, flags::ads_command | flags::no_return,
+                      ErrorCode::none,     7};
+  EXPECT_THAT(react_to(header), IsEmpty());
+  EXPECT_EQ(device.calls, 1);
+}
+
+TEST_F(SessionTest, IgnoresResponses) {
+  EXPECT_THAT(*react(vector("read_response")), IsEmpty());
+  EXPECT_EQ(device.calls, 0);
+}
+
+TEST_F(SessionTest, ClosesForLengthsThatDisagree) {
+  EXPECT_FALSE(react(vector("lengths_disagree")));
+}
+
+TEST_F(SessionTest, AnswersABrokenPayloadAndGoesOn) {
+  const Header header{controller, client, Command::read, flags::ads_command, ErrorCode::none, 7};
+  const auto response = react_to(header, {1, 2, 3});
+  const auto packet = decode_packet(BytesView(response).subspan(frame_header_size));
+  EXPECT_EQ(decode_data(packet->data, 4).error(), ErrorCode::invalid_size);
+  EXPECT_EQ(packet->data.size(), 8U);
+}
+
+TEST_F(SessionTest, AnswersAnUnknownCommand) {
+  const Header header{controller, client, Command{77}, flags::ads_command, ErrorCode::none, 7};
+  const auto response = react_to(header);
+  const auto packet = decode_packet(BytesView(response).subspan(frame_header_size));
+  EXPECT_EQ(decode_result(packet->data).error(), ErrorCode::service_not_supported);
+}
+
+TEST_F(SessionTest, HandsOutAnAmsPortLikeARouter) {
+  Session sut(device, options);
+  const Bytes any{0, 0};
+  const auto first = sut.react({FrameKind::port_connect, any}, {});
+  const auto second = sut.react({FrameKind::port_connect, any}, {});
+  EXPECT_EQ(first->size(), 14U);
+  EXPECT_NE(*first, *second);
+  const Bytes wanted{0xEE, 0x7F};
+  EXPECT_EQ(*sut.react({FrameKind::port_connect, wanted}, {}), vector("port_connected"));
+}
+
+TEST_F(SessionTest, TellsItsNetIdLikeARouter) {
+  EXPECT_EQ(react(encode_frame(FrameKind::get_local_net_id, {}))->size(), frame_header_size + 6);
+}
+
+TEST_F(SessionTest, SkipsOtherRouterFrames) {
+  EXPECT_THAT(*react(encode_frame(FrameKind::port_close, Bytes{0xEE, 0x7F})), IsEmpty());
+  EXPECT_THAT(*react(encode_frame(FrameKind::router_note, Bytes(4))), IsEmpty());
+  EXPECT_THAT(*react(encode_frame(FrameKind{0x1234}, {})), IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads

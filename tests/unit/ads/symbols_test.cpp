@@ -1,0 +1,122 @@
+#include "cnc/ads/symbols.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/hex_vectors.hpp"
+#include "tests/unit/ads/memory_device.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+using testing::ElementsAre;
+
+class OneSymbol : public SymbolDirectory {
+ public:
+  std::uint8_t symbols_version = 7;
+
+  [[nodiscard]] std::optional<Symbol> find(std::uint16_t port,
+                                           std::string_view name) const override {
+    if (port != 552 || (name != "MAIN.counter" && name != "main.counter")) {
+      return std::nullopt;
+    }
+    return Symbol{"MAIN.counter", {1, 2}, 4, 3, 8, "DINT", "counts what was counted"};
+  }
+  [[nodiscard]] std::uint8_t version(std::uint16_t) const override { return symbols_version; }
+};
+
+Bytes bytes_of(std::string_view text) {
+  return {text.begin(), text.end()};
+}
+
+class SymbolsTest : public testing::Test {
+ protected:
+  SymbolsTest() { memory.values[{1, 2}] = {1, 2, 3, 4}; }
+
+  static Bytes vector(const std::string& name) {
+    return tests::hex_vector("ads/symbols.hex", name);
+  }
+  Result<Bytes> ask(std::uint32_t group, std::uint32_t room,
+                    std::string_view name = "MAIN.counter") {
+    return sut.read_write(552, {group, 0}, room, bytes_of(name));
+  }
+  std::uint32_t open() {
+    const auto handle = *ask(symbol::handle_by_name, 4);
+    return ByteReader(handle).u32();
+  }
+  Result<void> release(std::uint32_t handle, std::uint16_t port = 552) {
+    return sut.write(port, {symbol::release_handle, 0}, ByteWriter().u32(handle).take());
+  }
+
+  MemoryDevice memory;
+  OneSymbol directory;
+  Symbols sut{memory, directory};
+};
+
+TEST_F(SymbolsTest, GivesAHandleOf4BytesWhereNoMoreAreWanted) {
+  EXPECT_EQ(*ask(symbol::handle_by_name, 4), vector("handle"));
+}
+
+TEST_F(SymbolsTest, TellsTheTypeBesideTheHandleWhereThereIsRoom) {
+  EXPECT_EQ(*ask(symbol::handle_by_name, 0xFFFFFFFF), vector("handle_with_type"));
+  EXPECT_EQ(*ask(symbol::handle_by_name, 18), vector("handle"));
+}
+
+TEST_F(SymbolsTest, RefusesToGiveAHandleIntoTooLittleRoom) {
+  EXPECT_EQ(ask(symbol::handle_by_name, 3).error(), ErrorCode::invalid_size);
+  EXPECT_EQ(sut.handles(), 0U);
+}
+
+TEST_F(SymbolsTest, ReadsAndWritesByHandle) {
+  const Index by_handle{symbol::value_by_handle, open()};
+  EXPECT_THAT(*sut.read(552, by_handle, 4), ElementsAre(1, 2, 3, 4));
+  EXPECT_TRUE(sut.write(552, by_handle, Bytes{5, 6, 7, 8}));
+  EXPECT_THAT(*ask(symbol::value_by_name, 4), ElementsAre(5, 6, 7, 8));
+}
+
+TEST_F(SymbolsTest, GivesTheSameHandleForEachSpellingUntilAllAreReleased) {
+  const auto handle = open();
+  EXPECT_EQ(*ask(symbol::handle_by_name, 4, std::string_view("main.counter\0", 13)),
+            vector("handle"));
+  EXPECT_EQ(sut.handles(), 1U);
+  EXPECT_TRUE(release(handle));
+  EXPECT_EQ(sut.handles(), 1U);
+  EXPECT_TRUE(release(handle));
+  EXPECT_EQ(sut.handles(), 0U);
+  EXPECT_EQ(release(handle).error(), ErrorCode::symbol_not_found);
+}
+
+TEST_F(SymbolsTest, KnowsAHandleOnlyBehindItsPort) {
+  const auto handle = open();
+  EXPECT_EQ(sut.read(553, {symbol::value_by_handle, handle}, 4).error(),
+            ErrorCode::symbol_not_found);
+  EXPECT_EQ(release(handle, 553).error(), ErrorCode::symbol_not_found);
+}
+
+TEST_F(SymbolsTest, RefusesUnknownNamesAndHandles) {
+  EXPECT_EQ(ask(symbol::handle_by_name, 4, "MAIN.other").error(), ErrorCode::symbol_not_found);
+  EXPECT_EQ(ask(symbol::value_by_name, 4, "").error(), ErrorCode::symbol_not_found);
+  const Index unknown{symbol::value_by_handle, 99};
+  EXPECT_EQ(sut.read(552, unknown, 4).error(), ErrorCode::symbol_not_found);
+  EXPECT_EQ(sut.write(552, unknown, {}).error(), ErrorCode::symbol_not_found);
+  EXPECT_EQ(sut.write(552, {symbol::release_handle, 0}, Bytes{1}).error(), ErrorCode::invalid_size);
+}
+
+TEST_F(SymbolsTest, TellsWhereASymbolIsAndAllAboutIt) {
+  EXPECT_EQ(*ask(symbol::place_by_name, 12), vector("place"));
+  EXPECT_EQ(*ask(symbol::info_by_name, 0xFFFFFFFF), vector("info"));
+  EXPECT_EQ(ask(symbol::info_by_name, 71).error(), ErrorCode::invalid_size);
+}
+
+TEST_F(SymbolsTest, TellsTheVersionOfTheSymbols) {
+  EXPECT_THAT(*sut.read(552, {symbol::version, 0}, 1), ElementsAre(7));
+}
+
+TEST_F(SymbolsTest, LetsOtherRequestsThrough) {
+  EXPECT_THAT(*sut.read(552, {1, 2}, 4), ElementsAre(1, 2, 3, 4));
+  EXPECT_TRUE(sut.write(552, {1, 2}, Bytes{9}));
+  EXPECT_THAT(*sut.read_write(552, {1, 2}, 4, Bytes{8}), ElementsAre(9));
+}
+
+}  // namespace
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,283 @@
+#include <dds/dds.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/call_end.hpp"
+#include "fabric/reply_end.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/recording_listeners.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using tests::run_until;
+
+const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+InstanceIdentity identity(const std::string& uuid = square_root) {
+  return {.id = InstanceId::random(), .uuid = uuid, .name = "square_root"};
+}
+
+Request request(std::uint64_t number, const InstanceIdentity& instance,
+                const ChannelKey& key = {.machine = "cnc", .channel = 1}) {
+  return {.key = key,
+          .call = {.epoch = 7, .number = number},
+          .assigned = instance.id,
+          .uuid = instance.uuid,
+          .text = "4",
+          .state = 1};
+}
+
+Reply reply(const Request& to) {
+  return {.key = to.key, .instance = to.assigned, .call = to.call, .text = "2.000000", .state = 1};
+}
+
+/// A gateway here and its services there, on one domain.
+class Ends : public testing::Test {
+ protected:
+  struct Instance {
+    Instance(Participant& participant, boost::asio::io_context& context,
+             InstanceIdentity own_identity)
+        : end(participant, context.get_executor(), std::move(own_identity), heard) {}
+    RecordingInstance heard;
+    ReplyEnd end;
+  };
+
+  std::unique_ptr<CallEnd> open_gateway() {
+    return std::make_unique<CallEnd>(here, context.get_executor(), gateway);
+  }
+  std::unique_ptr<Instance> start(const InstanceIdentity& who) {
+    return std::make_unique<Instance>(there, context, who);
+  }
+  bool until(const std::function<bool()>& done) { return run_until(context, done); }
+  bool until_ready(const InstanceIdentity& who) {
+    return until([&] { return gateway.ready.contains(who.id); });
+  }
+  /// News of the two directions travel on their own; this one comes after all that was sent before.
+  bool until_heard(CallEnd& sut, Instance& instance, std::uint64_t number) {
+    const ChannelKey probe{.machine = "probe", .channel = 1};
+    EXPECT_TRUE(sut.publish(request(number, instance.end.identity(), probe)));
+    return until([&] {
+      return !instance.heard.requests.empty() && instance.heard.requests.back().key == probe;
+    });
+  }
+
+  TwoProcesses processes;
+  boost::asio::io_context context;
+  Participant here{processes.here()};
+  Participant there{processes.there()};
+  RecordingGateway gateway;
+};
+
+TEST_F(Ends, CarryACallAndItsAnswer) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  EXPECT_EQ(gateway.ready.begin()->second, service->end.identity());
+
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  const Request& heard = service->heard.requests.front();
+  EXPECT_EQ(heard.call, sent.call);
+  EXPECT_EQ(heard.text, "4");
+  EXPECT_EQ(heard.assigned, service->end.identity().id);
+
+  ASSERT_TRUE(service->end.publish(reply(heard)));
+  ASSERT_TRUE(until([&] { return !gateway.replies.empty(); }));
+  EXPECT_EQ(gateway.replies.front().text, "2.000000");
+  EXPECT_EQ(gateway.replies.front().call, sent.call);
+}
+
+TEST_F(Ends, RefuseACallForAUuidThatNobodyShows) {
+  const auto sut = open_gateway();
+  const auto result = sut->publish(request(1, identity("no-such-service")));
+  ASSERT_FALSE(result);
+  EXPECT_THAT(result.error(), HasSubstr("no-such-service"));
+}
+
+TEST_F(Ends, AnswerACallThatWasMadeBeforeTheNextInstanceCame) {
+  const auto sut = open_gateway();
+  auto first = start(identity());
+  ASSERT_TRUE(until_ready(first->end.identity()));
+  first.reset();
+  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
+
+  const InstanceIdentity next = identity();
+  ASSERT_TRUE(sut->publish(request(1, next)));
+  const auto second = start(next);
+  EXPECT_TRUE(until([&] { return second->heard.requests.size() == 1; }));
+}
+
+TEST_F(Ends, NeverLoseTheReplyOfFreshEndpoints) {
+  constexpr int rounds = 200;
+  for (int round = 0; round < rounds; ++round) {
+    SCOPED_TRACE(round);
+    const auto sut = open_gateway();
+    const auto service = start(identity());
+    ASSERT_TRUE(until_ready(service->end.identity()));
+    ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
+    ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+    ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
+    ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
+    gateway = {};
+  }
+}
+
+TEST_F(Ends, KeepTwoServicesApart) {
+  const auto sut = open_gateway();
+  const auto one = start(identity());
+  const auto other = start(identity("dial-gauge"));
+  ASSERT_TRUE(until_ready(one->end.identity()));
+  ASSERT_TRUE(until_ready(other->end.identity()));
+  ASSERT_TRUE(sut->publish(request(1, one->end.identity())));
+  ASSERT_TRUE(until_heard(*sut, *one, 2));
+  ASSERT_TRUE(until_heard(*sut, *other, 3));
+  EXPECT_EQ(one->heard.requests.size(), 2U);
+  EXPECT_EQ(other->heard.requests.size(), 1U);
+}
+
+TEST_F(Ends, TellARunningServiceOfAWithdrawal) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+
+  sut->withdraw(sent.key, "{560AACBF-6335-44A9-895A-8B27F3ED5E47}");
+  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(sent.key));
+}
+
+TEST_F(Ends, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
+  const auto sut = open_gateway();
+  // Within one domain object a write returns when its sample has arrived, and an executor of its
+  // own keeps the instance from taking it: both samples are there before the first is taken.
+  boost::asio::io_context asleep;
+  Instance service(here, asleep, identity());
+  ASSERT_TRUE(until_ready(service.end.identity()));
+  const Request sent = request(1, service.end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  sut->withdraw(sent.key, sent.uuid);
+  EXPECT_TRUE(run_until(asleep, [&] { return !service.heard.withdrawn.empty(); }));
+  EXPECT_THAT(service.heard.requests, IsEmpty());
+}
+
+TEST_F(Ends, ShowAWithdrawnCallToNobodyWhoComesLater) {
+  const auto sut = open_gateway();
+  const auto first = start(identity());
+  ASSERT_TRUE(until_ready(first->end.identity()));
+  const InstanceIdentity late = identity();
+  const Request sent = request(1, late);
+  ASSERT_TRUE(sut->publish(sent));
+  sut->withdraw(sent.key, sent.uuid);
+  const auto second = start(late);
+  ASSERT_TRUE(until_ready(late));
+  ASSERT_TRUE(until_heard(*sut, *second, 2));
+  // It may hear of the withdrawal, which means nothing to it.
+  EXPECT_EQ(second->heard.requests.size(), 1U);
+}
+
+TEST_F(Ends, LetAChannelCallAgainAfterAWithdrawal) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    const Request sent = request(number, service->end.identity());
+    ASSERT_TRUE(sut->publish(sent));
+    ASSERT_TRUE(until([&] {
+      return !service->heard.requests.empty() && service->heard.requests.back().call == sent.call;
+    }));
+    sut->withdraw(sent.key, sent.uuid);
+  }
+}
+
+TEST_F(Ends, TellThatAnInstanceDrains) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  const InstanceId id = service->end.identity().id;
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  service->end.set_draining(true);
+  EXPECT_TRUE(until([&] { return gateway.ready.at(id).draining; }));
+  service->end.set_draining(false);
+  EXPECT_TRUE(until([&] { return !gateway.ready.at(id).draining; }));
+}
+
+TEST_F(Ends, TellThatAnInstanceLeft) {
+  const auto sut = open_gateway();
+  auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  service.reset();
+  EXPECT_TRUE(until([&] { return gateway.ready.empty() && gateway.gone == 1; }));
+}
+
+TEST_F(Ends, NoticeWithinItsLeaseThatAProcessFellSilent) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const auto silent = std::chrono::steady_clock::now();
+  ASSERT_EQ(dds_domain_set_deafmute(there.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
+  ASSERT_TRUE(until([&] { return gateway.ready.empty(); }));
+  EXPECT_LT(std::chrono::steady_clock::now() - silent, std::chrono::milliseconds(900));
+
+  ASSERT_EQ(dds_domain_set_deafmute(there.handle(), false, false, DDS_INFINITY), DDS_RETCODE_OK);
+  EXPECT_TRUE(until_ready(service->end.identity()));
+}
+
+TEST_F(Ends, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
+  auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  sut.reset();
+  gateway = {};
+
+  // Its successor finds the answer that was given meanwhile.
+  ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
+  sut = open_gateway();
+  ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
+  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+}
+
+TEST_F(Ends, RefuseWhatDoesNotFit) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  Request long_text = request(1, service->end.identity());
+  long_text.text.assign(max_text + 1, 'x');
+  EXPECT_EQ(sut->publish(long_text).error(), "the text has 128 bytes, at most 127 fit");
+
+  Reply no_state = reply(request(1, service->end.identity()));
+  no_state.state = 0;
+  EXPECT_FALSE(service->end.publish(no_state));
+  no_state.kind = ReplyKind::interim;
+  EXPECT_TRUE(service->end.publish(no_state));
+}
+
+TEST_F(Ends, MayEndWhileWorkIsPosted) {
+  for (int round = 0; round < 50; ++round) {
+    auto sut = open_gateway();
+    auto service = start(identity());
+    context.poll();
+    service.reset();
+    sut.reset();
+    context.restart();
+    context.poll();
+  }
+  EXPECT_EQ(gateway.replies.size(), 0U);
+}
+
+TEST_F(Ends, DoNotTakeAnInstanceThatCannotBeAnnounced) {
+  EXPECT_THROW(start(identity("560AACBF-6335-44a9-895A-8B27F3ED5E47")), std::invalid_argument);
+  EXPECT_THROW(start(identity("*")), std::invalid_argument);
+  EXPECT_THROW(start(identity("")), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,107 @@
+#include "fabric/identity_text.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/channel_scope.hpp"
+#include "fabric/identity.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string read(const std::string& name) {
+  std::ifstream in(std::string(MILLRACE_TEST_DATA "/corpus/identity/") + name);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+InstanceIdentity least() {
+  return {.id = InstanceId::random(), .uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47"};
+}
+
+TEST(IdentityText, IsReadCompletely) {
+  const auto sut = parse_identity(read("complete"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->id.to_string(), "8d0c4e6a-52f3-4f0e-9d1b-0a4a2f7c9b11");
+  EXPECT_EQ(sut->uuid, "560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  EXPECT_EQ(sut->description, "50% off\n");
+  EXPECT_EQ(sut->host, "mill-7");
+  EXPECT_EQ(sut->pid, 4711U);
+  EXPECT_THAT(sut->channels,
+              ElementsAre(ChannelScope{"cnc", 1}, ChannelScope{"press", 0}, ChannelScope{"", 2}));
+  EXPECT_EQ(sut->delivery, Delivery::at_most_once);
+  EXPECT_EQ(sut->concurrency, 4U);
+  EXPECT_FALSE(sut->draining);
+}
+
+TEST(IdentityText, ReadsWhatItWrites) {
+  InstanceIdentity sut = least();
+  sut.name = "müller=\x01%\n";
+  sut.channels = {{"cnc", 1}, {"", 0}};
+  sut.draining = true;
+  EXPECT_EQ(parse_identity(format_identity(sut)), sut);
+}
+
+TEST(IdentityText, SkipsKeysOfLaterVersions) {
+  EXPECT_TRUE(parse_identity(read("least")));
+}
+
+TEST(IdentityText, SaysWhichLineIsWrong) {
+  EXPECT_EQ(parse_identity("hello").error(), "line 1: expected 'millrace-instance 1'");
+  EXPECT_EQ(parse_identity(read("cut_escape")).error(),
+            "line 2: expected two hexadecimal digits after '%'");
+  EXPECT_THAT(parse_identity(read("bad_channel")).error(), HasSubstr("line 2: 'cnc/70000'"));
+  EXPECT_EQ(parse_identity("millrace-instance 1\npid=x").error(), "line 2: expected a number");
+  EXPECT_EQ(parse_identity("millrace-instance 1\nname").error(), "line 2: expected KEY=VALUE");
+}
+
+TEST(IdentityText, NamesTheInstanceOfAReplyWriter) {
+  const InstanceId sut = InstanceId::random();
+  EXPECT_EQ(parse_instance(format_instance(sut)), sut);
+  EXPECT_FALSE(parse_instance("instance=?"));
+  EXPECT_FALSE(parse_instance(sut.to_string()));
+}
+
+TEST(CheckIdentity, AcceptsTheLeast) {
+  EXPECT_EQ(check_identity(least()), std::nullopt);
+}
+
+TEST(CheckIdentity, RefusesWhatCannotBeAnnounced) {
+  const auto with = [](auto change) {
+    InstanceIdentity identity = least();
+    change(identity);
+    return check_identity(identity).has_value();
+  };
+  EXPECT_TRUE(with([](auto& sut) { sut.id = {}; }));
+  EXPECT_TRUE(with([](auto& sut) { sut.uuid = ""; }));
+  EXPECT_TRUE(with([](auto& sut) { sut.uuid = "a*"; }));
+  EXPECT_TRUE(with([](auto& sut) { sut.uuid = "what?"; }));
+  EXPECT_TRUE(with([](auto& sut) { sut.uuid = " blank"; }));
+  EXPECT_TRUE(with([](auto& sut) { sut.uuid = std::string(128, 'x'); }));
+  EXPECT_TRUE(with([](auto& sut) { sut.description = std::string(256, 'x'); }));
+  EXPECT_TRUE(with([](auto& sut) { sut.channels.assign(65, {}); }));
+  EXPECT_TRUE(with([](auto& sut) { sut.concurrency = 0; }));
+}
+
+TEST(ChannelScopeText, ReadsMachineAndChannelOrWildcards) {
+  for (const std::string text : {"cnc/1", "cnc/*", "*/65535", "*/*", "mill_7-b/3"}) {
+    const auto sut = parse_channel_scope(text);
+    ASSERT_TRUE(sut) << sut.error();
+    EXPECT_EQ(format_channel_scope(*sut), text);
+  }
+}
+
+TEST(ChannelScopeText, RefusesEverythingElse) {
+  for (const std::string text :
+       {"", "cnc", "cnc/", "/1", "cnc/0", "cnc/65536", "cnc/1x", "c nc/1", "cnc/1/2", "cnc*/1"}) {
+    EXPECT_FALSE(parse_channel_scope(text)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,64 @@
+#include "fabric/participant.hpp"
+
+#include <stdexcept>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/domain.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::HasSubstr;
+
+std::string reason(const ParticipantOptions& options) {
+  try {
+    const Participant sut(options);
+    return "none";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+TEST(Participant, JoinsAndLeavesADomainAgainAndAgain) {
+  const tests::Domain domain;
+  for (int i = 0; i < 3; ++i) {
+    const Participant sut({.domain = domain.number()});
+    EXPECT_GT(sut.handle(), 0);
+  }
+}
+
+TEST(Participant, SharesADomainWithOthersOfItsProcess) {
+  const tests::Domain domain;
+  const ParticipantOptions options{.domain = domain.number()};
+  auto first = std::make_unique<Participant>(options);
+  const Participant second(options);
+  first.reset();
+  EXPECT_EQ(reason(options), "none");
+}
+
+TEST(Participant, SaysWithCyclonesWordsWhyItCannotJoin) {
+  const tests::Domain domain;
+  const std::string why =
+      reason({.domain = domain.number(),
+              .configuration = R"(<General><Interfaces><NetworkInterface name="no-such-lan"/>)"
+                               R"(</Interfaces></General>)"});
+  EXPECT_THAT(why, HasSubstr("cannot join DDS domain " + std::to_string(domain.number())));
+  EXPECT_THAT(why, HasSubstr("no-such-lan"));
+}
+
+TEST(Participant, RefusesAMisspeltSetting) {
+  const tests::Domain domain;
+  EXPECT_THAT(reason({.domain = domain.number(), .configuration = "<Discofery/>"}),
+              HasSubstr("Discofery"));
+}
+
+TEST(Participant, RefusesAFabricThatWouldBeAPattern) {
+  EXPECT_THAT(reason({.fabric = "*"}), HasSubstr("'*' is no name of a fabric"));
+  EXPECT_THAT(reason({.fabric = "a/b"}), HasSubstr("no name of a fabric"));
+  EXPECT_THAT(reason({.fabric = ""}), HasSubstr("no name of a fabric"));
+}
+
+}  // namespace
+}  // namespace millrace::fabric

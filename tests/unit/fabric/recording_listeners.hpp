@@ -1,0 +1,40 @@
+// Listeners of both ends that note what they are told.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "fabric/call_end.hpp"
+#include "fabric/reply_end.hpp"
+
+namespace millrace::fabric {
+
+struct RecordingGateway : CallEndListener {
+  void on_instance_ready(const InstanceIdentity& instance) override {
+    ready.insert_or_assign(instance.id, instance);
+  }
+  void on_instance_changed(const InstanceIdentity& instance) override {
+    ready.insert_or_assign(instance.id, instance);
+  }
+  void on_instance_gone(const InstanceId& instance) override {
+    ready.erase(instance);
+    ++gone;
+  }
+  void on_reply(const Reply& reply) override { replies.push_back(reply); }
+  void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
+
+  std::map<InstanceId, InstanceIdentity> ready;
+  int gone = 0;
+  std::vector<Reply> replies;
+  std::vector<std::string> ignored;
+};
+
+struct RecordingInstance : ReplyEndListener {
+  void on_request(const Request& request) override { requests.push_back(request); }
+  void on_withdrawn(const ChannelKey& key) override { withdrawn.push_back(key); }
+
+  std::vector<Request> requests;
+  std::vector<ChannelKey> withdrawn;
+};
+
+}  // namespace millrace::fabric

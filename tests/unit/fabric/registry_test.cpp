@@ -1,0 +1,94 @@
+#include "fabric/registry.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr EndpointHandle reader = 1;
+constexpr EndpointHandle writer = 2;
+constexpr EndpointHandle participant = 10;
+constexpr EndpointHandle other_participant = 11;
+
+class RegistryTest : public testing::Test {
+ protected:
+  void see_both() {
+    sut.reader_seen(reader, {identity, participant});
+    sut.writer_seen(writer, {identity.id, participant});
+  }
+
+  InstanceIdentity identity{.id = InstanceId::random(), .uuid = "weather"};
+  Registry sut;
+};
+
+TEST_F(RegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
+  sut.reader_seen(reader, {identity, participant});
+  sut.set_matched({reader, writer});
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  sut.writer_seen(writer, {identity.id, participant});
+  sut.set_matched({reader});
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  sut.set_matched({reader, writer});
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+}
+
+TEST_F(RegistryTest, TellsEachChangeOnce) {
+  see_both();
+  sut.set_matched({reader, writer});
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  const Registry::Changes again = sut.changes();
+  EXPECT_THAT(again.ready, IsEmpty());
+  EXPECT_THAT(again.changed, IsEmpty());
+  EXPECT_THAT(again.gone, IsEmpty());
+}
+
+TEST_F(RegistryTest, TellsThatAnIdentityChanged) {
+  see_both();
+  sut.set_matched({reader, writer});
+  sut.changes();
+  identity.draining = true;
+  sut.reader_seen(reader, {identity, participant});
+  EXPECT_THAT(sut.changes().changed, ElementsAre(identity));
+}
+
+TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
+  for (const EndpointHandle lost : {reader, writer}) {
+    see_both();
+    sut.set_matched({reader, writer});
+    sut.changes();
+    sut.endpoint_gone(lost);
+    EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  }
+}
+
+TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
+  see_both();
+  sut.set_matched({reader, writer});
+  sut.changes();
+  sut.set_matched({});
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  sut.set_matched({reader, writer});
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+}
+
+TEST_F(RegistryTest, TakesWhoeverIsSeenForReadyIfAsked) {
+  sut.match_all();
+  see_both();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  sut.endpoint_gone(writer);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(RegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
+  sut.reader_seen(reader, {identity, participant});
+  sut.writer_seen(writer, {identity.id, other_participant});
+  sut.set_matched({reader, writer});
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,68 @@
+// Whoever watches cannot slow down or stop the calls.
+#include <dds/dds.h>
+#include <gtest/gtest.h>
+
+#include "fabric/reader.hpp"
+#include "fabric/writer.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+/// Longer than the test, so that the silent side counts as there all the time.
+constexpr std::chrono::milliseconds lease = std::chrono::seconds(60);
+
+class SlowReader : public testing::Test {
+ protected:
+  template <typename Value>
+  void match(const Writer<Value>& writer) {
+    boost::asio::io_context context;
+    ASSERT_TRUE(tests::run_until(context, [&] { return !writer.matched().empty(); }));
+  }
+
+  /// From here on the other side acknowledges nothing.
+  void freeze() {
+    ASSERT_EQ(dds_domain_set_deafmute(there.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
+  }
+
+  static ParticipantOptions with_lease(ParticipantOptions options) {
+    options.lease = lease;
+    return options;
+  }
+
+  TwoProcesses processes;
+  Participant here{with_lease(processes.here())};
+  Participant there{with_lease(processes.there())};
+};
+
+TEST_F(SlowReader, DoesNotHoldUpEvents) {
+  Writer<Event> sut(here, "millrace");
+  const Reader<Event> recorder(there, "millrace", Keep::all);
+  match(sut);
+  freeze();
+  Event event{.key = {.machine = "cnc", .channel = 1}, .uuid = "weather"};
+  event.text.assign(max_text, 'x');
+  event.detail.assign(255, 'x');
+  for (int i = 0; i < 20'000; ++i) {
+    const auto written = sut.write(event);
+    ASSERT_TRUE(written) << "event " << i << ": " << written.error();
+  }
+}
+
+TEST_F(SlowReader, DoesNotHoldUpTheCallsOfOtherChannels) {
+  Writer<Request> sut(here, "millrace/weather");
+  const Reader<Request> service(there, "millrace/weather", Keep::last);
+  match(sut);
+  freeze();
+  Request request{.key = {.machine = "cnc"}, .uuid = "weather"};
+  request.text.assign(max_text, 'x');
+  for (std::uint16_t channel = 1; channel <= 1000; ++channel) {
+    request.key.channel = channel;
+    const auto written = sut.write(request);
+    ASSERT_TRUE(written) << "channel " << channel << ": " << written.error();
+  }
+}
+
+}  // namespace
+}  // namespace millrace::fabric

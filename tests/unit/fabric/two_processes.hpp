@@ -1,0 +1,28 @@
+// Participants that talk over sockets as two processes do, in one test.
+#pragma once
+
+#include <fmt/format.h>
+
+#include "fabric/participant.hpp"
+#include "tests/support/domain.hpp"
+
+namespace millrace::fabric {
+
+/// Cyclone shortens the way between participants of one domain object; these have two, on one DDS
+/// domain of the network.
+class TwoProcesses {
+ public:
+  [[nodiscard]] ParticipantOptions here() const { return {.domain = here_.number()}; }
+
+  [[nodiscard]] ParticipantOptions there() const {
+    return {.domain = there_.number(),
+            .configuration = fmt::format(
+                "<Discovery><ExternalDomainId>{}</ExternalDomainId></Discovery>", here_.number())};
+  }
+
+ private:
+  tests::Domain here_;
+  tests::Domain there_;
+};
+
+}  // namespace millrace::fabric

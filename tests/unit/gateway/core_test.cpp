@@ -1,0 +1,223 @@
+#include "gateway/core.hpp"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using namespace std::chrono_literals;
+
+const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+fabric::InstanceIdentity instance(std::uint8_t number) {
+  fabric::InstanceIdentity one;
+  one.id.bytes.fill(number);
+  one.uuid = uuid;
+  return one;
+}
+
+class CoreTest : public testing::Test {
+ protected:
+  CoreTest() { ledger.apply(journal::Numbers{7, 1000}); }
+
+  void start(CoreOptions options = {}) { sut.emplace(std::move(options), ledger); }
+
+  /// A request as the session finds it: state, texts, state again.
+  ChannelActions request(std::uint16_t channel, const std::string& wanted = uuid,
+                         std::uint32_t state = 1) {
+    const fabric::ChannelKey key{"cnc", channel};
+    sut->on_read(key, {Look::state, "", "", state, 0, ""}, now);
+    sut->on_read(key, {Look::texts, wanted, "2", 0, 0, ""}, now);
+    return sut->on_read(key, {Look::state, "", "", state, 0, ""}, now);
+  }
+
+  /// Confirms the records in `actions`; returns what comes of it.
+  ChannelActions confirm(const ChannelActions& actions) {
+    ChannelActions all;
+    for (const ChannelAction& one : actions) {
+      if (const auto* record = std::get_if<Record>(&one.action)) {
+        ledger.apply(record->entry);
+        std::ranges::copy(sut->on_recorded(one.key, record->ticket, now), std::back_inserter(all));
+      }
+    }
+    return all;
+  }
+
+  template <typename Wanted>
+  static std::vector<Wanted> all(const ChannelActions& actions) {
+    std::vector<Wanted> found;
+    for (const ChannelAction& one : actions) {
+      if (const auto* wanted = std::get_if<Wanted>(&one.action)) {
+        found.push_back(*wanted);
+      }
+    }
+    return found;
+  }
+
+  void link_up() { sut->on_link_up("cnc", {1, 2}, now); }
+
+  journal::Ledger ledger;
+  std::optional<Core> sut;
+  Moment now{SteadyTime(1h), fabric::Time(1h)};
+};
+
+TEST_F(CoreTest, LooksAtEachChannelOfALinkThatCameUp) {
+  start();
+  EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {1, 2}, now)), SizeIs(2));
+}
+
+TEST_F(CoreTest, GivesARequestToTheInstanceThatServesIt) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto published = all<Publish>(confirm(request(1)));
+  ASSERT_THAT(published, SizeIs(1));
+  EXPECT_EQ(published.front().request.assigned, instance(1).id);
+  EXPECT_EQ(published.front().request.call, (fabric::CallId{7, 1001}));
+}
+
+TEST_F(CoreTest, ReservesCallNumbersBeforeItUsesThem) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto records = all<Record>(request(1));
+  ASSERT_THAT(records, SizeIs(2));
+  EXPECT_EQ(records[0].entry, journal::Entry(journal::Numbers{7, 2000}));
+  EXPECT_TRUE(std::holds_alternative<journal::Dispatched>(records[1].entry));
+}
+
+TEST_F(CoreTest, TakesUpALeftRequestWhenAnInstanceAppears) {
+  start();
+  link_up();
+  EXPECT_THAT(all<Tell>(request(1)), SizeIs(1));
+  EXPECT_THAT(all<Read>(sut->on_instance_ready(instance(1), now)), SizeIs(1));
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CoreTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto first = all<Publish>(confirm(request(1)));
+  EXPECT_THAT(all<Publish>(confirm(request(2))), IsEmpty());
+  fabric::Reply reply;
+  reply.key = {"cnc", 1};
+  reply.call = first.front().request.call;
+  reply.instance = instance(1).id;
+  reply.state = 1;
+  EXPECT_THAT(all<Publish>(confirm(sut->on_reply(reply, now))), SizeIs(1));
+}
+
+TEST_F(CoreTest, GivesTheCallsOfALostInstanceToAnother) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  sut->on_instance_ready(instance(2), now);
+  sut->on_instance_gone(instance(1).id, now);
+  ASSERT_TRUE(sut->next_time());
+  now.steady = *sut->next_time();
+  const auto published = all<Publish>(confirm(sut->on_time(now)));
+  ASSERT_THAT(published, SizeIs(1));
+  EXPECT_EQ(published.front().request.assigned, instance(2).id);
+  EXPECT_EQ(published.front().request.attempt, 2U);
+}
+
+TEST_F(CoreTest, ClaimsNothingWhileTheJournalIsFull) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  sut->set_obstacle("the disk is full", now);
+  const auto actions = request(1);
+  EXPECT_THAT(all<Record>(actions), IsEmpty());
+  ASSERT_THAT(all<Show>(actions), SizeIs(1));
+  EXPECT_EQ(all<Show>(actions).front().status.reason, "the disk is full");
+  EXPECT_THAT(all<Read>(sut->set_obstacle("", now)), SizeIs(1));
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CoreTest, ResumesTheCallsOfAnEarlierRunAtTheirInstance) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  start();
+  sut->on_instance_ready(instance(1), now);
+  link_up();
+  const auto published =
+      all<Publish>(sut->on_read({"cnc", 1}, {Look::request, uuid, "2", 1, 0, ""}, now));
+  ASSERT_THAT(published, SizeIs(1));
+  EXPECT_EQ(published.front().request.call, (fabric::CallId{7, 1001}));
+  EXPECT_EQ(published.front().request.attempt, 1U);
+}
+
+TEST_F(CoreTest, IgnoresRepliesForChannelsOfOthers) {
+  start();
+  link_up();
+  fabric::Reply reply;
+  reply.key = {"other", 1};
+  EXPECT_THAT(sut->on_reply(reply, now), IsEmpty());
+  EXPECT_FALSE(sut->serves({"other", 1}));
+}
+
+TEST_F(CoreTest, AnswersAnUnservedRequestOnlyWherePatienceIsConfigured) {
+  start({.policies = {.everywhere = {.unserved = Rule{5s, 901}}}});
+  link_up();
+  request(1);
+  now.steady += 5s;
+  sut->on_wake({"cnc", 1}, now);
+  const auto actions = request(1);
+  const auto records = all<Record>(actions);
+  ASSERT_THAT(records, SizeIs(3));
+  EXPECT_EQ(std::get<journal::Answered>(records.back().entry).answer.state, 901U);
+  EXPECT_THAT(all<Read>(confirm(actions)), SizeIs(1));
+}
+
+TEST_F(CoreTest, LetsAnOperatorAnswerThePendingCallOnly) {
+  start();
+  link_up();
+  Verdict verdict;
+  const fabric::ChannelKey key{"cnc", 1};
+  sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, verdict, now);
+  EXPECT_FALSE(verdict.done);
+  EXPECT_EQ(verdict.detail, "no call is pending on this channel");
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  sut->on_answer(key, {7, 1000}, {"go on", 7, "ann"}, verdict, now);
+  EXPECT_EQ(verdict.detail, "another call is pending by now: 7-1001");
+  const auto actions = sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, verdict, now);
+  EXPECT_TRUE(verdict.done);
+  EXPECT_THAT(all<Record>(actions), SizeIs(1));
+  sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, verdict, now);
+  EXPECT_EQ(verdict.detail, "the call's answer is being written");
+}
+
+TEST_F(CoreTest, LetsAnOperatorRetryAHeldCall) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  confirm(request(1));
+  sut->on_instance_ready(instance(2), now);
+  sut->on_instance_gone(once.id, now);
+  now.steady = *sut->next_time();
+  EXPECT_THAT(all<Publish>(confirm(sut->on_time(now))), IsEmpty());
+  Verdict verdict;
+  const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now);
+  EXPECT_TRUE(verdict.done);
+  const auto published = all<Publish>(confirm(actions));
+  ASSERT_THAT(published, SizeIs(1));
+  EXPECT_EQ(published.front().request.assigned, instance(2).id);
+  EXPECT_EQ(published.front().request.attempt, 2U);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,294 @@
+#include "gateway/dispatcher.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+constexpr SteadyTime start{std::chrono::hours(1)};
+
+fabric::InstanceId id(std::uint8_t number) {
+  fabric::InstanceId one;
+  one.bytes.fill(number);
+  return one;
+}
+
+fabric::InstanceIdentity instance(std::uint8_t number) {
+  fabric::InstanceIdentity one;
+  one.id = id(number);
+  one.uuid = uuid;
+  one.name = fmt::format("service{}", number);
+  one.host = "host";
+  one.pid = number;
+  return one;
+}
+
+Call call(std::uint16_t channel, const std::string& wanted = uuid) {
+  Call one;
+  one.id = {1, channel};
+  one.key = {"cnc", channel};
+  one.request = {wanted, "2", 1};
+  return one;
+}
+
+Call dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
+                fabric::Delivery delivery = fabric::Delivery::at_least_once) {
+  Call one = call(channel);
+  one.attempts.push_back({id(to), attempt});
+  one.delivery = delivery;
+  return one;
+}
+
+/// "1→2#1": channel 1's call goes to instance 2 as attempt 1; "1 lost", "1 held"; "1: why".
+std::vector<std::string> words(const Decisions& decisions) {
+  std::vector<std::string> out;
+  for (const Decision& decision : decisions) {
+    if (const auto* give = std::get_if<Give>(&decision)) {
+      out.push_back(fmt::format("{}→{}#{}", give->key.channel,
+                                give->assignment.attempt.instance.bytes[0],
+                                give->assignment.attempt.number));
+    } else if (const auto* back = std::get_if<TakeBack>(&decision)) {
+      out.push_back(fmt::format("{} {}", back->key.channel, back->held ? "held" : "lost"));
+    } else if (const auto* explain = std::get_if<Explain>(&decision)) {
+      out.push_back(fmt::format("{}: {}", explain->key.channel, explain->reason));
+    }
+  }
+  return out;
+}
+
+class DispatcherTest : public testing::Test {
+ protected:
+  void ready(std::initializer_list<std::uint8_t> numbers) {
+    for (const auto number : numbers) {
+      sut.on_instance_ready(instance(number));
+    }
+  }
+  std::vector<std::string> add(std::uint16_t channel) { return words(sut.add(call(channel))); }
+  std::vector<std::string> remove(std::uint16_t channel) { return words(sut.remove({1, channel})); }
+
+  Dispatcher sut;
+};
+
+TEST_F(DispatcherTest, GivesACallToAnInstanceOfItsUuidWhateverTheCase) {
+  ready({1});
+  EXPECT_THAT(words(sut.add(call(1, "{560AACBF-6335-44a9-895A-8B27F3ED5E47}"))),
+              ElementsAre("1→1#1"));
+}
+
+TEST_F(DispatcherTest, GivesNothingToAnInstanceOfAnotherUuid) {
+  auto other = instance(1);
+  other.uuid = "11111111-1111-1111-1111-111111111111";
+  sut.on_instance_ready(other);
+  EXPECT_THAT(add(1), ElementsAre(HasSubstr("no instance of")));
+}
+
+TEST_F(DispatcherTest, PrefersAnInstanceThatNamesTheChannel) {
+  ready({1});
+  auto named = instance(2);
+  named.channels = {{"cnc", 7}};
+  sut.on_instance_ready(named);
+  EXPECT_THAT(add(7), ElementsAre("7→2#1"));
+  EXPECT_THAT(add(8), ElementsAre("8→1#1"));
+}
+
+TEST_F(DispatcherTest, PrefersTheClosestNameOfAChannel) {
+  for (const auto& [number, scope] : {std::pair<std::uint8_t, fabric::ChannelScope>{1, {"cnc", 0}},
+                                      {2, {"", 7}},
+                                      {3, {"cnc", 7}}}) {
+    auto one = instance(number);
+    one.channels = {scope};
+    sut.on_instance_ready(one);
+  }
+  EXPECT_THAT(add(7), ElementsAre("7→3#1"));
+  EXPECT_THAT(words(sut.add({.id = {1, 70}, .key = {"cnc", 7}, .request = {uuid, "", 1}})),
+              ElementsAre("7→2#1"));
+  EXPECT_THAT(add(8), ElementsAre("8→1#1"));
+}
+
+TEST_F(DispatcherTest, TakesAnInstanceForAnyChannelIfTheOneThatNamesItIsBusy) {
+  ready({1});
+  auto named = instance(2);
+  named.channels = {{"", 7}};
+  sut.on_instance_ready(named);
+  sut.add({.id = {2, 1}, .key = {"other", 7}, .request = {uuid, "", 1}});
+  EXPECT_THAT(add(7), ElementsAre("7→1#1"));
+}
+
+TEST_F(DispatcherTest, PrefersTheLeastBusy) {
+  for (const std::uint8_t number : {std::uint8_t{1}, std::uint8_t{2}}) {
+    auto one = instance(number);
+    one.concurrency = 10;
+    sut.on_instance_ready(one);
+  }
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+  EXPECT_THAT(add(2), ElementsAre("2→2#1"));
+  EXPECT_THAT(add(3), ElementsAre("3→1#1"));
+  remove(1);
+  remove(3);
+  EXPECT_THAT(add(4), ElementsAre("4→1#1"));
+}
+
+TEST_F(DispatcherTest, GoesRoundBetweenEquals) {
+  ready({1, 2, 3});
+  std::vector<std::string> given;
+  for (std::uint16_t channel = 1; channel <= 6; ++channel) {
+    given.push_back(add(channel).front());
+    remove(channel);
+  }
+  EXPECT_THAT(given, ElementsAre("1→1#1", "2→2#1", "3→3#1", "4→1#1", "5→2#1", "6→3#1"));
+}
+
+TEST_F(DispatcherTest, GivesAnInstanceNoMoreThanItTakesAtOnce) {
+  ready({1});
+  add(1);
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
+  EXPECT_THAT(add(3), ElementsAre("3: the only instance is busy"));
+  EXPECT_THAT(remove(1), ElementsAre("2→1#1"));
+}
+
+TEST_F(DispatcherTest, TakesAConcurrencyOf0AsOne) {
+  auto one = instance(1);
+  one.concurrency = 0;
+  sut.on_instance_ready(one);
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+}
+
+TEST_F(DispatcherTest, GivesADrainingInstanceNothingNew) {
+  ready({1});
+  add(1);
+  auto draining = instance(1);
+  draining.draining = true;
+  EXPECT_THAT(words(sut.on_instance_ready(draining)), IsEmpty());
+  remove(1);
+  EXPECT_THAT(add(2), ElementsAre(HasSubstr("no instance of")));
+}
+
+TEST_F(DispatcherTest, GivesAWaitingCallToTheNextInstanceThatAppears) {
+  add(1);
+  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
+}
+
+TEST_F(DispatcherTest, KeepsTheCallOfAnInstanceThatIsGoneForAMoment) {
+  ready({1, 2});
+  add(1);
+  EXPECT_THAT(words(sut.on_instance_gone(id(1), start)), IsEmpty());
+  EXPECT_EQ(sut.next_time(), start + 100ms);
+  EXPECT_THAT(words(sut.on_time(start + 99ms)), IsEmpty());
+  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  EXPECT_THAT(words(sut.on_time(start + 1s)), IsEmpty());
+}
+
+TEST_F(DispatcherTest, GivesTheCallOfALostInstanceToAnotherAsTheNextAttempt) {
+  ready({1, 2});
+  add(1);
+  sut.on_instance_gone(id(1), start);
+  EXPECT_THAT(words(sut.on_time(start + 100ms)), ElementsAre("1 lost", "1→2#2"));
+}
+
+TEST_F(DispatcherTest, LetsTheCallOfALostInstanceWaitIfThereIsNoOther) {
+  ready({1});
+  add(1);
+  sut.on_instance_gone(id(1), start);
+  EXPECT_THAT(words(sut.on_time(start + 100ms)), ElementsAre("1 lost", HasSubstr("no instance")));
+  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#2"));
+}
+
+TEST_F(DispatcherTest, GivesNothingNewToAnInstanceThatIsGone) {
+  ready({1});
+  sut.on_instance_gone(id(1), start);
+  EXPECT_THAT(add(1), ElementsAre(HasSubstr("no instance")));
+}
+
+TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
+  auto one = instance(1);
+  one.delivery = fabric::Delivery::at_most_once;
+  sut.on_instance_ready(one);
+  add(1);
+  ready({2});
+  sut.on_instance_gone(id(1), start);
+  const Decisions decisions = sut.on_time(start + 100ms);
+  EXPECT_THAT(words(decisions), ElementsAre("1 held"));
+  EXPECT_THAT(std::get<TakeBack>(decisions.front()).reason,
+              testing::StartsWith("service1 (pid 1 on host) is lost with this call"));
+  EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
+}
+
+TEST_F(DispatcherTest, GivesAHeldCallBackToItsInstanceWhichKnowsWhatItHasRun) {
+  auto one = instance(1);
+  one.delivery = fabric::Delivery::at_most_once;
+  sut.on_instance_ready(one);
+  add(1);
+  sut.on_instance_gone(id(1), start);
+  sut.on_time(start + 100ms);
+  EXPECT_THAT(words(sut.on_instance_ready(one)), ElementsAre("1→1#1"));
+}
+
+TEST_F(DispatcherTest, ResumesACallAtTheInstanceThatHadIt) {
+  EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), IsEmpty());
+  EXPECT_THAT(words(sut.on_instance_ready(instance(2))), IsEmpty());
+  EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#3"));
+}
+
+TEST_F(DispatcherTest, ResumesACallAtOnceIfItsInstanceIsKnown) {
+  ready({1});
+  EXPECT_THAT(words(sut.resume(dispatched(1, 1, 3), start)), ElementsAre("1→1#3"));
+}
+
+TEST_F(DispatcherTest, GivesAResumedCallToAnotherIfItsInstanceDoesNotComeBack) {
+  sut.resume(dispatched(1, 1, 3), start);
+  ready({2});
+  EXPECT_EQ(sut.next_time(), start + 1500ms);
+  EXPECT_THAT(words(sut.on_time(start + 1500ms)), ElementsAre("1 lost", "1→2#4"));
+}
+
+TEST_F(DispatcherTest, HoldsAResumedAtMostOnceCallIfItsInstanceDoesNotComeBack) {
+  sut.resume(dispatched(1, 1, 1, fabric::Delivery::at_most_once), start);
+  ready({2});
+  EXPECT_THAT(words(sut.on_time(start + 1500ms)), ElementsAre("1 held"));
+}
+
+TEST_F(DispatcherTest, CountsAReturnedInstanceAsBusyWithWhatItHas) {
+  ready({1});
+  add(1);
+  sut.on_instance_gone(id(1), start);
+  ready({1});
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
+  EXPECT_THAT(remove(1), ElementsAre("2→1#1"));
+}
+
+TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
+  const fabric::ChannelKey channel{"cnc", 1};
+  EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(EndsWith("served by nobody")));
+  auto elsewhere = instance(1);
+  elsewhere.channels = {{"cnc", 2}, {"", 3}};
+  sut.on_instance_ready(elsewhere);
+  EXPECT_THAT(sut.why_unserved(uuid, channel),
+              testing::Optional(EndsWith("is served for cnc/2, */3, not for cnc/1")));
+  auto draining = instance(2);
+  draining.draining = true;
+  sut.on_instance_ready(draining);
+  EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(HasSubstr("draining")));
+  ready({3});
+  EXPECT_EQ(sut.why_unserved(uuid, channel), std::nullopt);
+}
+
+TEST_F(DispatcherTest, CallsAUuidServedWhileItsInstanceIsGoneForAMoment) {
+  ready({1});
+  sut.on_instance_gone(id(1), start);
+  EXPECT_EQ(sut.why_unserved(uuid, {"cnc", 1}), std::nullopt);
+  sut.on_time(start + 100ms);
+  EXPECT_TRUE(sut.why_unserved(uuid, {"cnc", 1}));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

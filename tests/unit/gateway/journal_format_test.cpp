@@ -1,0 +1,159 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/journal/format.hpp"
+#include "gateway/journal/ledger.hpp"
+
+namespace millrace::gateway::journal {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr fabric::CallId first{0x5f3a9c0112d4, 1};
+constexpr fabric::CallId second{0x5f3a9c0112d4, 2};
+
+fabric::InstanceId instance(std::uint8_t number) {
+  fabric::InstanceId id;
+  id.bytes.fill(number);
+  return id;
+}
+
+Dispatched dispatched(fabric::CallId call, std::uint16_t channel, std::uint32_t attempt = 1) {
+  return {call,
+          {"cnc", channel},
+          {"560AACBF", std::string("\xe4\x00z", 3), 0xFFFFFFFF},
+          fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
+          fabric::Delivery::at_most_once,
+          attempt,
+          instance(static_cast<std::uint8_t>(attempt))};
+}
+
+std::vector<Entry> one_of_each() {
+  return {Numbers{first.epoch, 1000},
+          dispatched(first, 1),
+          Interim{first, 5},
+          Answered{first, {instance(1), 1, "1.414", 1}},
+          Clearing{first},
+          Ended{first}};
+}
+
+std::string file_of(const std::vector<Entry>& entries) {
+  std::string file(magic);
+  for (const Entry& entry : entries) {
+    file += encode(entry);
+  }
+  return file;
+}
+
+TEST(JournalFormat, BringsEveryEntryBack) {
+  const Contents sut = decode(file_of(one_of_each()));
+  EXPECT_EQ(sut.entries, one_of_each());
+  EXPECT_EQ(sut.damage, "");
+}
+
+TEST(JournalFormat, TakesAnEmptyFileAsANewJournal) {
+  const Contents sut = decode("");
+  EXPECT_THAT(sut.entries, IsEmpty());
+  EXPECT_EQ(sut.damage, "");
+}
+
+TEST(JournalFormat, KeepsAllWholeRecordsOfAFileTornAtAnyByte) {
+  const std::vector<Entry> entries = one_of_each();
+  const std::string whole = file_of(entries);
+  std::size_t expected = 0;
+  std::size_t next_end = magic.size() + encode(entries[0]).size();
+  for (std::size_t length = magic.size(); length <= whole.size(); ++length) {
+    if (length == next_end) {
+      ++expected;
+      next_end += expected < entries.size() ? encode(entries[expected]).size() : 1;
+    }
+    const Contents sut = decode(std::string_view(whole).substr(0, length));
+    ASSERT_EQ(sut.entries.size(), expected) << length;
+    ASSERT_LE(sut.good, length);
+    ASSERT_EQ(sut.damage.empty(), sut.good == length) << length;
+  }
+  EXPECT_EQ(expected, entries.size());
+}
+
+TEST(JournalFormat, StopsAtARecordWithAnyBitChanged) {
+  const std::string whole = file_of(one_of_each());
+  for (std::size_t i = magic.size(); i < whole.size(); ++i) {
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
+    const Contents sut = decode(damaged);
+    ASSERT_LT(sut.entries.size(), 6U) << i;
+    ASSERT_NE(sut.damage, "") << i;
+    ASSERT_LE(sut.good, i);
+  }
+}
+
+TEST(JournalFormat, StopsAtZeros) {
+  const Contents sut = decode(file_of(one_of_each()) + std::string(4096, '\0'));
+  EXPECT_EQ(sut.entries.size(), 6U);
+  EXPECT_EQ(sut.damage, "a record claims a length of 0 bytes");
+}
+
+TEST(JournalFormat, RefusesAFileThatIsNoJournal) {
+  const Contents sut = decode("# notes of a colleague");
+  EXPECT_EQ(sut.good, 0U);
+  EXPECT_EQ(sut.damage, "it does not begin as a journal of this version");
+}
+
+class LedgerTest : public testing::Test {
+ protected:
+  void apply(std::initializer_list<Entry> entries) {
+    for (const Entry& entry : entries) {
+      sut.apply(entry);
+    }
+  }
+  Ledger sut;
+};
+
+TEST_F(LedgerTest, OpensACallWithItsFirstAttemptAndClosesItAtItsEnd) {
+  apply({dispatched(first, 1), dispatched(first, 1, 2)});
+  ASSERT_EQ(sut.open_calls().size(), 1U);
+  EXPECT_EQ(sut.open_calls().front().attempts.size(), 2U);
+  apply({Ended{first}});
+  EXPECT_THAT(sut.open_calls(), IsEmpty());
+}
+
+TEST_F(LedgerTest, RemembersHowFarAnAnswerIs) {
+  apply({dispatched(first, 1), Interim{first, 5}, Answered{first, {instance(1), 1, "1.414", 1}},
+         Clearing{first}});
+  const Call call = sut.open_calls().front();
+  EXPECT_THAT(call.shown, ElementsAre(5U));
+  EXPECT_EQ(call.answer->text, "1.414");
+  EXPECT_TRUE(call.clearing);
+}
+
+TEST_F(LedgerTest, KeepsTheTwoNewestInterimStates) {
+  apply({dispatched(first, 1), Interim{first, 5}, Interim{first, 6}, Interim{first, 7}});
+  EXPECT_THAT(sut.open_calls().front().shown, ElementsAre(6U, 7U));
+}
+
+TEST_F(LedgerTest, KnowsThatAChannelHasOneCallAtATime) {
+  apply({dispatched(first, 1), dispatched(second, 1)});
+  ASSERT_EQ(sut.open_calls().size(), 1U);
+  EXPECT_EQ(sut.open_calls().front().id, second);
+}
+
+TEST_F(LedgerTest, IgnoresWhatBelongsToNoOpenCall) {
+  apply({Clearing{first}, Ended{first}, Interim{first, 1}});
+  EXPECT_THAT(sut.open_calls(), IsEmpty());
+}
+
+TEST_F(LedgerTest, IsTheSameAfterItsSnapshot) {
+  apply({Numbers{first.epoch, 2000}, dispatched(first, 1), dispatched(first, 1, 2),
+         Interim{first, 5}, Answered{first, {instance(2), 2, "1.414", 1}}, Clearing{first},
+         dispatched(second, 2)});
+  Ledger again;
+  for (const Entry& entry : sut.snapshot()) {
+    again.apply(entry);
+  }
+  EXPECT_EQ(again.open_calls(), sut.open_calls());
+  EXPECT_EQ(again.numbers(), sut.numbers());
+}
+
+}  // namespace
+}  // namespace millrace::gateway::journal

@@ -1,0 +1,220 @@
+#include "gateway/machine_link.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cnc/ads/server.hpp"
+#include "cnc/variables/addresses.hpp"
+#include "cnc/variables/layout.hpp"
+#include "gateway/back_off.hpp"
+#include "tests/support/run_until.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using cnc::ads::Bytes;
+using cnc::ads::BytesView;
+using cnc::ads::ErrorCode;
+using cnc::ads::Index;
+template <typename T>
+using Result = cnc::ads::Result<T>;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+using tests::run_until;
+
+/// A controller with two channels, whose REQUEST_STATE is the channel's number.
+class TwoChannels final : public cnc::ads::Device {
+ public:
+  [[nodiscard]] bool has_port(std::uint16_t port) const override { return port == 552; }
+  Result<cnc::ads::DeviceInfo> info(std::uint16_t) override { return cnc::ads::DeviceInfo{}; }
+  Result<cnc::ads::DeviceState> state(std::uint16_t) override {
+    return cnc::ads::DeviceState{5, 0};
+  }
+  Result<void> write_control(std::uint16_t, cnc::ads::DeviceState, BytesView) override {
+    return tl::unexpected(ErrorCode::service_not_supported);
+  }
+  Result<Bytes> read(std::uint16_t, Index, std::uint32_t) override {
+    return tl::unexpected(ErrorCode::invalid_group);
+  }
+  Result<void> write(std::uint16_t, Index index, BytesView) override {
+    written = index;
+    return write_result;
+  }
+  Result<Bytes> read_write(std::uint16_t, Index index, std::uint32_t, BytesView data) override {
+    const auto channel = index.group - cnc::variables::decoder_group;
+    if (channel < 1 || channel > channels) {
+      return tl::unexpected(ErrorCode::invalid_group);
+    }
+    const auto stream = cnc::variables::decode_name(data);
+    if (!stream || !stream->name.ends_with("STATE")) {
+      return Bytes{'x', 0};
+    }
+    return Bytes{static_cast<std::uint8_t>(channel), 0, 0, 0};
+  }
+
+  std::uint32_t channels = 2;
+  Index written{};
+  Result<void> write_result{};
+};
+
+class MachineLinkTest : public testing::Test, public LinkEvents {
+ protected:
+  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
+    EXPECT_EQ(machine, "cnc");
+    up.push_back(channels);
+  }
+  void on_link_down(const std::string& machine, const std::string& reason) override {
+    EXPECT_EQ(machine, "cnc");
+    down.push_back(reason);
+  }
+  void on_read(const fabric::ChannelKey& key, const Picture& picture) override {
+    EXPECT_EQ(key.channel, picture.request_state);
+    pictures.push_back(picture);
+  }
+  void on_read_failed(const fabric::ChannelKey&, const std::string& reason) override {
+    failures.push_back(reason);
+  }
+  void on_write(const fabric::ChannelKey&, WriteOutcome outcome,
+                const std::string& reason) override {
+    outcomes.push_back(outcome);
+    failures.push_back(reason);
+  }
+
+  void serve() {
+    server.reset();
+    cnc::ads::ServerOptions options;
+    options.tcp_port = port;
+    server = std::make_unique<cnc::ads::Server>(io.get_executor(), device, options,
+                                                idl::program::no_log());
+    port = server->tcp_port();
+  }
+
+  void connect() {
+    MachineSettings settings;
+    settings.tcp_port = port;
+    settings.channels = named_channels;
+    sut = std::make_unique<MachineLink>(io.get_executor(), settings, *this, idl::program::no_log());
+    sut->start();
+  }
+
+  bool run(const std::function<bool()>& done) { return run_until(io, done); }
+
+  boost::asio::io_context io;
+  TwoChannels device;
+  std::uint16_t port = 0;
+  std::vector<std::uint16_t> named_channels;
+  std::unique_ptr<cnc::ads::Server> server;
+  std::unique_ptr<MachineLink> sut;
+  std::vector<std::vector<std::uint16_t>> up;
+  std::vector<std::string> down;
+  std::vector<Picture> pictures;
+  std::vector<std::string> failures;
+  std::vector<WriteOutcome> outcomes;
+};
+
+TEST_F(MachineLinkTest, FindsTheChannelsOfItsController) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  EXPECT_THAT(up, ElementsAre(ElementsAre(1, 2)));
+}
+
+TEST_F(MachineLinkTest, TakesTheChannelsItWasTold) {
+  serve();
+  named_channels = {2};
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  EXPECT_THAT(up, ElementsAre(ElementsAre(2)));
+}
+
+TEST_F(MachineLinkTest, ReadsWhatALookTakesIn) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->read(2, Look::all);
+  ASSERT_TRUE(run([&] { return !pictures.empty(); }));
+  EXPECT_EQ(pictures.front(), (Picture{Look::all, "x", "x", 2, 2, "x"}));
+}
+
+TEST_F(MachineLinkTest, TellsAWriteThatWasMadeFromOneThatWasRefused) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->write(1, Variable::response_state, Value(1U));
+  ASSERT_TRUE(run([&] { return outcomes.size() == 1; }));
+  device.write_result = tl::unexpected(ErrorCode::invalid_data);
+  sut->write(1, Variable::response, Value(std::string("x")));
+  ASSERT_TRUE(run([&] { return outcomes.size() == 2; }));
+  EXPECT_THAT(outcomes, ElementsAre(WriteOutcome::written, WriteOutcome::refused));
+  EXPECT_THAT(failures.back(), StartsWith("V.G.SERVICE.RESPONSE of channel 1 cannot be written: "));
+}
+
+TEST_F(MachineLinkTest, KeepsTryingUntilTheControllerIsThere) {
+  serve();
+  server.reset();
+  connect();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  EXPECT_THAT(down.front(), HasSubstr("refused"));
+  serve();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+}
+
+TEST_F(MachineLinkTest, ComesBackAfterEachEndOfTheConnection) {
+  serve();
+  connect();
+  for (std::size_t times = 1; times <= 3; ++times) {
+    ASSERT_TRUE(run([&] { return up.size() == times; }));
+    serve();
+    ASSERT_TRUE(run([&] { return down.size() >= times; }));
+  }
+}
+
+TEST_F(MachineLinkTest, DoesNotKnowWhatBecameOfAWriteWhoseConnectionEnded) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->write(1, Variable::response_state, Value(1U));
+  server.reset();
+  ASSERT_TRUE(run([&] { return !outcomes.empty(); }));
+  EXPECT_THAT(outcomes, ElementsAre(WriteOutcome::unknown));
+}
+
+TEST_F(MachineLinkTest, SaysThatAControllerHasNoServiceInterface) {
+  device.channels = 0;
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  EXPECT_THAT(down.front(), HasSubstr("no channel found"));
+  device.channels = 1;
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+}
+
+TEST_F(MachineLinkTest, IsSilentOnceItIsGone) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->read(1, Look::state);
+  sut.reset();
+  run_until(
+      io, [] { return false; }, std::chrono::milliseconds(50));
+  EXPECT_TRUE(pictures.empty());
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST(BackOff, DoublesUpToALimitAndBeginsAnew) {
+  BackOff sut(1);
+  const auto first = sut.next();
+  EXPECT_GE(first, BackOff::shortest * 3 / 4);
+  EXPECT_LE(first, BackOff::shortest * 5 / 4);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_LE(sut.next(), BackOff::longest * 5 / 4);
+  }
+  EXPECT_GE(sut.next(), BackOff::longest * 3 / 4);
+  sut.reset();
+  EXPECT_LE(sut.next(), BackOff::shortest * 5 / 4);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

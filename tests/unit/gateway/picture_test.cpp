@@ -1,0 +1,50 @@
+#include "gateway/picture.hpp"
+
+#include <array>
+
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+const PendingRequest request{"uuid", "text", 7};
+constexpr std::array<std::uint32_t, 1> interim_5{5};
+constexpr std::span<const std::uint32_t> none;
+
+Picture whole(const std::string& uuid, const std::string& text, std::uint32_t request_state,
+              std::uint32_t response_state) {
+  return {Look::request, uuid, text, request_state, response_state, ""};
+}
+
+TEST(Judge, SaysThatAnUnchangedRequestIsPending) {
+  EXPECT_EQ(judge(whole("uuid", "text", 7, 0), request, none), Standing::pending);
+}
+
+TEST(Judge, SaysThatTwoZeroStatesAreACleared) {
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 0), request, none), Standing::cleared);
+}
+
+TEST(Judge, SeesANewStateAndNewTextsUnderTheSameState) {
+  EXPECT_EQ(judge(whole("uuid", "text", 8, 0), request, none), Standing::replaced);
+  EXPECT_EQ(judge(whole("uuid", "other", 7, 0), request, none), Standing::replaced);
+  EXPECT_EQ(judge(whole("other", "text", 7, 0), request, none), Standing::replaced);
+}
+
+TEST(Judge, ComparesOnlyWhatTheLookTookIn) {
+  EXPECT_EQ(judge({Look::state, "", "", 7, 0, ""}, request, none), Standing::pending);
+  EXPECT_EQ(judge({Look::states, "", "", 7, 0, ""}, request, none), Standing::pending);
+}
+
+TEST(Judge, KnowsACallByItsInterimStateWhereTheKernelClearedTheRequest) {
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 5), request, interim_5), Standing::pending);
+  EXPECT_EQ(judge({Look::states, "", "", 0, 5, ""}, request, interim_5), Standing::pending);
+  EXPECT_EQ(judge(whole("uuid", "other", 0, 5), request, interim_5), Standing::answered);
+}
+
+TEST(Judge, SeesThatSomebodyElseAnswered) {
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 1), request, none), Standing::answered);
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 1), request, interim_5), Standing::answered);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

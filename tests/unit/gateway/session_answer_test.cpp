@@ -1,0 +1,227 @@
+// How a channel session brings answers back.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/desk.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using enum fabric::EventKind;
+using namespace std::chrono_literals;
+
+class ChannelAnswer : public testing::Test {
+ protected:
+  ChannelSession& sut() { return *desk.sut; }
+  void reply(const fabric::Reply& reply) { desk.feed(sut().on_reply(reply, desk.now)); }
+  Desk desk;
+};
+
+TEST_F(ChannelAnswer, IsWrittenAsResponseThenRequestStateThenResponseState) {
+  desk.dispatched_call();
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+  EXPECT_EQ(sut().call(), nullptr);
+  EXPECT_EQ(sut().status().answered, 1U);
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, replied, written));
+  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
+}
+
+TEST_F(ChannelAnswer, IsFollowedByALookForTheNextRequestAtOnce) {
+  desk.dispatched_call();
+  const auto reads = desk.reads;
+  reply(desk.reply("1.414", 1));
+  // One look before the answer, one after it, without any time passing.
+  EXPECT_EQ(desk.reads, reads + 2);
+  EXPECT_EQ(*desk.wake - desk.now.steady, 2ms);
+}
+
+TEST_F(ChannelAnswer, IsJournaledBeforeAnythingIsWritten) {
+  desk.dispatched_call();
+  desk.journal_works = false;
+  reply(desk.reply("1.414", 1));
+  desk.wait(100ms);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::answering);
+}
+
+TEST_F(ChannelAnswer, DropsTheReplyOfAWithdrawnCall) {
+  desk.dispatched_call();
+  desk.channel.set_request_state(0);
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, replied, withdrawn));
+}
+
+TEST_F(ChannelAnswer, DropsTheReplyOfAChangedCallAndTakesTheNewOne) {
+  desk.dispatched_call();
+  desk.call("3", 1);
+  reply(desk.reply("1.414", 1));
+  desk.wait(20ms);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "3");
+}
+
+TEST_F(ChannelAnswer, LooksAgainWhenTheJournalTookLong) {
+  desk.dispatched_call();
+  desk.before_action = [&] { desk.journal_works = desk.writes.empty(); };
+  reply(desk.reply("1.414", 1));
+  ASSERT_THAT(desk.writes, ElementsAre("RESPONSE=1.414"));
+  ASSERT_EQ(desk.unconfirmed.size(), 1U);
+  // Between the polls that go on meanwhile, the program gives up and asks something else.
+  desk.now.steady += 50ms;
+  desk.call("3", 2);
+  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=1.414"));
+  EXPECT_EQ(desk.channel.values().request_state, 2U);
+}
+
+TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
+  desk.dispatched_call();
+  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
+  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  reply(desk.reply("first", 1, 1));
+  reply(desk.reply("second", 1, 2));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=first", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+  EXPECT_EQ(sut().status().late, 1U);
+}
+
+TEST_F(ChannelAnswer, OfAHeldCallIsWrittenWhenItsInstanceComesBackWithIt) {
+  desk.delivery = fabric::Delivery::at_most_once;
+  desk.dispatched_call();
+  desk.feed(sut().suspend("lost", true, desk.now));
+  reply(desk.reply("1.414", 1));
+  EXPECT_EQ(desk.channel.values().response_state, 1U);
+}
+
+TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsDropped) {
+  desk.dispatched_call();
+  reply(desk.reply("1.414", 1, 9));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_THAT(desk.said.back(), HasSubstr("was not given to it"));
+}
+
+TEST_F(ChannelAnswer, DeliveredTwiceIsWrittenOnceAndNotCalledLate) {
+  desk.dispatched_call();
+  reply(desk.reply("1.414", 1));
+  reply(desk.reply("1.414", 1));
+  EXPECT_EQ(desk.writes.size(), 3U);
+  EXPECT_EQ(sut().status().late, 0U);
+}
+
+TEST_F(ChannelAnswer, ThatComesAfterTheProgramGaveUpIsCalledLate) {
+  desk.dispatched_call();
+  desk.channel.set_request_state(0);
+  desk.wait(20ms);
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().late, 1U);
+  EXPECT_EQ(desk.events.back().kind, late);
+}
+
+TEST_F(ChannelAnswer, OfSomeOtherTimeIsHistoryAndIgnored) {
+  desk.link_up();
+  auto old = desk.reply("1.414", 1);
+  old.call = {99, 1};
+  reply(old);
+  EXPECT_THAT(desk.events, IsEmpty());
+  EXPECT_EQ(sut().status().late, 0U);
+}
+
+TEST_F(ChannelAnswer, OfState0OrTooLongIsRefusedAndHeld) {
+  for (const auto& [text, state] : {std::pair(std::string("x"), 0U), {std::string(128, 'x'), 1U}}) {
+    desk = Desk();
+    desk.dispatched_call();
+    reply(desk.reply(text, state));
+    EXPECT_THAT(desk.writes, IsEmpty());
+    EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, refused));
+    EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
+    EXPECT_EQ(sut().status().failed, 1U);
+    EXPECT_EQ(desk.freed, 1U);
+  }
+}
+
+TEST_F(ChannelAnswer, OfAHandlerThatFailedIsWrittenAsTheServiceSays) {
+  desk.dispatched_call();
+  auto failed = desk.reply("no such gauge", 99);
+  failed.code = fabric::ServiceCode::failed;
+  reply(failed);
+  EXPECT_EQ(desk.channel.values().response_state, 99U);
+  EXPECT_EQ(sut().status().failed, 1U);
+}
+
+TEST_F(ChannelAnswer, RefusedByTheControllerIsTriedAgainFromTheLookOn) {
+  desk.dispatched_call();
+  bool refused_once = false;
+  desk.fate = [&] {
+    return std::exchange(refused_once, true) ? Fate{} : Fate{WriteOutcome::refused, false};
+  };
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().reason, "test");
+  desk.wait(600ms);
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+}
+
+TEST_F(ChannelAnswer, MayBePrecededByInterimStatesThatLeaveTheRequestPending) {
+  desk.dispatched_call();
+  reply(desk.interim("half way", 5));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=5"));
+  EXPECT_EQ(desk.channel.values().request_state, 1U);
+  desk.wait(2s);
+  reply(desk.reply("done", 1));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=5", "RESPONSE=done",
+                                       "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, interim, replied, written));
+}
+
+TEST_F(ChannelAnswer, FollowsAnInterimStateEvenIfTheKernelClearedTheRequest) {
+  desk = Desk({.auto_clear = true});
+  desk.dispatched_call();
+  reply(desk.interim("half way", 5));
+  EXPECT_EQ(desk.channel.values().request_state, 0U);
+  desk.wait(2s);
+  EXPECT_NE(sut().call(), nullptr);
+  reply(desk.reply("done", 1));
+  // REQUEST_STATE already reads 0 and is left alone.
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=5", "RESPONSE=done",
+                                       "RESPONSE_STATE=1"));
+}
+
+TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
+  desk = Desk({.auto_clear = true});
+  desk.dispatched_call();
+  reply(desk.interim("half way", 5));
+  desk.channel.set_request_state(0);
+  desk.wait(20ms);
+  EXPECT_EQ(sut().call(), nullptr);
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, interim, withdrawn));
+}
+
+TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
+  desk.dispatched_call();
+  desk.journal_works = false;
+  reply(desk.interim("half way", 5));
+  reply(desk.reply("done", 1));
+  desk.journal_works = true;
+  for (const Record& record : std::exchange(desk.unconfirmed, {})) {
+    desk.ledger.apply(record.entry);
+    desk.feed(sut().on_recorded(record.ticket, desk.now));
+  }
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=done", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+}
+
+TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
+  desk.dispatched_call();
+  reply(desk.interim("half way", 0));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,128 @@
+#include "gateway/settings.hpp"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "idl/program/command_line.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using idl::program::UsageError;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::filesystem::path folder = std::filesystem::path(MILLRACE_TEST_DATA) / "config";
+
+std::vector<std::filesystem::path> files(const std::string& kind) {
+  std::vector<std::filesystem::path> found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {
+    if (entry.path().string().ends_with(".gateway.textproto")) {
+      found.push_back(entry.path());
+    }
+  }
+  return found;
+}
+
+/// What the file itself says in its line "# expect: …".
+std::string expectation(const std::filesystem::path& file) {
+  const std::string mark = "# expect: ";
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with(mark)) {
+      return line.substr(mark.size());
+    }
+  }
+  ADD_FAILURE() << file << " has no line that begins with '" << mark << "'";
+  return {};
+}
+
+template <typename Function>
+std::string usage_error(Function function) {
+  try {
+    function();
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(GatewaySettings, NameThePlaceAndTheExpectationInEachBadFile) {
+  const auto bad = files("bad");
+  EXPECT_GE(bad.size(), 11U);
+  for (const auto& file : bad) {
+    EXPECT_THAT(usage_error([&] { read_settings(file); }), HasSubstr(expectation(file))) << file;
+  }
+}
+
+TEST(GatewaySettings, AreReadFromEachGoodFile) {
+  for (const auto& file : files("good")) {
+    EXPECT_EQ(usage_error([&] { read_settings(file); }), "no error") << file;
+  }
+}
+
+TEST(GatewaySettings, HoldEverythingAFileSays) {
+  const Settings sut = read_settings(folder / "good/everything.gateway.textproto");
+  EXPECT_EQ(sut.journal.folder, "/var/lib/millrace");
+  EXPECT_EQ(sut.journal.sync, journal::Sync::always);
+  ASSERT_EQ(sut.machines.size(), 2U);
+  const MachineSettings& press = sut.machines.front();
+  EXPECT_EQ(press.to_string(), "press_1 (press1.hall3:48899, 10.0.0.5.1.1)");
+  EXPECT_EQ(press.source.to_string(), "10.0.0.9.1.1");
+  EXPECT_THAT(press.channels, ElementsAre(1, 2));
+  EXPECT_EQ(press.pace.active, std::chrono::milliseconds(1));
+  EXPECT_EQ(press.pace.idle, std::chrono::milliseconds(20));
+  EXPECT_THAT(sut.machines.back().channels, IsEmpty());
+  EXPECT_EQ(sut.machines.back().pace, Pace{});
+}
+
+TEST(GatewaySettings, HoldThePolicyOfEachMachineAndService) {
+  const Policies sut = read_settings(folder / "good/policies.gateway.textproto").policies;
+  const auto press = sut.of("press", "other");
+  EXPECT_EQ(press.unserved, (Rule{std::chrono::seconds(5), 901}));
+  EXPECT_EQ(press.deadline, (Rule{std::chrono::seconds(5), 902}));
+  EXPECT_EQ(press.lost, (Rule{std::chrono::seconds(0), 903}));
+  EXPECT_EQ(press.refused, (Rule{std::chrono::seconds(0), 904}));
+  EXPECT_EQ(sut.of("press", "560aacbf-6335-44a9-895a-8b27f3ed5e47").deadline,
+            (Rule{std::chrono::minutes(2), 0}));
+}
+
+TEST(GatewaySettings, AreThoseOfTheVirtualCncByDefault) {
+  EXPECT_EQ(MachineSettings{}.to_string(), "cnc (127.0.0.1:48898, 127.0.0.1.1.1)");
+}
+
+TEST(MachineFlag, NamesAMachineWithoutAFile) {
+  const MachineSettings sut = parse_machine("press=10.0.0.5:48899/5.1.2.3.4.5");
+  EXPECT_EQ(sut.to_string(), "press (10.0.0.5:48899, 5.1.2.3.4.5)");
+}
+
+TEST(MachineFlag, TakesTheUsualPortAndNetIdWhereNoneIsGiven) {
+  EXPECT_EQ(parse_machine("press=10.0.0.5").to_string(), "press (10.0.0.5:48898, 10.0.0.5.1.1)");
+}
+
+TEST(MachineFlag, SaysWhatItExpects) {
+  for (const auto& [text, expected] : {
+           std::pair("press", "expected NAME=HOST:PORT/NETID"),
+           std::pair("=10.0.0.5", "a machine has no name"),
+           std::pair("a b=10.0.0.5", "expected letters, digits"),
+           std::pair("press=:1/1.1.1.1.1.1", "it names no host"),
+           std::pair("press=10.0.0.5:http", "port \"http\"; expected 1 to 65535"),
+           std::pair("press=10.0.0.5/1.2", "NetId \"1.2\"; expected six numbers"),
+           std::pair("press=press1.hall3", "NetId \"press1.hall3.1.1\"; expected six numbers"),
+       }) {
+    EXPECT_THAT(usage_error([&text = text] { parse_machine(text); }), HasSubstr(expected)) << text;
+  }
+}
+
+TEST(MachineFlag, MayNotUseANameTwice) {
+  EXPECT_THAT(usage_error([] {
+                check_names({MachineSettings{}, MachineSettings{}});
+              }),
+              HasSubstr("two machines are called \"cnc\""));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,178 @@
+// What a channel offers to those who build a controller around it; the language itself is tested
+// by the suite of programs.
+#include "cnc/nc/channel.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "cnc/nc/cycles.hpp"
+#include "tests/unit/nc/scenario.hpp"
+
+namespace millrace::cnc::nc::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+class NcChannel : public testing::Test {
+ protected:
+  void start(Channel& channel, const std::string& program) {
+    const auto started = channel.start("test.nc", program);
+    ASSERT_TRUE(started) << started.error().front().to_string();
+  }
+
+  // The texts of all messages up to a time, in ticks of one second.
+  std::vector<std::string> messages(Channel& channel, std::chrono::seconds until) {
+    std::vector<std::string> texts;
+    for (; now_ <= until; now_ += 1s) {
+      for (const Event& event : channel.tick(now_, environment_)) {
+        if (const auto* message = std::get_if<MessageEvent>(&event)) {
+          texts.push_back(message->text);
+        }
+      }
+    }
+    return texts;
+  }
+
+  MapEnvironment environment_{std::filesystem::path(MILLRACE_TEST_DATA) / "nc"};
+  std::chrono::nanoseconds now_{};
+};
+
+using Texts = std::vector<std::string>;
+
+TEST_F(NcChannel, IsExactHoweverCoarseTheTicksAre) {
+  Channel sut;
+  start(sut,
+        "#TIMER START SYN [ID=1]\n"
+        "G04 0.25\nG04 0.5\n"
+        "#TIMER READ SYN [ID=1]\n"
+        "#MSG [\"%d ms\", V.G.TIMER[1]]\nM30\n");
+  EXPECT_EQ(messages(sut, 2s), Texts{"750 ms"});
+}
+
+TEST_F(NcChannel, SharesTimersWithTheOtherChannelsOfItsController) {
+  const auto timers = std::make_shared<Timers>();
+  Channel first({}, timers);
+  Channel sut({}, timers);
+  start(first, "#TIMER START [ID=5]\n#WAIT FOR FALSE\n");
+  start(sut, "G04 3\n#FLUSH WAIT\n#TIMER READ [ID=5]\n#MSG [\"%d\", V.G.TIMER[5]]\nM30\n");
+  first.tick(0s, environment_);
+  EXPECT_EQ(messages(sut, 4s), Texts{"3000"});
+}
+
+TEST_F(NcChannel, HasTimersOfItsOwnIfItIsGivenNone) {
+  Channel first;
+  Channel sut;
+  start(first, "#TIMER START [ID=5]\n#WAIT FOR FALSE\n");
+  start(sut, "G04 3\n#FLUSH WAIT\n#TIMER READ [ID=5]\n#MSG [\"%d\", V.G.TIMER[5]]\nM30\n");
+  first.tick(0s, environment_);
+  EXPECT_EQ(messages(sut, 4s), Texts{"0"});
+}
+
+TEST_F(NcChannel, StartsNoProgramWhileOneRuns) {
+  Channel sut;
+  start(sut, "#WAIT FOR FALSE\n");
+  EXPECT_TRUE(sut.active());
+  const auto second = sut.start("second.nc", "M30\n");
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().front().to_string(),
+            "second.nc: error: a program is running; wait for its end or reset the channel");
+  sut.reset();
+  EXPECT_FALSE(sut.active());
+  EXPECT_TRUE(sut.start("second.nc", "M30\n"));
+}
+
+TEST_F(NcChannel, StaysIdleIfTheProgramHasMistakes) {
+  Channel sut;
+  ASSERT_FALSE(sut.start("test.nc", "$ENDIF\n#NOSUCH\n"));
+  EXPECT_EQ(sut.state(), ChannelState::idle);
+  EXPECT_EQ(check("test.nc", "$ENDIF\n#NOSUCH\n").size(), 2U);
+}
+
+TEST_F(NcChannel, GoesOnAfterItIsMoved) {
+  Channel first;
+  start(first, "G01 X100 F6000\n#FLUSH WAIT\n#MSG [\"there\"]\nM30\n");
+  first.tick(0s, environment_);
+  Channel sut = std::move(first);
+  EXPECT_EQ(messages(sut, 2s), Texts{"there"});
+  EXPECT_DOUBLE_EQ(sut.axes().front().position, 100);
+}
+
+TEST_F(NcChannel, KeepsItsAxesWhereAResetFindsThem) {
+  Channel sut;
+  start(sut, "G01 X100 F6000\nM30\n");
+  sut.tick(0s, environment_);
+  sut.tick(250ms, environment_);
+  sut.reset();
+  EXPECT_DOUBLE_EQ(sut.axes().front().position, 25);
+  start(sut, "#MSG [\"%.0f\", V.A.ABS.X]\nM30\n");
+  EXPECT_EQ(messages(sut, 1s), Texts{"25"});
+}
+
+TEST_F(NcChannel, ListsTheVariablesOfAProgram) {
+  Channel sut;
+  start(sut,
+        "#VAR\nV.P.TABLE[2][3] : SGN16 = [1, 2, 3, 4, 5, 6]\nV.P.NAME : STRING[20]\n#ENDVAR\n"
+        "P7 = 1\n#WAIT FOR FALSE\n");
+  sut.tick(0s, environment_);
+  const VariableDirectory& variables = sut.variables();
+  ASSERT_EQ(variables.count(VariableFamily::program), 2U);
+  EXPECT_EQ(variables.count(VariableFamily::parameter), 1U);
+  EXPECT_EQ(variables.count(VariableFamily::self), 0U);
+  const auto name = variables.info(VariableFamily::program, 0);
+  EXPECT_EQ(name->name, "V.P.NAME");
+  EXPECT_EQ(name->shape, (VariableShape{VariableType::string, 20, {}}));
+  const auto table = variables.find("V.P.TABLE[1][1]");
+  EXPECT_EQ(table->name, "V.P.TABLE");
+  EXPECT_EQ(table->shape, (VariableShape{VariableType::sgn16, 0, {2, 3}}));
+  EXPECT_EQ(variables.read("V.P.TABLE[1][1]"), Value(5.0));
+  EXPECT_FALSE(variables.info(VariableFamily::program, 2));
+  EXPECT_FALSE(variables.find("V.P.NOSUCH"));
+}
+
+TEST_F(NcChannel, LetsItsVariablesBeWrittenFromOutside) {
+  Channel sut;
+  start(sut, "V.P.GO = 0\nV.P.TEXT = \"\"\n#WAIT FOR V.P.GO\n#MSG [\"%s\", V.P.TEXT]\nM30\n");
+  sut.tick(0s, environment_);
+  EXPECT_TRUE(sut.variables().overwrite("V.P.TEXT", Value("hello")));
+  EXPECT_TRUE(sut.variables().overwrite("V.P.GO", Value(1.0)));
+  EXPECT_EQ(messages(sut, 1s), Texts{"hello"});
+}
+
+TEST_F(NcChannel, RefusesValuesFromOutsideThatDoNotFit) {
+  Channel sut;
+  start(sut, "#VAR\nV.P.A : UNS08\nV.P.B : STRING[2]\n#ENDVAR\n#WAIT FOR FALSE\n");
+  sut.tick(0s, environment_);
+  EXPECT_EQ(sut.variables().overwrite("V.P.A", Value("1")).error().id, 21461);
+  EXPECT_EQ(sut.variables().overwrite("V.P.A", Value(256.0)).error().id, 21883);
+  EXPECT_EQ(sut.variables().overwrite("V.P.B", Value("abc")).error().id, 21462);
+  EXPECT_FALSE(sut.variables().overwrite("V.P.NEW", Value(1.0)));
+  EXPECT_FALSE(sut.variables().find("V.P.NEW"));
+}
+
+TEST_F(NcChannel, BringsTheCycleThatWaitsForAService) {
+  EXPECT_TRUE(shipped_cycle("SysServiceWait.cyc"));
+  EXPECT_FALSE(shipped_cycle("NoSuch.cyc"));
+  EXPECT_TRUE(
+      check("SysServiceWait.cyc", std::string(*shipped_cycle("SysServiceWait.cyc"))).empty());
+}
+
+// A controller may have a SysServiceWait.cyc of its own.
+TEST_F(NcChannel, PrefersTheCyclesOfTheController) {
+  class OwnCycle : public MapEnvironment {
+   public:
+    using MapEnvironment::MapEnvironment;
+    tl::expected<std::string, Fault> load(std::string_view /*program*/) override {
+      return "#MSG [\"own\"]\nM17\n";
+    }
+  } own{std::filesystem::path()};
+  Channel sut;
+  start(sut, "L CYCLE [NAME=\"SysServiceWait.cyc\"]\nM30\n");
+  const auto events = sut.tick(0s, own);
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(std::get<MessageEvent>(events.front()).text, "own");
+}
+
+}  // namespace
+}  // namespace millrace::cnc::nc::test

@@ -1,0 +1,272 @@
+#include "tests/unit/nc/scenario.hpp"
+
+#include <fstream>
+#include <iomanip>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace millrace::cnc::nc::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t longest_string = 127;
+
+nanoseconds seconds(double value) {
+  return std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double>(value));
+}
+
+Value parse_value(const std::string& text) {
+  if (text.size() >= 2 && text.front() == '"') {
+    return text.substr(1, text.size() - 2);
+  }
+  return std::stod(text);
+}
+
+void set_option(ChannelOptions& options, const std::string& name, const std::string& value) {
+  if (name == "queue") {
+    options.queue = std::stoul(value);
+  } else if (name == "withhold_last_motion") {
+    options.withhold_last_motion = value == "on";
+  } else if (name == "messages_read_at_once") {
+    options.messages_read_at_once = value == "on";
+  } else if (name == "optional_stop") {
+    options.optional_stop = value == "on";
+  } else if (name == "skipped_levels") {
+    options.skipped_levels = static_cast<std::uint16_t>(std::stoul(value));
+  } else if (name == "time_scale") {
+    options.time_scale = std::stod(value);
+  } else {
+    throw std::runtime_error("setting.txt: unknown option " + name);
+  }
+}
+
+Setting read_setting(const std::filesystem::path& file) {
+  Setting setting;
+  std::istringstream lines(read_file(file));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "option") {
+      std::string name;
+      std::string value;
+      words >> name >> value;
+      set_option(setting.options, name, value);
+    } else if (word == "variable") {
+      std::string name;
+      std::string value;
+      words >> name >> std::ws;
+      std::getline(words, value);
+      setting.variables.emplace(name, parse_value(value));
+    } else if (word == "asynchronous") {
+      std::string name;
+      words >> name;
+      setting.asynchronous.insert(name);
+    } else if (word == "until") {
+      double time = 0;
+      words >> time;
+      setting.until = seconds(time);
+    } else if (word == "at") {
+      double time = 0;
+      Happening happening;
+      words >> time >> happening.action >> std::ws;
+      happening.time = seconds(time);
+      std::getline(words, happening.argument);
+      setting.happenings.push_back(happening);
+    } else if (!word.empty() && word.front() != '#') {
+      throw std::runtime_error("setting.txt: " + line);
+    }
+  }
+  return setting;
+}
+
+// Writes events as lines of expected.txt.
+struct Writer {
+  std::ostream& out;
+
+  void operator()(const MessageEvent& event) const {
+    out << (event.info ? "info " : "message ") << event.number;
+    if (event.receiver != "ISG_DIAG_BED") {
+      out << " to " << event.receiver;
+    }
+    out << (event.needs_acknowledge ? " (acknowledge)" : "") << ": " << event.text << '\n';
+  }
+  void operator()(const SaveEvent& event) const {
+    out << "save to " << event.file << (event.time_stamp ? " with time" : "")
+        << (event.line_end ? "" : " without line end") << ": " << event.text << '\n';
+  }
+  void operator()(const MachineFunctionEvent& event) const { out << 'M' << event.number << '\n'; }
+  void operator()(const HeldEvent& event) const { out << "held in N" << event.place.block << '\n'; }
+  void operator()(const WarningEvent& event) const {
+    out << event.what.to_string("warning") << '\n';
+  }
+  void operator()(const FinishedEvent&) const { out << "finished\n"; }
+  void operator()(const AbortedEvent& event) const {
+    out << "aborted " << event.why.to_string() << '\n';
+  }
+};
+
+class Run {
+ public:
+  Run(const std::filesystem::path& folder, Setting setting)
+      : folder_(folder),
+        setting_(std::move(setting)),
+        environment_(folder, setting_.variables, setting_.asynchronous),
+        channel_(setting_.options) {
+    out_ << std::fixed << std::setprecision(3);
+  }
+
+  std::string operator()(const std::string& program) {
+    start(program);
+    std::size_t next = 0;
+    for (nanoseconds now{}; now <= setting_.until; now += milliseconds(1)) {
+      for (; next < setting_.happenings.size() && setting_.happenings[next].time <= now; ++next) {
+        happen(setting_.happenings[next], now);
+      }
+      for (const Event& event : channel_.tick(now, environment_)) {
+        stamp(now);
+        std::visit(Writer{out_}, event);
+      }
+      if (!channel_.active() && next == setting_.happenings.size()) {
+        break;
+      }
+    }
+    if (channel_.active()) {
+      stamp(setting_.until);
+      out_ << "still in N" << channel_.decoder_place().block << '\n';
+    }
+    show_axes();
+    return out_.str();
+  }
+
+ private:
+  void start(const std::string& program) {
+    if (auto started = channel_.start("program.nc", program); !started) {
+      for (const Diagnostic& mistake : started.error()) {
+        out_ << mistake.to_string() << '\n';
+      }
+    }
+  }
+
+  void stamp(nanoseconds now) { out_ << std::chrono::duration<double>(now).count() << ' '; }
+
+  void show_axes() {
+    const auto axes = channel_.axes();
+    bool moved = false;
+    for (const AxisPosition& axis : axes) {
+      moved = moved || axis.position != 0;
+    }
+    if (moved) {
+      out_ << "axes";
+      for (const AxisPosition& axis : axes) {
+        out_ << ' ' << axis.name << axis.position;
+      }
+      out_ << '\n';
+    }
+  }
+
+  void happen(const Happening& happening, nanoseconds now) {
+    std::istringstream words(happening.argument);
+    if (happening.action == "write") {
+      std::string name;
+      std::string value;
+      words >> name >> std::ws;
+      std::getline(words, value);
+      if (!environment_.write(name, parse_value(value))) {
+        throw std::runtime_error("setting.txt: cannot write " + name);
+      }
+    } else if (happening.action == "resume") {
+      channel_.resume();
+    } else if (happening.action == "reset") {
+      channel_.reset();
+    } else if (happening.action == "start") {
+      start(read_file(folder_ / happening.argument));
+    } else if (happening.action == "acknowledge") {
+      channel_.acknowledge(std::stoul(happening.argument));
+    } else if (happening.action == "read") {
+      channel_.read_messages(std::stoul(happening.argument));
+    } else if (happening.action == "show") {
+      stamp(now);
+      out_ << "in N" << channel_.block_number() << ", decoder in N"
+           << channel_.decoder_place().block << '\n';
+      show_axes();
+    } else {
+      throw std::runtime_error("setting.txt: unknown action " + happening.action);
+    }
+  }
+
+  std::filesystem::path folder_;
+  Setting setting_;
+  MapEnvironment environment_;
+  Channel channel_;
+  std::ostringstream out_;
+};
+
+}  // namespace
+
+MapEnvironment::MapEnvironment(std::filesystem::path folder, Variables variables,
+                               Names asynchronous)
+    : folder_(std::move(folder)),
+      variables_(std::move(variables)),
+      asynchronous_(std::move(asynchronous)) {
+  for (const char* name : {"UUID", "REQUEST", "RESPONSE"}) {
+    variables_["V.G.SERVICE." + std::string(name)] = "";
+  }
+  variables_["V.G.SERVICE.REQUEST_STATE"] = 0.0;
+  variables_["V.G.SERVICE.RESPONSE_STATE"] = 0.0;
+}
+
+tl::expected<Value, Fault> MapEnvironment::read(std::string_view name) {
+  const auto found = variables_.find(name);
+  if (found == variables_.end()) {
+    return tl::make_unexpected(Fault{0, "unknown variable " + std::string(name)});
+  }
+  return found->second;
+}
+
+tl::expected<void, Fault> MapEnvironment::write(std::string_view name, const Value& value) {
+  const auto found = variables_.find(name);
+  if (found == variables_.end()) {
+    return tl::make_unexpected(Fault{0, "unknown variable " + std::string(name)});
+  }
+  if (found->second.index() != value.index()) {
+    return tl::make_unexpected(value.index() == 0 ? Fault{21460, "string expected"}
+                                                  : Fault{21461, "number expected"});
+  }
+  const auto* text = std::get_if<std::string>(&value);
+  if (text != nullptr && text->size() > longest_string) {
+    return tl::make_unexpected(Fault{21462, "string for variable too long"});
+  }
+  found->second = value;
+  if (name == "V.G.SERVICE.REQUEST_STATE") {
+    variables_["V.G.SERVICE.RESPONSE_STATE"] = 0.0;
+  }
+  return {};
+}
+
+bool MapEnvironment::synchronous(std::string_view name) {
+  return !asynchronous_.contains(name);
+}
+
+tl::expected<std::string, Fault> MapEnvironment::load(std::string_view program) {
+  const std::filesystem::path file = folder_ / program;
+  if (!std::filesystem::exists(file)) {
+    return tl::make_unexpected(Fault{0, "no program " + std::string(program)});
+  }
+  return read_file(file);
+}
+
+std::string run_scenario(const std::filesystem::path& folder) {
+  return Run(folder, read_setting(folder / "setting.txt"))(read_file(folder / "program.nc"));
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+}  // namespace millrace::cnc::nc::test

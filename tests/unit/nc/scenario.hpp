@@ -1,0 +1,61 @@
+// One folder of the NC test suite: a program, how the world around it behaves, and what must come
+// out. See tests/data/nc/suite/README.md.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cnc/nc/channel.hpp"
+
+namespace millrace::cnc::nc::test {
+
+using Names = std::set<std::string, std::less<>>;
+using Variables = std::map<std::string, Value, std::less<>>;
+
+/// Variables in a map, programs in a folder. Writing REQUEST_STATE clears RESPONSE_STATE, as the
+/// kernel does.
+class MapEnvironment : public Environment {
+ public:
+  explicit MapEnvironment(std::filesystem::path folder, Variables variables = {},
+                          Names asynchronous = {});
+
+  tl::expected<Value, Fault> read(std::string_view name) override;
+  tl::expected<void, Fault> write(std::string_view name, const Value& value) override;
+  bool synchronous(std::string_view name) override;
+  tl::expected<std::string, Fault> load(std::string_view program) override;
+
+ private:
+  std::filesystem::path folder_;
+  Variables variables_;
+  Names asynchronous_;
+};
+
+/// Something that happens from outside at a time: `at 0.5 write V.G.X 1`.
+struct Happening {
+  std::chrono::nanoseconds time{};
+  std::string action;
+  std::string argument;
+};
+
+/// setting.txt of a scenario.
+struct Setting {
+  ChannelOptions options;
+  /// Variables there are besides V.G.SERVICE.
+  Variables variables;
+  /// External variables that are not synchronous.
+  Names asynchronous;
+  std::vector<Happening> happenings;
+  std::chrono::nanoseconds until = std::chrono::seconds(60);
+};
+
+/// Runs a folder's program in virtual time and writes down all that comes out of it.
+std::string run_scenario(const std::filesystem::path& folder);
+
+/// Content of a file; empty if there is none.
+std::string read_file(const std::filesystem::path& path);
+
+}  // namespace millrace::cnc::nc::test

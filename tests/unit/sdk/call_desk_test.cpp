@@ -1,0 +1,248 @@
+#include "services/sdk/call_desk.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::services::sdk {
+namespace {
+
+using fabric::CallId;
+using fabric::ChannelKey;
+using fabric::Reply;
+using fabric::Request;
+using fabric::ServiceCode;
+using fabric::Time;
+using testing::EndsWith;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+const Time now{std::chrono::seconds(1'000'000)};
+const fabric::InstanceId self = fabric::InstanceId::random();
+const fabric::InstanceId other = fabric::InstanceId::random();
+const Response answer{.text = "2.000000", .state = 1};
+
+CallId call(std::uint64_t number) {
+  return {.epoch = 1, .number = number};
+}
+
+Request request(std::uint64_t number, std::uint16_t channel = 1) {
+  return {.key = {.machine = "cnc", .channel = channel}, .call = call(number), .assigned = self};
+}
+
+Request again(Request request, std::uint32_t attempt) {
+  request.attempt = attempt;
+  return request;
+}
+
+Request given_to(Request request, const fabric::InstanceId& instance) {
+  request.assigned = instance;
+  return request;
+}
+
+template <typename Kind>
+std::vector<Kind> only(const Actions& actions) {
+  std::vector<Kind> found;
+  for (const Action& action : actions) {
+    if (const auto* kind = std::get_if<Kind>(&action)) {
+      found.push_back(*kind);
+    }
+  }
+  return found;
+}
+
+class CallDeskTest : public testing::Test {
+ protected:
+  std::size_t started(const Request& asked) {
+    return only<Start>(sut.on_request(asked, now)).size();
+  }
+  Reply answered(std::uint64_t number, const Result& result) {
+    const auto sent = only<Send>(sut.on_result(call(number), result, now));
+    EXPECT_THAT(sent, SizeIs(1));
+    return sent.empty() ? Reply{} : sent.front().reply;
+  }
+
+  CallDesk sut{{.instance = self}};
+};
+
+TEST_F(CallDeskTest, StartsACallAndSendsItsAnswer) {
+  ASSERT_EQ(started(request(1)), 1U);
+  const auto sent = only<Send>(sut.on_result(call(1), answer, now + std::chrono::milliseconds(3)));
+  ASSERT_THAT(sent, SizeIs(1));
+  const Reply& reply = sent.front().reply;
+  EXPECT_EQ(reply.call, call(1));
+  EXPECT_EQ(reply.instance, self);
+  EXPECT_EQ(reply.code, ServiceCode::ok);
+  EXPECT_EQ(reply.text, "2.000000");
+  EXPECT_EQ(reply.answered - reply.received, std::chrono::milliseconds(3));
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallDeskTest, IgnoresACallThatIsGivenToAnother) {
+  EXPECT_THAT(sut.on_request(given_to(request(1), other), now), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallDeskTest, RunsNoMoreCallsAtOnceThanItMay) {
+  EXPECT_EQ(started(request(1, 1)), 1U);
+  EXPECT_EQ(started(request(2, 2)), 0U);
+  const auto next = only<Start>(sut.on_result(call(1), answer, now));
+  ASSERT_THAT(next, SizeIs(1));
+  EXPECT_EQ(next.front().request.call, call(2));
+}
+
+TEST_F(CallDeskTest, RunsARepeatedCallOnceAndNamesTheLatestAttempt) {
+  ASSERT_EQ(started(request(1)), 1U);
+  EXPECT_EQ(started(request(1)), 0U);
+  EXPECT_EQ(started(again(request(1), 3)), 0U);
+  EXPECT_EQ(answered(1, answer).attempt, 3U);
+}
+
+TEST_F(CallDeskTest, RunsARepeatedCallOnceThatStillWaits) {
+  ASSERT_EQ(started(request(1, 1)), 1U);
+  started(request(2, 2));
+  started(again(request(2, 2), 2));
+  const auto next = only<Start>(sut.on_result(call(1), answer, now));
+  ASSERT_THAT(next, SizeIs(1));
+  EXPECT_EQ(next.front().request.attempt, 2U);
+}
+
+TEST_F(CallDeskTest, AnswersARepeatFromMemory) {
+  started(request(1));
+  answered(1, answer);
+  const Actions actions = sut.on_request(again(request(1), 2), now);
+  EXPECT_THAT(only<Start>(actions), IsEmpty());
+  const auto sent = only<Send>(actions);
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.code, ServiceCode::repeated);
+  EXPECT_EQ(sent.front().reply.attempt, 2U);
+  EXPECT_EQ(sent.front().reply.text, "2.000000");
+  EXPECT_EQ(sut.status().repeated, 1U);
+}
+
+TEST_F(CallDeskTest, ForgetsTheOldestAnswersOnly) {
+  CallDesk small({.instance = self, .memory = 2});
+  for (std::uint64_t number = 1; number <= 3; ++number) {
+    small.on_request(request(number), now);
+    small.on_result(call(number), answer, now);
+  }
+  EXPECT_THAT(only<Send>(small.on_request(again(request(3), 2), now)), SizeIs(1));
+  EXPECT_THAT(only<Send>(small.on_request(again(request(2), 2), now)), SizeIs(1));
+  EXPECT_THAT(only<Start>(small.on_request(again(request(1), 2), now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
+  started(request(1));
+  const auto cancelled = only<Cancel>(sut.on_withdrawn({"cnc", 1}));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_EQ(cancelled.front().call, call(1));
+  const Actions actions = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  EXPECT_EQ(sut.status().cancelled, 1U);
+}
+
+TEST_F(CallDeskTest, NeverStartsAWithdrawnCallThatWaits) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_withdrawn({"cnc", 2});
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallDeskTest, IgnoresTheWithdrawalOfAnAnsweredCall) {
+  started(request(1));
+  answered(1, answer);
+  EXPECT_THAT(sut.on_withdrawn({"cnc", 1}), IsEmpty());
+  EXPECT_THAT(sut.on_withdrawn({"cnc", 7}), IsEmpty());
+}
+
+TEST_F(CallDeskTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
+  started(request(1));
+  EXPECT_THAT(only<Cancel>(sut.on_request(request(2), now)), SizeIs(1));
+  const Actions actions = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Start>(actions), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, TakesTheNextCallOfTheChannelForAWithdrawalWhoeverRunsIt) {
+  started(request(1));
+  EXPECT_THAT(only<Cancel>(sut.on_request(given_to(request(2), other), now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, StillAnswersARunningCallThatWasAlsoGivenToAnother) {
+  started(request(1));
+  EXPECT_THAT(sut.on_request(given_to(again(request(1), 2), other), now), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, LeavesAWaitingCallToTheOneItIsGivenTo) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_request(given_to(again(request(2, 2), 2), other), now);
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+}
+
+TEST_F(CallDeskTest, AnswersAWithdrawnCallThatIsAskedForAgainWhileItRuns) {
+  started(request(1));
+  sut.on_withdrawn({"cnc", 1});
+  EXPECT_EQ(started(again(request(1), 2)), 0U);
+  EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+TEST_F(CallDeskTest, AnswersAFailureWithTheErrorState) {
+  started(request(1));
+  const Reply reply = answered(1, tl::unexpected(std::string("no gauge")));
+  EXPECT_EQ(reply.code, ServiceCode::failed);
+  EXPECT_EQ(reply.text, "ERROR: no gauge");
+  EXPECT_EQ(reply.state, 500U);
+  EXPECT_EQ(sut.status().failed, 1U);
+}
+
+TEST_F(CallDeskTest, ShowsThatALongReasonIsShortened) {
+  started(request(1));
+  const Reply reply = answered(1, tl::unexpected(std::string(300, 'x')));
+  EXPECT_THAT(reply.text, SizeIs(fabric::max_text));
+  EXPECT_THAT(reply.text, EndsWith("x..."));
+}
+
+TEST_F(CallDeskTest, RefusesAnAnswerThatCannotBeSent) {
+  const std::vector<std::pair<Response, std::string>> cases{
+      {{.text = std::string(128, 'x')},
+       "ERROR: the service's answer has 128 bytes, at most 127 fit"},
+      {{.text = "ok", .state = 0},
+       "ERROR: the service answered with state 0, which would not release the program"},
+      {{.text = std::string("a\0b", 3)}, "ERROR: the service's answer contains a NUL byte"},
+  };
+  std::uint64_t number = 0;
+  for (const auto& [response, text] : cases) {
+    started(request(++number));
+    const Reply reply = answered(number, response);
+    EXPECT_EQ(reply.code, ServiceCode::refused);
+    EXPECT_EQ(reply.state, 500U);
+    EXPECT_EQ(reply.text, text);
+  }
+}
+
+TEST_F(CallDeskTest, SendsInterimRepliesOfACallThatRuns) {
+  started(request(1));
+  const auto sent = only<Send>(sut.on_interim(call(1), {.text = "half", .state = 50}, now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::interim);
+  EXPECT_EQ(sent.front().reply.state, 50U);
+  answered(1, answer);
+  EXPECT_THAT(sut.on_interim(call(1), answer, now), IsEmpty());
+}
+
+TEST_F(CallDeskTest, CountsForTheStatus) {
+  started(request(1));
+  EXPECT_EQ(sut.status().running, 1U);
+  sut.on_result(call(1), answer, now + std::chrono::milliseconds(4));
+  const fabric::InstanceStatus status = sut.status();
+  EXPECT_EQ(status.running, 0U);
+  EXPECT_EQ(status.answered, 1U);
+  EXPECT_EQ(status.mean, std::chrono::milliseconds(4));
+  EXPECT_EQ(status.last_call, now);
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk

@@ -1,0 +1,163 @@
+#include "services/sdk/isg_service.h"
+
+#include <cstdlib>
+#include <cstring>
+#include <thread>
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/call_end.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/recording_listeners.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+using fabric::Reply;
+using fabric::ServiceCode;
+using testing::HasSubstr;
+using testing::StrEq;
+
+constexpr const char* uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
+
+/// Does what its request says.
+void obey(ISG_SERVICE* service, char* request, ADS_UINT32 request_state, char* response,
+          size_t max_response_size, ADS_UINT32* response_state) {
+  EXPECT_EQ(max_response_size, 128U);
+  *response_state = request_state + 1;
+  if (std::strcmp(request, "fill") == 0) {
+    std::memset(response, 'x', max_response_size);
+  } else if (std::strcmp(request, "forget the state") == 0) {
+    *response_state = 0;
+  } else if (std::strcmp(request, "interim") == 0) {
+    EXPECT_EQ(isgServiceInterim(service, "half", 50), ISG_SERVICE_CODE_OK);
+    EXPECT_EQ(isgServiceInterim(service, std::string(128, 'x').c_str(), 50),
+              ISG_SERVICE_CODE_INVALID_ARGUMENT);
+  } else {
+    EXPECT_EQ(isgServiceCancelled(service), 0);
+    sprintf_s(response, max_response_size, "%s!", request);
+  }
+}
+
+ISG_SERVICE_CODE refuse(ISG_SERVICE*, char*, ADS_UINT32, char*, size_t, ADS_UINT32*) {
+  return 7;
+}
+
+class IsgService : public testing::Test {
+ protected:
+  IsgService() {
+    ::setenv("MILLRACE_DOMAIN", std::to_string(domain.number()).c_str(), 1);
+    ::setenv("MILLRACE_LOG_LEVEL", "error", 1);
+    EXPECT_EQ(isgServiceConnectionCreateADSLocal(552, 553, &connection), ISG_SERVICE_CODE_OK);
+  }
+  ~IsgService() override { isgServiceDelete(&sut); }
+
+  void call(const std::string& text) {
+    ASSERT_TRUE(until([&] { return !gateway.ready.empty(); }));
+    ASSERT_TRUE(end.publish(fabric::Request{.key = {.machine = "cnc", .channel = 1},
+                                            .call = {.epoch = 1, .number = ++number},
+                                            .assigned = gateway.ready.begin()->first,
+                                            .uuid = uuid,
+                                            .text = text,
+                                            .state = 1}));
+  }
+  /// Polls for one call and returns the replies to it, the last one being final.
+  std::vector<Reply> poll() {
+    EXPECT_EQ(isgServicePollOnce(&sut, 10'000), ISG_SERVICE_CODE_OK);
+    EXPECT_TRUE(until([&] {
+      return !gateway.replies.empty() && gateway.replies.back().kind == fabric::ReplyKind::final;
+    }));
+    return std::exchange(gateway.replies, {});
+  }
+  bool until(const std::function<bool()>& done) { return tests::run_until(context, done); }
+
+  tests::Domain domain;
+  boost::asio::io_context context;
+  fabric::Participant participant{{.domain = domain.number()}};
+  fabric::RecordingGateway gateway;
+  fabric::CallEnd end{participant, context.get_executor(), gateway};
+  std::uint64_t number = 0;
+  ISG_SERVICE_CONNECTION connection;
+  ISG_SERVICE sut{};
+};
+
+TEST_F(IsgService, RunsItsFunctionOnceForEachPoll) {
+  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  EXPECT_EQ(isgServicePollOnce(&sut, 0), ISG_SERVICE_CODE_NO_CALL);
+  call("hello");
+  const Reply reply = poll().back();
+  EXPECT_EQ(reply.text, "hello!");
+  EXPECT_EQ(reply.state, 2U);
+}
+
+TEST_F(IsgService, RefusesAnswersThatCannotBeSent) {
+  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  call("fill");
+  Reply reply = poll().back();
+  EXPECT_EQ(reply.code, ServiceCode::refused);
+  EXPECT_THAT(reply.text, HasSubstr("128 bytes"));
+  call("forget the state");
+  reply = poll().back();
+  EXPECT_EQ(reply.code, ServiceCode::refused);
+  EXPECT_THAT(reply.text, HasSubstr("state 0"));
+}
+
+TEST_F(IsgService, ShowsInterimStates) {
+  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  call("interim");
+  const auto replies = poll();
+  EXPECT_EQ(replies.back().state, 2U);
+  EXPECT_EQ(isgServiceInterim(&sut, "too late", 1), ISG_SERVICE_CODE_CLOSED);
+}
+
+TEST_F(IsgService, TurnsACodeIntoAnErrorAnswer) {
+  ASSERT_EQ(isgServiceCreate(uuid, "test", refuse, &connection, &sut), ISG_SERVICE_CODE_OK);
+  call("hello");
+  const Reply reply = poll().back();
+  EXPECT_EQ(reply.code, ServiceCode::failed);
+  EXPECT_EQ(reply.text, "ERROR: the service function returned code 7");
+}
+
+TEST_F(IsgService, PollsUntilItIsStopped) {
+  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  std::thread poller([&] { EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_OK); });
+  call("hello");
+  EXPECT_TRUE(until([&] { return !gateway.replies.empty(); }));
+  EXPECT_EQ(isgServiceStop(&sut), ISG_SERVICE_CODE_OK);
+  poller.join();
+  EXPECT_TRUE(until([&] { return gateway.ready.empty(); }));
+  EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_CLOSED);
+  EXPECT_EQ(isgServicePollOnce(&sut, 0), ISG_SERVICE_CODE_CLOSED);
+}
+
+TEST_F(IsgService, EndsPollsForOneCallToo) {
+  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  EXPECT_EQ(isgServiceStop(&sut), ISG_SERVICE_CODE_OK);
+  EXPECT_EQ(isgServicePollOnce(&sut, 10'000), ISG_SERVICE_CODE_CLOSED);
+}
+
+TEST_F(IsgService, SaysWhatIsWrong) {
+  EXPECT_EQ(isgServiceCreate(nullptr, "test", obey, &connection, &sut),
+            ISG_SERVICE_CODE_INVALID_ARGUMENT);
+  EXPECT_EQ(isgServiceCreate("a*", "test", obey, &connection, &sut),
+            ISG_SERVICE_CODE_INVALID_ARGUMENT);
+  EXPECT_EQ(isgServiceCreate(uuid, "test", ISG_SERVICE_FUNCTION{}, &connection, &sut),
+            ISG_SERVICE_CODE_INVALID_ARGUMENT);
+  EXPECT_EQ(isgServiceConnectionCreateADSLocal(1, 2, nullptr), ISG_SERVICE_CODE_INVALID_ARGUMENT);
+  EXPECT_EQ(isgServicePoll(nullptr), ISG_SERVICE_CODE_CLOSED);
+  EXPECT_THAT(isgServiceCodeText(ISG_SERVICE_CODE_NO_CALL), StrEq("no call came within the time"));
+}
+
+TEST(SprintfS, LeavesAnEmptyStringWhenTheTextDoesNotFit) {
+  char buffer[4] = "abc";
+  EXPECT_EQ(sprintf_s(buffer, sizeof buffer, "%d", 123), 3);
+  EXPECT_STREQ(buffer, "123");
+  EXPECT_EQ(sprintf_s(buffer, sizeof buffer, "%d", 1234), -1);
+  EXPECT_STREQ(buffer, "");
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk

@@ -1,0 +1,372 @@
+#include "services/sdk/service.hpp"
+
+#include <condition_variable>
+#include <future>
+#include <stdexcept>
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/call_end.hpp"
+#include "fabric/command_codec.hpp"
+#include "fabric/reader.hpp"
+#include "fabric/writer.hpp"
+#include "idl/program/log.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/recording_listeners.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+using fabric::Reply;
+using fabric::ReplyKind;
+using fabric::Request;
+using fabric::ServiceCode;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+const std::string uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
+
+/// A door that handlers wait at until the test opens it.
+class Door {
+ public:
+  void open() {
+    const std::lock_guard guard(lock_);
+    open_ = true;
+    changed_.notify_all();
+  }
+  void pass() {
+    std::unique_lock guard(lock_);
+    changed_.wait(guard, [this] { return open_; });
+  }
+
+ private:
+  std::mutex lock_;
+  std::condition_variable changed_;
+  bool open_ = false;
+};
+
+class ServiceTest : public testing::Test {
+ protected:
+  [[nodiscard]] ServiceOptions options(std::uint32_t concurrency = 1) const {
+    return {.uuid = uuid, .name = "test", .concurrency = concurrency, .domain = domain.number()};
+  }
+
+  bool until(const std::function<bool()>& done) { return tests::run_until(context, done); }
+  bool until_ready(const Service& sut) {
+    return until([&] { return gateway.ready.contains(sut.identity().id); });
+  }
+
+  Request request(const Service& sut, std::uint64_t number, std::uint16_t channel = 1) {
+    return {.key = {.machine = "cnc", .channel = channel},
+            .call = {.epoch = 1, .number = number},
+            .assigned = sut.identity().id,
+            .uuid = uuid,
+            .text = "4",
+            .state = 1};
+  }
+
+  void call(const Request& request) { ASSERT_TRUE(end.publish(request)); }
+
+  /// The reply after those that were there.
+  Reply next_reply() {
+    EXPECT_TRUE(until([&] { return gateway.replies.size() > replies_read_; }));
+    return replies_read_ < gateway.replies.size() ? gateway.replies[replies_read_++] : Reply{};
+  }
+
+  tests::Domain domain;
+  boost::asio::io_context context;
+  fabric::Participant participant{{.domain = domain.number()}};
+  fabric::RecordingGateway gateway;
+  fabric::CallEnd end{participant, context.get_executor(), gateway};
+
+ private:
+  std::size_t replies_read_ = 0;
+};
+
+Response echo(const Call& call) {
+  return {.text = call.text(), .state = call.state()};
+}
+
+TEST_F(ServiceTest, AnswersCallsWithItsFunction) {
+  const Service sut(options(), echo, idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    call(request(sut, number));
+    const Reply reply = next_reply();
+    EXPECT_EQ(reply.call.number, number);
+    EXPECT_EQ(reply.text, "4");
+    EXPECT_EQ(reply.instance, sut.identity().id);
+    EXPECT_LE(reply.received, reply.started);
+    EXPECT_LE(reply.started, reply.answered);
+  }
+}
+
+TEST_F(ServiceTest, GivesTheHandlerAllThatIsKnownOfTheCall) {
+  Request sent{.replayed = true};
+  std::promise<void> checked;
+  const Service sut(
+      options(),
+      [&](const Call& call) -> Response {
+        EXPECT_EQ(call.id(), sent.call);
+        EXPECT_EQ(call.attempt(), 3U);
+        EXPECT_EQ(call.channel(), sent.key);
+        EXPECT_EQ(call.uuid(), uuid);
+        EXPECT_EQ(call.text(), "4");
+        EXPECT_EQ(call.state(), 1U);
+        EXPECT_EQ(call.deadline(), sent.deadline);
+        EXPECT_TRUE(call.replayed());
+        EXPECT_FALSE(call.cancelled());
+        checked.set_value();
+        return {};
+      },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  sent = request(sut, 1);
+  sent.attempt = 3;
+  sent.replayed = true;
+  sent.deadline = fabric::Time(std::chrono::hours(1));
+  call(sent);
+  checked.get_future().wait();
+  EXPECT_TRUE(next_reply().replayed);
+}
+
+TEST_F(ServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
+  const Service sut(
+      options(),
+      [](const Call& call) -> Response {
+        if (call.id().number == 1) {
+          throw std::runtime_error("the gauge is off");
+        }
+        if (call.id().number == 2) {
+          throw 42;
+        }
+        return echo(call);
+      },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1));
+  const Reply reply = next_reply();
+  EXPECT_EQ(reply.code, ServiceCode::failed);
+  EXPECT_EQ(reply.text, "ERROR: the gauge is off");
+  EXPECT_EQ(reply.state, default_error_state);
+  call(request(sut, 2));
+  EXPECT_EQ(next_reply().code, ServiceCode::failed);
+  call(request(sut, 3));
+  EXPECT_EQ(next_reply().text, "4");
+}
+
+TEST_F(ServiceTest, RefusesAnAnswerThatDoesNotFit) {
+  const Service sut(
+      options(), [](const Call&) -> Response { return {.text = std::string(130, 'x')}; },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1));
+  const Reply reply = next_reply();
+  EXPECT_EQ(reply.code, ServiceCode::refused);
+  EXPECT_THAT(reply.text, HasSubstr("130 bytes"));
+}
+
+TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
+  std::promise<void> entered;
+  const Service sut(
+      options(),
+      [&](const Call& call) -> Response {
+        if (call.id().number == 1) {
+          entered.set_value();
+          while (!call.cancelled()) {
+            std::this_thread::yield();
+          }
+        }
+        return echo(call);
+      },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  const Request first = request(sut, 1);
+  call(first);
+  entered.get_future().wait();
+  end.withdraw(first.key, uuid);
+  call(request(sut, 2));
+  EXPECT_EQ(next_reply().call.number, 2U);
+}
+
+TEST_F(ServiceTest, ShowsInterimStatesBeforeTheAnswer) {
+  Door door;
+  const Service sut(
+      options(),
+      [&](const Call& call) -> Response {
+        EXPECT_THROW(call.interim({.text = std::string(128, 'x')}), std::invalid_argument);
+        call.interim({.text = "half", .state = 50});
+        door.pass();
+        return {.text = "done"};
+      },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1));
+  const Reply interim = next_reply();
+  EXPECT_EQ(interim.kind, ReplyKind::interim);
+  EXPECT_EQ(interim.text, "half");
+  door.open();
+  EXPECT_EQ(next_reply().text, "done");
+}
+
+TEST_F(ServiceTest, RunsAsManyCallsAtOnceAsItMay) {
+  constexpr std::uint32_t concurrency = 3;
+  Door door;
+  std::atomic<std::uint32_t> inside = 0;
+  const Service sut(
+      options(concurrency),
+      [&](const Call& call) -> Response {
+        ++inside;
+        door.pass();
+        return echo(call);
+      },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  for (std::uint16_t channel = 1; channel <= concurrency + 1; ++channel) {
+    call(request(sut, channel, channel));
+  }
+  EXPECT_TRUE(until([&] { return inside == concurrency; }));
+  door.open();
+  EXPECT_TRUE(until([&] { return gateway.replies.size() == concurrency + 1; }));
+}
+
+TEST_F(ServiceTest, MayAnswerLaterFromAnotherThread) {
+  std::promise<std::shared_ptr<const Call>> held;
+  const Service sut(
+      options(), [&](const std::shared_ptr<const Call>& call) { held.set_value(call); },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1));
+  const auto later = held.get_future().get();
+  later->answer({.text = "late"});
+  later->answer({.text = "too late"});
+  EXPECT_EQ(next_reply().text, "late");
+}
+
+TEST_F(ServiceTest, AnswersForAHandlerThatForgetsACall) {
+  const Service sut(
+      options(), [](const std::shared_ptr<const Call>&) {}, idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1));
+  const Reply reply = next_reply();
+  EXPECT_EQ(reply.code, ServiceCode::failed);
+  EXPECT_THAT(reply.text, HasSubstr("without an answer"));
+}
+
+TEST_F(ServiceTest, AnswersARepeatWithoutRunningItAgain) {
+  std::atomic<int> runs = 0;
+  const Service sut(
+      options(), [&](const Call&) -> Response { return {.text = std::to_string(++runs)}; },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  Request sent = request(sut, 1);
+  call(sent);
+  EXPECT_EQ(next_reply().text, "1");
+  sent.attempt = 2;
+  call(sent);
+  const Reply reply = next_reply();
+  EXPECT_EQ(reply.text, "1");
+  EXPECT_EQ(reply.code, ServiceCode::repeated);
+  EXPECT_EQ(runs, 1);
+}
+
+TEST_F(ServiceTest, FinishesWhatItHasBeforeItLeaves) {
+  Door door;
+  Service sut(
+      options(),
+      [&](const Call& call) -> Response {
+        door.pass();
+        return echo(call);
+      },
+      idl::program::no_log());
+  const fabric::InstanceId id = sut.identity().id;
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1, 1));
+  call(request(sut, 2, 2));
+  sut.stop();
+  ASSERT_TRUE(until([&] { return gateway.ready.at(id).draining; }));
+  door.open();
+  sut.wait();
+  EXPECT_TRUE(until([&] { return gateway.ready.empty(); }));
+  EXPECT_EQ(gateway.replies.size(), 2U);
+}
+
+TEST_F(ServiceTest, LeavesWhenAnOperatorAsksForIt) {
+  Service sut(options(), echo, idl::program::no_log());
+  const fabric::InstanceId id = sut.identity().id;
+  ASSERT_TRUE(until_ready(sut));
+  fabric::Writer<fabric::Command> commands(participant, "millrace");
+  fabric::Reader<fabric::Outcome> outcomes(participant, "millrace", fabric::Keep::all);
+  fabric::Command command{.id = fabric::InstanceId::random(),
+                          .kind = fabric::CommandKind::drain,
+                          .instance = fabric::InstanceId::random()};
+  ASSERT_TRUE(commands.write(command));
+  command.id = fabric::InstanceId::random();
+  command.instance = id;
+  ASSERT_TRUE(commands.write(command));
+  sut.wait();
+  EXPECT_TRUE(until([&] { return gateway.ready.empty(); }));
+  const auto told = outcomes.take();
+  ASSERT_THAT(told, SizeIs(1));
+  EXPECT_EQ(told.front().value.responder, id);
+  EXPECT_EQ(told.front().value.command, command.id);
+  EXPECT_TRUE(told.front().value.done);
+}
+
+TEST_F(ServiceTest, AnswersAPing) {
+  const Service sut(options(), echo, idl::program::no_log());
+  const fabric::InstanceId id = sut.identity().id;
+  ASSERT_TRUE(until_ready(sut));
+  fabric::Writer<fabric::Command> commands(participant, "millrace");
+  fabric::Reader<fabric::Outcome> outcomes(participant, "millrace", fabric::Keep::all);
+  const fabric::Command ping{
+      .id = fabric::InstanceId::random(), .kind = fabric::CommandKind::ping, .instance = id};
+  ASSERT_TRUE(commands.write(ping));
+  std::vector<fabric::Taken<fabric::Outcome>> told;
+  ASSERT_TRUE(until([&] {
+    if (told.empty()) {
+      told = outcomes.take();
+    }
+    return !told.empty();
+  }));
+  EXPECT_EQ(told.front().value.command, ping.id);
+  EXPECT_EQ(told.front().value.responder, id);
+}
+
+TEST_F(ServiceTest, OutlivesCallsThatAreHeldLongerThanItself) {
+  std::shared_ptr<const Call> held;
+  {
+    std::promise<std::shared_ptr<const Call>> promise;
+    Service sut(
+        options(),
+        [&](const std::shared_ptr<const Call>& call) {
+          call->answer({.text = "done"});
+          promise.set_value(call);
+        },
+        idl::program::no_log());
+    ASSERT_TRUE(until_ready(sut));
+    call(request(sut, 1));
+    held = promise.get_future().get();
+  }
+  held->answer({.text = "nobody there"});
+  held->interim({.text = "nobody there"});
+  EXPECT_FALSE(held->cancelled());
+}
+
+TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
+  const auto with = [&](auto change) {
+    ServiceOptions wrong = options();
+    change(wrong);
+    const Service sut(wrong, echo, idl::program::no_log());
+  };
+  EXPECT_THROW(with([](auto& sut) { sut.uuid = ""; }), std::invalid_argument);
+  EXPECT_THROW(with([](auto& sut) { sut.concurrency = 0; }), std::invalid_argument);
+  EXPECT_THROW(with([](auto& sut) { sut.concurrency = 1000; }), std::invalid_argument);
+  EXPECT_THROW(with([](auto& sut) { sut.error_state = 0; }), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk

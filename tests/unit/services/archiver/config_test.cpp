@@ -1,0 +1,41 @@
+#include "services/archiver/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::services::archiver {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+}
+
+TEST(ArchiverConfig, TakesEveryField) {
+  const auto sut = load(data("good/plant.archiver.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+  EXPECT_FALSE(sut->record_events);
+  EXPECT_FALSE(sut->record_channels);
+  EXPECT_THAT(sut->without_text, testing::ElementsAre("fdeccc37-09ba-4ef6-bf20-2955ea738286"));
+  EXPECT_EQ(sut->policy.rotate_bytes, 64U << 20U);
+  EXPECT_EQ(sut->policy.rotate_age, 12h);
+  EXPECT_EQ(sut->policy.keep_age, 720h);
+  EXPECT_EQ(sut->policy.keep_bytes, 2048ULL << 20U);
+}
+
+TEST(ArchiverConfig, HasDefaults) {
+  const Config sut = default_config("/srv");
+  EXPECT_EQ(sut.folder, "/srv/archive");
+  EXPECT_TRUE(sut.record_events);
+  EXPECT_EQ(sut.policy.keep_age, 365 * 24h);
+}
+
+TEST(ArchiverConfig, NamesThePlaceOfAMistake) {
+  EXPECT_THAT(load(data("bad/unknown_field.archiver.textproto")).error(),
+              testing::HasSubstr("unknown_field.archiver.textproto:2:11: "));
+}
+
+}  // namespace
+}  // namespace millrace::services::archiver

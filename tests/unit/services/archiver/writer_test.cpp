@@ -1,0 +1,88 @@
+#include "services/archiver/writer.hpp"
+
+#include <atomic>
+#include <future>
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "idl/program/log.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/services/archiver/rows.hpp"
+
+namespace millrace::services::archiver {
+namespace {
+
+class WriterTest : public testing::Test {
+ protected:
+  /// One file, however long ago that morning is.
+  Archive archive() {
+    return Archive(folder.path(), {.rotate_age = std::chrono::hours(0)}, morning);
+  }
+  [[nodiscard]] std::int64_t count(const std::string& table) const {
+    SQLite::Database database((folder.path() / "archive-000001.db").string());
+    return database.execAndGet("SELECT count(*) FROM " + table).getInt64();
+  }
+
+  tests::TemporaryFolder folder;
+};
+
+TEST_F(WriterTest, TellsTheIdOfAPutOnceItIsWritten) {
+  Writer sut(archive(), idl::program::no_log());
+  std::promise<Written> written;
+  std::int64_t rows = -1;
+  sut.put(put(1), [&](const Written& id) {
+    rows = count("put");
+    written.set_value(id);
+  });
+  EXPECT_EQ(written.get_future().get(), 1);
+  EXPECT_EQ(rows, 1);
+}
+
+TEST_F(WriterTest, WritesFromManyThreads) {
+  constexpr std::uint64_t threads = 8;
+  constexpr std::uint64_t puts = 50;
+  std::atomic<std::uint64_t> written = 0;
+  {
+    Writer sut(archive(), idl::program::no_log());
+    std::vector<std::thread> callers;
+    for (std::uint64_t thread = 0; thread < threads; ++thread) {
+      callers.emplace_back([&, thread] {
+        for (std::uint64_t i = 0; i < puts; ++i) {
+          sut.put(put(thread * puts + i), [&](const Written& id) { written += id ? 1U : 0U; });
+          sut.record(event(i));
+        }
+      });
+    }
+    for (std::thread& caller : callers) {
+      caller.join();
+    }
+  }
+  EXPECT_EQ(written, threads * puts);
+  EXPECT_EQ(count("put"), static_cast<std::int64_t>(threads * puts));
+  EXPECT_EQ(count("event"), static_cast<std::int64_t>(threads * puts));
+}
+
+TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
+  Writer sut(archive(), idl::program::no_log());
+  // Stands for any reason not to write.
+  SQLite::Database database((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
+  database.exec(
+      "CREATE TRIGGER full BEFORE INSERT ON put BEGIN SELECT RAISE(ABORT, 'disk full'); END");
+  std::promise<Written> failed;
+  sut.record(event(1));
+  sut.put(put(1), [&](const Written& id) { failed.set_value(id); });
+  EXPECT_EQ(failed.get_future().get().error(), "disk full");
+
+  database.exec("DROP TRIGGER full");
+  std::promise<Written> written;
+  sut.put(put(1), [&](const Written& id) { written.set_value(id); });
+  EXPECT_EQ(written.get_future().get(), 1);
+  while (count("event") == 0) {
+    std::this_thread::yield();
+  }
+}
+
+}  // namespace
+}  // namespace millrace::services::archiver

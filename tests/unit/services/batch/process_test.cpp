@@ -1,0 +1,182 @@
+#include "services/batch/process.hpp"
+
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <thread>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "services/posix/fd.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::services::batch {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+Command program(const std::string& name, std::vector<std::string> arguments = {},
+                std::string input = {}) {
+  const std::filesystem::path folder =
+      std::filesystem::path(MILLRACE_TEST_DATA) / "batch" / "programs";
+  return {.program = folder / name,
+          .arguments = std::move(arguments),
+          .folder = folder,
+          .input = std::move(input)};
+}
+
+const Limits generous{.time_limit = 30s, .kill_after = 30s};
+
+/// A process that is gone, or only waits to be reaped by whoever inherited it.
+bool is_over(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  return !std::getline(file, text) || text.find(") Z") != std::string::npos;
+}
+
+/// Killed processes go in their own time.
+void wait_until_over(pid_t pid) {
+  while (!is_over(pid)) {
+    std::this_thread::yield();
+  }
+}
+
+TEST(Process, GivesTheRequestAsOneArgumentAndOnStandardInput) {
+  const std::string request = "$(touch x); `id` | rm -rf '*' \\ \"a b\"";
+  const Ended sut = run(program("say_request.sh", {request}, request + "\n"), generous);
+  EXPECT_EQ(sut.end, End::exited);
+  EXPECT_EQ(sut.output.text, "[" + request + "] [" + request + "]\n");
+}
+
+TEST(Process, KeepsAnEmptyArgument) {
+  EXPECT_EQ(run(program("count_arguments.sh", {"", "a b"}), generous).output.text, "2\n");
+}
+
+TEST(Process, TellsTheExitCode) {
+  const Ended sut = run(program("exit_with.sh", {"7 text"}), generous);
+  EXPECT_EQ(sut.end, End::exited);
+  EXPECT_EQ(sut.code, 7);
+  EXPECT_EQ(sut.output.text, "text");
+}
+
+TEST(Process, TellsTheSignal) {
+  const Ended sut = run(program("kill_itself.sh", {"SEGV"}), generous);
+  EXPECT_EQ(sut.end, End::signalled);
+  EXPECT_EQ(sut.code, SIGSEGV);
+}
+
+TEST(Process, InheritsNoDescriptorButItsStreams) {
+  const posix::Fd open_here(::fcntl(STDERR_FILENO, F_DUPFD, 77));  // not close-on-exec
+  ASSERT_GE(open_here.get(), 77);
+  const Ended sut = run(program("say_descriptors.sh"), generous);
+  EXPECT_THAT(sut.output.text, StartsWith("0 1 "));
+  EXPECT_THAT(" " + sut.output.text, Not(HasSubstr(" " + std::to_string(open_here.get()) + " ")));
+}
+
+TEST(Process, StartsWithSignalsAsTheyAreByDefault) {
+  sigset_t blocked;
+  sigset_t before;
+  sigemptyset(&blocked);
+  sigaddset(&blocked, SIGTERM);
+  ASSERT_EQ(pthread_sigmask(SIG_BLOCK, &blocked, &before), 0);
+  const Ended sut = run(program("kill_itself.sh", {"TERM"}), generous);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  EXPECT_EQ(sut.end, End::signalled);
+}
+
+TEST(Process, KeepsTheFirstBytesAndCountsAll) {
+  Command command = program("say_much.sh", {"300000"});
+  Limits limits = generous;
+  limits.max_output = 128;
+  const Ended sut = run(command, limits);
+  EXPECT_EQ(sut.output.text, std::string(128, 'x'));
+  EXPECT_EQ(sut.output.size, 300000U);
+  EXPECT_EQ(sut.errors.text, "y\n");
+}
+
+TEST(Process, RunsInItsFolder) {
+  Command command = program("say_folder.sh");
+  command.folder = "/";
+  EXPECT_EQ(run(command, generous).output.text, "/\n");
+}
+
+TEST(Process, DoesNotWaitForWhatAProgramLeavesBehind) {
+  const Ended sut = run(program("leave_behind.sh"), generous);
+  EXPECT_EQ(sut.end, End::exited);
+  wait_until_over(std::stoi(sut.output.text));
+}
+
+class OutlivingProcess : public testing::Test {
+ protected:
+  OutlivingProcess() : file_(folder_.path() / "pids") {}
+
+  Command command() { return program("outlive.sh", {file_}); }
+  /// Waits until program and helper say their process ids.
+  std::pair<pid_t, pid_t> pids() {
+    std::pair<pid_t, pid_t> pids{0, 0};
+    while (!(std::ifstream(file_) >> pids.first >> pids.second)) {
+      std::this_thread::yield();
+    }
+    return pids;
+  }
+
+ private:
+  tests::TemporaryFolder folder_;
+  std::string file_;
+};
+
+TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenTheTimeIsOver) {
+  const Ended sut = run(command(), {.time_limit = 300ms, .kill_after = 50ms});
+  EXPECT_EQ(sut.end, End::time_limit);
+  const auto [leader, helper] = pids();
+  EXPECT_TRUE(is_over(leader));
+  wait_until_over(helper);
+}
+
+TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenNobodyWantsItAnyMore) {
+  std::atomic<bool> unwanted = false;
+  Ended sut;
+  std::thread runner([&] {
+    sut = run(command(), {.time_limit = 60s, .kill_after = 50ms}, [&] { return unwanted.load(); });
+  });
+  const auto [leader, helper] = pids();
+  unwanted = true;
+  runner.join();
+  EXPECT_EQ(sut.end, End::unwanted);
+  EXPECT_TRUE(is_over(leader));
+  wait_until_over(helper);
+}
+
+TEST(Process, IsNotStartedForWhatWasWithdrawnBefore) {
+  EXPECT_EQ(run(program("leave_behind.sh"), generous, [] { return true; }).end, End::unwanted);
+}
+
+struct NotStartable {
+  std::string program;
+  std::string reason;
+};
+
+class NotStarted : public testing::TestWithParam<NotStartable> {};
+
+TEST_P(NotStarted, SaysWhy) {
+  const Ended sut = run(program(GetParam().program), generous);
+  EXPECT_EQ(sut.end, End::not_started);
+  EXPECT_THAT(sut.reason, HasSubstr(GetParam().reason));
+  EXPECT_THAT(sut.reason, HasSubstr(GetParam().program));
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, NotStarted,
+                         testing::Values(NotStartable{"no_such_program", "missing"},
+                                         NotStartable{"missing_interpreter.sh", "interpreter"},
+                                         NotStartable{"no_first_line.sh", "#! line"},
+                                         NotStartable{"not_executable.sh", "Permission denied"},
+                                         NotStartable{"../programs", "Permission denied"}));
+
+}  // namespace
+}  // namespace millrace::services::batch

@@ -1,0 +1,133 @@
+#include "services/dial_gauge/desk.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::services::dial_gauge {
+namespace {
+
+using namespace std::chrono_literals;
+using sdk::Response;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// Shows what the test says.
+class FakeSource : public Source {
+ public:
+  explicit FakeSource(tl::expected<Reading, Failure>& next) : next_(next) {}
+  tl::expected<Reading, Failure> read(Time /*now*/) override { return next_; }
+  [[nodiscard]] Condition condition() const override {
+    return {.battery_percent = 87, .readings = 5, .failures = 1};
+  }
+
+ private:
+  tl::expected<Reading, Failure>& next_;
+};
+
+class DeskTest : public testing::Test {
+ protected:
+  DeskTest() {
+    sut.add({.name = "depth", .maximum = 20 * nanometres_per_mm, .max_age = 2s},
+            std::make_unique<FakeSource>(next));
+  }
+
+  const Time now = Time{} + 100s;
+  tl::expected<Reading, Failure> next = Reading{.value = 12'345'000, .taken = now};
+  tl::expected<void, std::string> keeping{};
+  Zeros kept;
+  Desk sut{{}, [this](const Zeros& zeros) {
+             kept = zeros;
+             return keeping;
+           }};
+};
+
+TEST_F(DeskTest, AnswersAValueWithItsUnit) {
+  EXPECT_EQ(sut.answer("READ depth", now), (Response{.text = "12.345 mm", .state = 1}));
+}
+
+TEST_F(DeskTest, RefusesWhatIsNoRequest) {
+  EXPECT_EQ(sut.answer("", now).state, 10U);
+  EXPECT_THAT(sut.answer("READ", now).text, StartsWith("ERROR: expected READ|ZERO"));
+}
+
+TEST_F(DeskTest, NamesTheGaugesThereAreForOneThatIsNot) {
+  EXPECT_EQ(sut.answer("READ depht", now), text::error(11, "no gauge 'depht'; there is depth"));
+}
+
+TEST_F(DeskTest, RefusesAValueOutsideTheRange) {
+  next = Reading{.value = 20'001'000, .taken = now};
+  EXPECT_EQ(sut.answer("READ depth", now),
+            text::error(12, "depth shows 20.001 mm, range 0.000 mm to 20.000 mm"));
+  next = Reading{.value = -1'000, .taken = now};
+  EXPECT_EQ(sut.answer("READ depth", now).state, 12U);
+}
+
+TEST_F(DeskTest, TellsLossOfRadioContact) {
+  next = tl::unexpected(Failure{Fault::no_contact, "the radio is silent"});
+  EXPECT_EQ(sut.answer("READ depth", now),
+            text::error(13, "no radio contact of depth: the radio is silent"));
+}
+
+TEST_F(DeskTest, TellsALowBattery) {
+  next = tl::unexpected(Failure{Fault::battery_low, "8 % of charge left"});
+  EXPECT_EQ(sut.answer("READ depth", now).state, 14U);
+}
+
+TEST_F(DeskTest, RefusesAValueThatIsTooOld) {
+  EXPECT_EQ(sut.answer("READ depth", now + 2s).state, 1U);
+  EXPECT_EQ(sut.answer("READ depth", now + 2001ms),
+            text::error(15, "value of depth is 2.0 s old, at most 2.0 s"));
+}
+
+TEST_F(DeskTest, TellsThatTheReceiverIsGone) {
+  next = tl::unexpected(Failure{Fault::line_down, "/dev/x: gone"});
+  EXPECT_EQ(sut.answer("READ depth", now).state, 16U);
+}
+
+TEST_F(DeskTest, MeasuresFromTheZeroPointThatWasSet) {
+  EXPECT_EQ(sut.answer("ZERO depth", now), (Response{.text = "0.000 mm", .state = 1}));
+  EXPECT_EQ(kept, (Zeros{{"depth", 12'345'000}}));
+  next = Reading{.value = 12'340'000, .taken = now};
+  EXPECT_EQ(sut.answer("READ depth", now).text, "-0.005 mm");
+}
+
+TEST_F(DeskTest, KeepsTheOldZeroPointIfTheNewOneCannotBeKept) {
+  keeping = tl::unexpected(std::string("disk full"));
+  EXPECT_EQ(sut.answer("ZERO depth", now), text::error(17, "zero point not set: disk full"));
+  EXPECT_EQ(sut.answer("READ depth", now).text, "12.345 mm");
+}
+
+TEST_F(DeskTest, SetsNoZeroPointWithoutAGoodReading) {
+  next = tl::unexpected(Failure{Fault::no_contact, "silent"});
+  EXPECT_EQ(sut.answer("ZERO depth", now).state, 13U);
+  EXPECT_TRUE(kept.empty());
+}
+
+TEST_F(DeskTest, TellsTheConditionOfAGauge) {
+  EXPECT_EQ(
+      sut.answer("STATUS depth", now + 1500ms),
+      (Response{.text = "OK age 1.5 s, battery 87 %, zero at 0.000 mm, 5 readings, 1 failures",
+                .state = 1}));
+}
+
+TEST_F(DeskTest, ListsItsGauges) {
+  sut.add({.name = "bore"}, std::make_unique<FakeSource>(next));
+  EXPECT_EQ(sut.answer("LIST", now), (Response{.text = "bore depth", .state = 1}));
+}
+
+TEST_F(DeskTest, CountsTheGaugesThatDoNotFitTheList) {
+  for (int i = 0; i < 40; ++i) {
+    sut.add({.name = "gauge-" + std::to_string(i)}, std::make_unique<FakeSource>(next));
+  }
+  const Response answer = sut.answer("LIST", now);
+  EXPECT_LE(answer.text.size(), 127U);
+  EXPECT_THAT(answer.text, HasSubstr(" more"));
+}
+
+TEST(EmptyDesk, ListsNone) {
+  Desk sut({}, {});
+  EXPECT_EQ(sut.answer("LIST", Time{}).text, "none");
+}
+
+}  // namespace
+}  // namespace millrace::services::dial_gauge

@@ -1,0 +1,55 @@
+// The configurations that docs/services.md shows are ones the services take.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "services/archiver/config.hpp"
+#include "services/batch/config.hpp"
+#include "services/dial_gauge/config.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::services {
+namespace {
+
+/// Writes the example that begins with "# NAME" to a file of that name.
+std::filesystem::path example(const tests::TemporaryFolder& folder, const std::string& name) {
+  std::ifstream in(std::string(MILLRACE_DOCS) + "/services.md");
+  std::stringstream text;
+  text << in.rdbuf();
+  const std::string docs = text.str();
+  const std::size_t start = docs.find("```textproto\n# " + name + "\n");
+  if (start == std::string::npos) {
+    throw std::runtime_error("docs/services.md shows no " + name);
+  }
+  const std::size_t first = docs.find('\n', start) + 1;
+  const std::filesystem::path file = folder.path() / name;
+  std::ofstream(file) << docs.substr(first, docs.find("```", first) - first);
+  return file;
+}
+
+TEST(DocumentedConfiguration, OfBatchIsTaken) {
+  const tests::TemporaryFolder folder;
+  const auto sut = batch::load(example(folder, "batch.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->scripts.size(), 2U);
+}
+
+TEST(DocumentedConfiguration, OfDialGaugesIsTaken) {
+  const tests::TemporaryFolder folder;
+  const auto sut = dial_gauge::load(example(folder, "dial_gauge.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->gauges.size(), 2U);
+}
+
+TEST(DocumentedConfiguration, OfTheArchiverIsTaken) {
+  const tests::TemporaryFolder folder;
+  const auto sut = archiver::load(example(folder, "archiver.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+}
+
+}  // namespace
+}  // namespace millrace::services

@@ -1,0 +1,139 @@
+#include "cnc/simulator/configuration.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "idl/program/command_line.hpp"
+
+namespace millrace::cnc::simulator {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+const std::filesystem::path good = std::filesystem::path(MILLRACE_TEST_DATA) / "config/good";
+
+TEST(Configuration, ChangesNothingUndocumentedByDefault) {
+  const Settings sut = parse_settings("", "empty");
+  EXPECT_EQ(sut.channels, 1);
+  EXPECT_FALSE(sut.service.response_clears_request);
+  EXPECT_FALSE(sut.service.ads_request_clears_response);
+  EXPECT_FALSE(sut.service.reset_clears_states);
+  EXPECT_TRUE(sut.answers.whole_string_buffer);
+  EXPECT_EQ(sut.answers.unknown_variable, ads::ErrorCode::symbol_not_found);
+}
+
+TEST(Configuration, ReadsEverySwitch) {
+  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
+  EXPECT_EQ(sut.channels, 3);
+  EXPECT_TRUE(sut.service.response_clears_request);
+  EXPECT_TRUE(sut.service.ads_request_clears_response);
+  EXPECT_TRUE(sut.service.reset_clears_states);
+  EXPECT_FALSE(sut.answers.whole_string_buffer);
+  EXPECT_EQ(sut.answers.unknown_variable, ads::ErrorCode::invalid_data);
+  EXPECT_THAT(sut.folders, ElementsAre(good / "cycles", "/opt/nc"));
+}
+
+TEST(Configuration, ReadsTheAxesOfChannels) {
+  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
+  EXPECT_EQ(sut.cycle, std::chrono::milliseconds(2));
+  EXPECT_EQ(sut.program.rapid_feed, 24000);
+  ASSERT_EQ(sut.axes_of(1).size(), 2);
+  EXPECT_EQ(sut.axes_of(1)[0].name, "X");
+  EXPECT_EQ(sut.axes_of(1)[0].negative_limit, -10);
+  EXPECT_EQ(sut.axes_of(1)[0].positive_limit, 500.5);
+  ASSERT_EQ(sut.axes_of(3).size(), 1);
+  EXPECT_EQ(sut.axes_of(3)[0].name, "W");
+}
+
+TEST(Configuration, LaysOutExternalVariablesInTheirScope) {
+  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
+  ASSERT_EQ(sut.externals.size(), 3);
+  const Declaration& part = sut.externals[0];
+  EXPECT_EQ(part.name, "V.E.PART");
+  EXPECT_EQ(part.element.type, Type::string);
+  EXPECT_EQ(part.size(), 128);
+  EXPECT_EQ(part.access, Access::read_only);
+  EXPECT_TRUE(part.external->global);
+  EXPECT_FALSE(part.external->synchronised);
+  EXPECT_EQ(part.external->address, 0);
+  const Declaration& table = sut.externals[1];
+  EXPECT_EQ(table.size(), 80);
+  EXPECT_EQ(table.external->address, 0);
+  EXPECT_TRUE(table.external->synchronised);
+  EXPECT_EQ(sut.externals[2].external->address, 80);
+  EXPECT_EQ(sut.externals[2].element.type, Type::uns32);
+}
+
+TEST(Configuration, ReadsHowProgramsAreExecuted) {
+  const nc::ChannelOptions sut = read_settings(good / "every_switch.cnc.textproto").program;
+  EXPECT_EQ(sut.queue, 5);
+  EXPECT_FALSE(sut.withhold_last_motion);
+  EXPECT_FALSE(sut.messages_read_at_once);
+  EXPECT_TRUE(sut.optional_stop);
+  EXPECT_EQ(sut.skipped_levels, 0b10'0000'0001);
+  EXPECT_EQ(sut.decoder_budget, 50);
+}
+
+TEST(Configuration, ReadsHowConnectionsBehave) {
+  const ConnectionSettings sut = read_settings(good / "every_switch.cnc.textproto").connections;
+  EXPECT_EQ(sut.foreign_target, ads::ForeignTarget::close);
+  EXPECT_THAT(sut.routes, ElementsAre(ads::NetId{{127, 0, 0, 1, 2, 1}}));
+  EXPECT_TRUE(sut.one_per_address);
+  EXPECT_FALSE(sut.sum_commands);
+  EXPECT_EQ(sut.faults.delay, std::chrono::milliseconds(5));
+  EXPECT_EQ(sut.faults.drop_every, 10);
+  EXPECT_TRUE(sut.faults.out_of_order);
+  EXPECT_EQ(sut.faults.segment, 7);
+  EXPECT_TRUE(sut.faults.refuse_connections);
+}
+
+/// A configuration that cannot be, and what is said about it.
+struct Mistake {
+  const char* text;
+  const char* message;
+};
+
+class MistakenConfiguration : public testing::TestWithParam<Mistake> {};
+
+TEST_P(MistakenConfiguration, IsRefusedWithAReason) {
+  EXPECT_THAT([] { parse_settings(GetParam().text, "x"); },
+              ThrowsMessage<idl::program::UsageError>(HasSubstr(GetParam().message)));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, MistakenConfiguration,
+    testing::Values(
+        Mistake{"channels: 0", "x: channels: 0; expected 1 to 255"},
+        Mistake{"channels: 256", "x: channels: 256; expected 1 to 255"},
+        Mistake{"\nchanels: 2", "x:2:8: "},
+        Mistake{"cycle_us: 249", "x: cycle_us: 249; expected 250 to 100000"},
+        Mistake{"rapid_feed: nan", "x: rapid_feed: nan; expected 1 to 1000000"},
+        Mistake{"programs { look_ahead: 0 }", "x: programs: look_ahead: 0; expected 1 to 10000"},
+        Mistake{"programs { decoder_budget: 9 }", "decoder_budget: 9; expected 10 to 100000"},
+        Mistake{"programs { skipped_level: 11 }", "skipped_level: 11; expected 1 to 10"},
+        Mistake{"connections { route: \"1.2.3\" }",
+                "x: connections: route: \"1.2.3\"; expected six"},
+        Mistake{"connections { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
+        Mistake{"axis {}", "x: axis: name \"\"; expected a capital letter"},
+        Mistake{"axis { name: \"x\" }", "x: axis: name \"x\"; expected a capital letter"},
+        Mistake{"axis { name: \"X Y\" }", "x: axis: name \"X Y\"; expected a capital letter"},
+        Mistake{"axis { name: \"X\" negative_limit: 1 positive_limit: 1 }",
+                "x: axis: axis X: negative_limit is not below positive_limit"},
+        Mistake{"channel { number: 2 }", "x: channel: number: 2; expected 1 to 1"},
+        Mistake{"channel { axis { name: \"X\" } }", "x: channel: number: 0; expected 1 to 1"},
+        Mistake{"channel { number: 1 } channel { number: 1 }",
+                "x: channel: there are two of number 1"},
+        Mistake{"external_variable {}", "x: external_variable: name \"\"; expected 1 to 20"},
+        Mistake{"external_variable { name: \"A[1]\" }", "name \"A[1]\"; expected 1 to 20"},
+        Mistake{"external_variable { name: \"A\" } external_variable { name: \"A\" }",
+                "x: external_variable: there are two of A"},
+        Mistake{"external_variable { name: \"A\" characters: 128 }",
+                "characters: 128; expected 1 to 127"},
+        Mistake{"external_variable { name: \"A\" array_elements: 10001 }",
+                "array_elements: 10001; expected 0 to 10000"}),
+    [](const auto& mistake) { return "Case" + std::to_string(mistake.index); });
+
+}  // namespace
+}  // namespace millrace::cnc::simulator

@@ -1,0 +1,44 @@
+// Conversations between an ADS client, the virtual CNC and its programs, as data files.
+//
+//   == a program that requests clears the old answer      a scenario begins with its title
+//   config service_interface { reset_clears_states: true } settings that differ (textproto)
+//   write 552 122301 4a "V.G.SERVICE.RESPONSE_STATE" 00 07 00 00 00
+//   ok                                                     what the last request was answered with
+//   run 1 V.G.SERVICE.REQUEST_STATE = 1                    channel 1 runs this program, \n = next
+//   block read_write 552 122301 48 room 4 "V.G.SERVICE.RESPONSE_STATE" 00 = 00 00 00 00 the bytes
+//   of the answer read 552 122301 48 error 704
+//
+// Numbers are hexadecimal except ports, channels and room (the longest answer, 2048 if not given).
+// Bytes are hexadecimal or quoted text, 61*127 repeats a byte. A comment begins
+// with # at the start of a line, or behind two blanks and in front of one.
+#pragma once
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace millrace::cnc::simulator {
+
+struct Scenario {
+  /// tests/data/simulator/NAME.scenario
+  std::string file;
+  std::string title;
+  struct Step {
+    int line = 0;
+    std::string text;
+  };
+  std::vector<Step> steps;
+
+  friend std::ostream& operator<<(std::ostream& out, const Scenario& scenario) {
+    return out << scenario.title;
+  }
+};
+
+/// Every scenario of tests/data/simulator. Throws if there is none.
+std::vector<Scenario> read_scenarios();
+
+/// Plays it against a virtual CNC of its own with two channels; what was not answered as written,
+/// with file and line, or nothing.
+std::string play(const Scenario& scenario);
+
+}  // namespace millrace::cnc::simulator

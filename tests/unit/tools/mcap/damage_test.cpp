@@ -1,0 +1,121 @@
+// Reading files that are damaged, foreign or empty.
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/mcap/sample_file.hpp"
+#include "tools/mcap/encode.hpp"
+#include "tools/mcap/summary.hpp"
+
+namespace millrace::tools::mcap {
+namespace {
+
+using tests::Read;
+using tests::sample_file;
+using tests::scan_all;
+
+/// Whether `part` is `whole` without at most one of its chunks.
+bool misses_at_most_one_chunk(const std::vector<Read>& part, const tests::SampleFile& sample) {
+  for (std::size_t missing = 0; missing <= sample.chunks.size(); ++missing) {
+    std::vector<Read> expected;
+    for (std::size_t i = 0; i < sample.chunks.size(); ++i) {
+      if (i != missing) {
+        expected.insert(expected.end(), sample.chunks[i].begin(), sample.chunks[i].end());
+      }
+    }
+    if (part == expected) {
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST(McapDamage, AFlippedBitCostsAtMostOneChunkAndIsReported) {
+  const auto sample = sample_file(4, 3);
+  for (std::size_t bit = 0; bit < sample.bytes.size() * 8; ++bit) {
+    std::string bytes = sample.bytes;
+    bytes[bit / 8] = static_cast<char>(bytes[bit / 8] ^ (1 << (bit % 8)));
+    Memory file(bytes);
+    const auto scanned = scan_all(file);
+    ASSERT_TRUE(misses_at_most_one_chunk(scanned.messages, sample)) << "bit " << bit;
+    ASSERT_FALSE(scanned.problems.empty() && read_summary(file)) << "bit " << bit;
+  }
+}
+
+TEST(McapDamage, GoesOnBehindADamagedLength) {
+  const auto sample = sample_file(3, 3);
+  std::string bytes = sample.bytes;
+  bytes[sample.chunk_ends[0] + 1] = '\x7f';  // length of the first message index
+  const auto scanned = scan_all(bytes);
+  EXPECT_EQ(scanned.messages, sample.messages_within(bytes.size()));
+  ASSERT_EQ(scanned.problems.size(), 1U);
+  EXPECT_GE(scanned.problems[0].offset, sample.chunk_ends[0]);
+}
+
+TEST(McapDamage, NamesTheChunkWhoseChecksumIsWrong) {
+  const auto sample = sample_file(3, 3);
+  std::string bytes = sample.bytes;
+  bytes[sample.chunk_ends[1] - 1] ^= 1;
+  const auto scanned = scan_all(bytes);
+  ASSERT_EQ(scanned.problems.size(), 1U);
+  EXPECT_EQ(scanned.problems[0].text, "the chunk is damaged: its CRC is wrong");
+  Memory file(sample.bytes);
+  EXPECT_EQ(scanned.problems[0].offset, read_summary(file)->chunks[1].chunk_offset);
+  EXPECT_EQ(scanned.messages.size(), 6U);
+}
+
+TEST(McapDamage, TellsMessagesWhoseChannelIsLost) {
+  auto sample = sample_file(2, 3);
+  sample.bytes.resize(sample.chunk_ends[1]);    // no summary to help
+  sample.bytes[sample.chunk_ends[0] - 1] ^= 1;  // the first chunk holds the definitions
+  const auto scanned = scan_all(sample.bytes);
+  EXPECT_TRUE(scanned.messages.empty());
+  ASSERT_EQ(scanned.problems.size(), 4U);
+  EXPECT_NE(scanned.problems[1].text.find("1 messages from here on belong to channel 1"),
+            std::string::npos)
+      << scanned.problems[1].text;
+}
+
+TEST(McapDamage, SaysWhatAnEmptyAndAForeignFileAre) {
+  const auto empty = scan_all(std::string());
+  ASSERT_EQ(empty.problems.size(), 1U);
+  EXPECT_EQ(empty.problems[0].to_string(), "at byte 0: the file is empty");
+  const auto foreign = scan_all(std::string("PK\x03\x04 and so on, a good deal longer than magic"));
+  ASSERT_EQ(foreign.problems.size(), 1U);
+  EXPECT_EQ(foreign.problems[0].to_string(),
+            "at byte 0: the file does not begin as an MCAP file does");
+  EXPECT_TRUE(foreign.messages.empty());
+}
+
+TEST(McapDamage, ReadsMessagesOutsideOfChunks) {
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  append(bytes, Channel{4, 0, "topic", "json", {}});
+  append(bytes, Message{4, 1, 10, 10, "{}"});
+  append(bytes, DataEnd{0});
+  append_footer(bytes, {}, 0);
+  bytes += magic;
+  const auto scanned = scan_all(bytes);
+  EXPECT_EQ(scanned.messages, (std::vector<Read>{{4, 1, 10, "{}"}}));
+  EXPECT_EQ(scanned.problems, Problems{});
+}
+
+TEST(McapDamage, NamesACompressionItDoesNotRead) {
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  append(bytes, Chunk{1, 2, 100, 7, "zstd", "compressed"});
+  append(bytes, DataEnd{0});
+  const auto scanned = scan_all(bytes);
+  ASSERT_EQ(scanned.problems.size(), 1U);
+  EXPECT_NE(scanned.problems[0].text.find("compressed with 'zstd'"), std::string::npos);
+  EXPECT_TRUE(scanned.closed);
+}
+
+TEST(McapDamage, SkipsPrivateRecordsSilently) {
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  bytes += std::string("\x81\x02\0\0\0\0\0\0\0ab", 11);
+  append(bytes, DataEnd{0});
+  EXPECT_EQ(scan_all(bytes).problems, Problems{});
+}
+
+}  // namespace
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,107 @@
+// What the writer leaves in a file, and when.
+#include "tools/mcap/writer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/mcap/sample_file.hpp"
+#include "tools/mcap/crc32.hpp"
+#include "tools/mcap/summary.hpp"
+
+namespace millrace::tools::mcap {
+namespace {
+
+using tests::sample_file;
+using tests::scan_all;
+
+TEST(McapWriter, WritesMessagesThatAScanReadsBackInOrder) {
+  const auto sample = sample_file(3, 4);
+  const auto scanned = scan_all(sample.bytes);
+  EXPECT_EQ(scanned.messages, sample.messages_within(sample.bytes.size()));
+  EXPECT_EQ(scanned.problems, Problems{});
+  EXPECT_EQ(scanned.metadata, 1U);
+  EXPECT_EQ(scanned.attachments, 1U);
+  EXPECT_TRUE(scanned.closed);
+}
+
+TEST(McapWriter, ClosesAFileWithoutMessages) {
+  const auto scanned = scan_all(sample_file(0, 0).bytes);
+  EXPECT_TRUE(scanned.closed);
+  EXPECT_EQ(scanned.problems, Problems{});
+}
+
+TEST(McapWriter, HandsNothingOfAnOpenChunkToTheSink) {
+  Memory file;
+  Writer sut(file, {});
+  sut.define(Channel{1, 0, "topic", "json", {}});
+  ASSERT_TRUE(sut.write(Message{1, 1, 10, 10, "{}"}));
+  EXPECT_EQ(file.size(), 0U);
+  ASSERT_TRUE(sut.close_chunk());
+  EXPECT_EQ(file.size(), sut.size());
+  EXPECT_EQ(scan_all(file).messages.size(), 1U);
+}
+
+TEST(McapWriter, ClosesAChunkByItself) {
+  Memory file;
+  Writer sut(file, {.chunk_size = 1000});
+  sut.define(Channel{1, 0, "topic", "json", {}});
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    ASSERT_TRUE(sut.write(Message{1, i, i, i, std::string(50, 'x')}));
+  }
+  // 9 + 22 + 50 bytes each: 13 messages reach the limit, 9 are left in the open chunk.
+  EXPECT_EQ(sut.statistics().chunks, 100U / 13);
+}
+
+TEST(McapWriter, CountsPerChannel) {
+  Memory file(sample_file(2, 5).bytes);
+  const auto summary = read_summary(file);
+  ASSERT_TRUE(summary);
+  EXPECT_EQ(summary->statistics, (Statistics{.messages = 10,
+                                             .schemas = 1,
+                                             .channels = 2,
+                                             .attachments = 1,
+                                             .metadata = 1,
+                                             .chunks = 2,
+                                             .start = 1010,
+                                             .end = 1100,
+                                             .channel_messages = {{1, 5}, {2, 5}}}));
+}
+
+TEST(McapWriter, IndexesEachChunkByChannelAndTime) {
+  Memory file(sample_file(2, 5).bytes);
+  const auto summary = read_summary(file);
+  ASSERT_TRUE(summary);
+  ASSERT_EQ(summary->chunks.size(), 2U);
+  const ChunkIndex& index = summary->chunks[1];
+  EXPECT_EQ(index.start, 1060U);
+  EXPECT_EQ(index.end, 1100U);
+  EXPECT_EQ(index.message_index_offsets.size(), 2U);
+  EXPECT_EQ(index.message_index_offsets.at(1), index.chunk_offset + index.chunk_length);
+}
+
+TEST(McapWriter, SumsUpEverythingBeforeTheEndOfTheData) {
+  const auto sample = sample_file(2, 2);
+  Memory file(sample.bytes);
+  const std::uint64_t data_end = read_summary(file)->chunks.back().chunk_offset;
+  const std::size_t end = sample.bytes.find("\x0f\x04\0\0\0\0\0\0\0", data_end, 9);
+  ASSERT_NE(end, std::string::npos);
+  const std::uint32_t crc = crc32(Bytes(sample.bytes).substr(0, end));
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(static_cast<std::uint8_t>(sample.bytes[end + 9 + i]),
+              static_cast<std::uint8_t>(crc >> (8 * i)));
+  }
+}
+
+TEST(McapWriter, PassesOnWhatTheSinkRefuses) {
+  class Full : public Sink {
+    tl::expected<void, std::string> write(Bytes) override {
+      return tl::unexpected<std::string>("the disk is full");
+    }
+  } full;
+  Writer sut(full, {});
+  sut.define(Channel{1, 0, "topic", "json", {}});
+  ASSERT_TRUE(sut.write(Message{1, 1, 10, 10, "{}"}));
+  EXPECT_EQ(sut.close_chunk().error(), "the disk is full");
+}
+
+}  // namespace
+}  // namespace millrace::tools::mcap

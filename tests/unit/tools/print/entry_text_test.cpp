@@ -1,0 +1,61 @@
+// Entries as line, JSON and CSV.
+#include "tools/print/entry_text.hpp"
+
+#include <boost/json/serialize.hpp>
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/print/entry_csv.hpp"
+
+namespace millrace::tools::print {
+namespace {
+
+using recording::Entry;
+using recording::tests::one_call;
+
+TEST(EntryLine, TellsARequest) {
+  EXPECT_EQ(line_of(one_call(17, 0)[1]),
+            "2026-03-01T07:00:00.001100Z  request     cnc/1  5f-17  #1 to "
+            "11111111-1111-1111-1111-111111111111  560aacbf-6335-44a9-895a-8b27f3ed5e47 \"2\"  "
+            "state 1");
+}
+
+TEST(EntryLine, TellsTheSizeOfAWithheldText) {
+  Entry entry = one_call(17, 0)[3];
+  recording::withhold_text(entry);
+  EXPECT_NE(line_of(entry).find("(8 bytes, not recorded)"), std::string::npos);
+}
+
+TEST(EntryJson, NamesEveryField) {
+  EXPECT_EQ(boost::json::serialize(json_of(one_call(17, 0)[4])),
+            R"({"time":"2026-03-01T07:00:00.005100Z","kind":"event","machine":"cnc","channel":1,)"
+            R"("call":"5f-17","uuid":"560aacbf-6335-44a9-895a-8b27f3ed5e47","event":"replied",)"
+            R"("attempt":1,"at":"2026-03-01T07:00:00.005100Z",)"
+            R"("instance":"11111111-1111-1111-1111-111111111111","text":"","state":0,)"
+            R"("detail":"","replayed":false})");
+}
+
+TEST(EntryJson, IsUtf8WhateverTheBytesWere) {
+  Entry entry = one_call(17, 0)[1];
+  std::get<fabric::Request>(entry.sample).text = "Ma\xDF \"\n";
+  EXPECT_EQ(boost::json::serialize(json_of(entry).at("text")), R"("Maß \"\n")");
+}
+
+TEST(EntryCsv, HasTheSameColumnsInEveryRow) {
+  const auto columns = [](const std::string& row) {
+    return std::count(row.begin(), row.end(), ',');
+  };
+  for (const Entry& entry : one_call(17, 0)) {
+    EXPECT_EQ(columns(csv_row(entry)), columns(csv_header()));
+    EXPECT_TRUE(csv_row(entry).ends_with("\r\n"));
+  }
+}
+
+TEST(EntryCsv, QuotesWhatHoldsASeparator) {
+  Entry entry = one_call(17, 0)[1];
+  std::get<fabric::Request>(entry.sample).text = "1,2 \"x\"";
+  EXPECT_NE(csv_row(entry).find(",\"1,2 \"\"x\"\"\","), std::string::npos) << csv_row(entry);
+}
+
+}  // namespace
+}  // namespace millrace::tools::print

@@ -1,0 +1,27 @@
+#include "tools/print/quoted.hpp"
+
+#include <gtest/gtest.h>
+
+namespace millrace::tools::print {
+namespace {
+
+TEST(Quoted, ShowsCp1252AsUtf8) {
+  EXPECT_EQ(quoted("Ma\xDF 1\x80"), "\"Maß 1€\"");
+}
+
+TEST(Quoted, LetsNothingControlTheTerminal) {
+  EXPECT_EQ(quoted("\x1b[2J\n\x7f\x90"), "\"\\x1b[2J\\x0a\\x7f\\x90\"");
+  EXPECT_EQ(safe("host\x1b]0;x\a"), "host\\x1b]0;x\\x07");
+}
+
+TEST(Quoted, CanBeReadBack) {
+  EXPECT_EQ(quoted("a \"b\" \\ c"), R"("a \"b\" \\ c")");
+}
+
+TEST(Safe, KeepsUtf8AndEscapesWhatIsNone) {
+  EXPECT_EQ(safe("Maß"), "Maß");
+  EXPECT_EQ(safe("Ma\xDF"), "Ma\\xdf");
+}
+
+}  // namespace
+}  // namespace millrace::tools::print

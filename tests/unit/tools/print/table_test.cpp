@@ -1,0 +1,25 @@
+#include "tools/print/table.hpp"
+
+#include <gtest/gtest.h>
+
+namespace millrace::tools::print {
+namespace {
+
+TEST(Table, AlignsColumns) {
+  Table sut({{"NAME"}, {"CALLS", Align::right}, {"WHY"}});
+  sut.add({"Maß", "7", ""});
+  sut.add({"square_root", "12345", "busy"});
+  EXPECT_EQ(sut.text(),
+            "NAME         CALLS  WHY\n"
+            "Maß              7\n"
+            "square_root  12345  busy\n");
+}
+
+TEST(Table, HasATitleLineOnly) {
+  const Table sut({{"NAME"}, {"WHY"}});
+  EXPECT_TRUE(sut.empty());
+  EXPECT_EQ(sut.text(), "NAME  WHY\n");
+}
+
+}  // namespace
+}  // namespace millrace::tools::print

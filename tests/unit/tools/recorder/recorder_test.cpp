@@ -1,0 +1,210 @@
+#include "tools/recorder/recorder.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/mcap/repair_file.hpp"
+#include "tools/mcap/summary.hpp"
+#include "tools/recording/reader.hpp"
+
+namespace millrace::tools::recorder {
+namespace {
+
+using namespace std::chrono_literals;
+using recording::Entry;
+using recording::tests::one_call;
+using recording::tests::square_root;
+
+class RecorderTest : public testing::Test {
+ protected:
+  Options options() const {
+    return {.file = folder.path() / "run.mcap", .sync = Sync::none, .library = "test"};
+  }
+
+  void record(Recorder& sut, std::uint64_t number, double start) {
+    for (const Entry& entry : one_call(number, start)) {
+      ASSERT_TRUE(sut.on_entry(entry, now));
+    }
+  }
+
+  static std::vector<Entry> read(const std::filesystem::path& file) {
+    auto source = mcap::FileSource::open(file);
+    EXPECT_TRUE(source) << source.error();
+    std::vector<Entry> entries;
+    const auto report =
+        recording::read_entries(*source, {}, [&](const Entry& entry) { entries.push_back(entry); });
+    EXPECT_EQ(report.problems, mcap::Problems{});
+    return entries;
+  }
+
+  tests::TemporaryFolder folder;
+  Recorder::Moment now{};
+};
+
+TEST_F(RecorderTest, WritesWhatItReceivesAndCountsIt) {
+  Recorder sut(options());
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  record(sut, 2, 10);
+  ASSERT_TRUE(sut.finish(14, 0));
+  EXPECT_EQ(sut.tally().received, 14U);
+  EXPECT_EQ(sut.tally().written, 14U);
+  EXPECT_EQ(read(folder.path() / "run.mcap").size(), 14U);
+
+  auto source = mcap::FileSource::open(folder.path() / "run.mcap");
+  const mcap::Survey survey = mcap::survey(*source);
+  ASSERT_EQ(survey.metadata.size(), 2U);
+  EXPECT_EQ(survey.metadata[0].values.at("delivered_by_the_bus"), "14");
+  EXPECT_EQ(survey.metadata[0].values.at("written"), "14");
+  EXPECT_EQ(survey.metadata[1].values.at(square_root + " total"),
+            "calls 2, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");
+}
+
+TEST_F(RecorderTest, GrowsUnderAnotherNameUntilItIsWhole) {
+  Recorder sut(options());
+  ASSERT_TRUE(sut.start(now));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.mcap"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.mcap.part"));
+  ASSERT_TRUE(sut.finish(0, 0));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.mcap"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.mcap.part"));
+}
+
+TEST_F(RecorderTest, LosesNothingOlderThanAQuarterOfASecondWhenItDies) {
+  const auto repaired = folder.path() / "repaired.mcap";
+  {
+    Recorder sut(options());
+    ASSERT_TRUE(sut.start(now));
+    record(sut, 1, 0);
+    now += 250ms;
+    ASSERT_TRUE(sut.tick(now));
+    record(sut, 2, 300);
+  }  // without finish(), as in a crash
+  ASSERT_TRUE(mcap::repair_file(folder.path() / "run.mcap.part", repaired, "test"));
+  EXPECT_EQ(read(repaired).size(), 7U);
+}
+
+TEST_F(RecorderTest, PutsAFailedCallOnTheDiskAtOnce) {
+  const auto repaired = folder.path() / "repaired.mcap";
+  {
+    Recorder sut(options());
+    ASSERT_TRUE(sut.start(now));
+    Entry failed = one_call(1, 0)[3];
+    std::get<fabric::Reply>(failed.sample).code = fabric::ServiceCode::failed;
+    ASSERT_TRUE(sut.on_entry(failed, now));
+  }
+  ASSERT_TRUE(mcap::repair_file(folder.path() / "run.mcap.part", repaired, "test"));
+  EXPECT_EQ(read(repaired).size(), 1U);
+}
+
+TEST_F(RecorderTest, LeavesOutWhatTheFilterRefuses) {
+  Options filtered = options();
+  filtered.filter.kinds = {"request"};
+  Recorder sut(filtered);
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.finish(7, 0));
+  EXPECT_EQ(sut.tally().filtered, 6U);
+  EXPECT_EQ(read(folder.path() / "run.mcap").size(), 1U);
+}
+
+TEST_F(RecorderTest, KeepsOnlyTheSizesOfTextsItMustNotKeep) {
+  Options discreet = options();
+  discreet.without_text = {square_root};
+  Recorder sut(discreet);
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.finish(7, 0));
+  for (const Entry& entry : read(folder.path() / "run.mcap")) {
+    if (const std::string* text = recording::text_of(entry)) {
+      EXPECT_EQ(*text, "");
+      EXPECT_TRUE(entry.withheld);
+    }
+  }
+}
+
+TEST_F(RecorderTest, BeginsANewFileAtItsSizeAndLosesNothing) {
+  Options small = options();
+  small.rotate_size = 20000;
+  Recorder sut(small);
+  ASSERT_TRUE(sut.start(now));
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    record(sut, number, static_cast<double>(number) * 10);
+  }
+  ASSERT_TRUE(sut.finish(700, 0));
+  ASSERT_GT(sut.files().size(), 2U);
+  EXPECT_EQ(sut.files()[1].filename(), "run-0002.mcap");
+  std::size_t entries = 0;
+  for (const auto& file : sut.files()) {
+    entries += read(file).size();
+  }
+  EXPECT_EQ(entries, 700U);
+}
+
+TEST_F(RecorderTest, BeginsANewFileAfterItsTimeButNoEmptyOne) {
+  Options hourly = options();
+  hourly.rotate_time = 1h;
+  Recorder sut(hourly);
+  ASSERT_TRUE(sut.start(now));
+  now += 2h;
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_TRUE(sut.files().empty());
+  record(sut, 1, 0);
+  EXPECT_EQ(sut.files().size(), 1U);
+}
+
+TEST_F(RecorderTest, WritesItsWindowWhenACallFails) {
+  Options window = options();
+  window.window = Window{.length = 1s, .after = 100ms};
+  Recorder sut(window);
+  ASSERT_TRUE(sut.start(now));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  record(sut, 1, 0);  // too old when call 3 fails
+  record(sut, 2, 2000);
+  Entry failed = one_call(3, 2500)[3];
+  std::get<fabric::Reply>(failed.sample).code = fabric::ServiceCode::failed;
+  ASSERT_TRUE(sut.on_entry(failed, now));
+  now += 50ms;
+  record(sut, 4, 2550);  // still of interest
+  now += 100ms;
+  record(sut, 5, 2700);  // no more
+  ASSERT_TRUE(sut.finish(0, 0));
+  EXPECT_EQ(read(folder.path() / "run.mcap").size(), 7U + 1U + 7U);
+  EXPECT_EQ(sut.tally().failures, 1U);
+  EXPECT_EQ(sut.tally().let_go, 14U);
+}
+
+TEST_F(RecorderTest, WritesNoFileIfNothingFails) {
+  Options window = options();
+  window.window = Window{};
+  Recorder sut(window);
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.finish(7, 0));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_F(RecorderTest, NoticesADiskThatIsNearlyFull) {
+  std::uint64_t left = 1 << 30;
+  Options careful = options();
+  careful.minimum_free = 1 << 20;
+  Recorder sut(careful, [&](const std::filesystem::path&) { return left; });
+  ASSERT_TRUE(sut.start(now));
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_FALSE(sut.disk_is_full());
+  left = 1000;
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_TRUE(sut.disk_is_full());
+}
+
+TEST_F(RecorderTest, DoesNotOverwriteARecording) {
+  Recorder first(options());
+  ASSERT_TRUE(first.start(now));
+  ASSERT_TRUE(first.finish(0, 0));
+  Recorder sut(options());
+  EXPECT_FALSE(sut.start(now));
+}
+
+}  // namespace
+}  // namespace millrace::tools::recorder

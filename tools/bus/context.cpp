@@ -1,0 +1,63 @@
+#include "tools/bus/context.hpp"
+
+namespace millrace::tools::bus {
+
+namespace {
+
+using recording::Entry;
+
+template <typename Map, typename Key>
+const typename Map::mapped_type* find(const Map& map, const Key& key) {
+  const auto place = map.find(key);
+  return place == map.end() ? nullptr : &place->second;
+}
+
+}  // namespace
+
+void Context::complete(Entry& entry) {
+  if (auto* request = std::get_if<fabric::Request>(&entry.sample)) {
+    entry.uuid = fabric::canonical_uuid(request->uuid);
+  } else if (auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+    entry.uuid = fabric::canonical_uuid(event->uuid);
+  } else if (auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+    entry.uuid = fabric::canonical_uuid(status->uuid);
+  } else if (auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
+    if (news->identity.uuid.empty()) {
+      if (const std::string* uuid = find(uuid_of_instance_, news->identity.id)) {
+        news->identity.uuid = *uuid;
+      }
+    }
+    entry.uuid = news->identity.uuid;
+  } else if (auto* load = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
+    if (const std::string* uuid = find(uuid_of_instance_, load->instance)) {
+      entry.uuid = *uuid;
+    }
+  } else if (auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
+    const Pending* pending = find(pending_, reply->key);
+    const std::string* uuid = find(uuid_of_instance_, reply->instance);
+    if (pending != nullptr && pending->call == reply->call) {
+      entry.uuid = pending->uuid;
+    } else if (uuid != nullptr) {
+      entry.uuid = *uuid;
+    }
+  } else if (auto* withdrawal = std::get_if<recording::Withdrawal>(&entry.sample)) {
+    if (const Pending* pending = find(pending_, withdrawal->key)) {
+      withdrawal->call = pending->call;
+      entry.uuid = pending->uuid;
+    }
+  }
+  remember(entry);
+}
+
+void Context::remember(const Entry& entry) {
+  if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
+    pending_.insert_or_assign(request->key, Pending{request->call, entry.uuid});
+  } else if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
+    // An instance that is gone may still be heard of: its last replies come on another way.
+    if (news->change == recording::Change::ready) {
+      uuid_of_instance_.insert_or_assign(news->identity.id, news->identity.uuid);
+    }
+  }
+}
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,30 @@
+// Fills in what a sample does not say of itself, from what came before it.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "fabric/messages.hpp"
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::bus {
+
+/// Pure. Takes each entry in the order it was received.
+class Context {
+ public:
+  /// Sets the UUID of entries that carry none, and the call of withdrawals.
+  void complete(recording::Entry& entry);
+
+ private:
+  struct Pending {
+    fabric::CallId call;
+    std::string uuid;
+  };
+
+  void remember(const recording::Entry& entry);
+
+  std::map<fabric::InstanceId, std::string> uuid_of_instance_;
+  std::map<fabric::ChannelKey, Pending> pending_;
+};
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,43 @@
+#include "tools/bus/live.hpp"
+
+namespace millrace::tools::bus {
+
+void Live::add(const recording::Entry& entry) {
+  if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
+    const fabric::InstanceId& id = news->identity.id;
+    if (news->change == recording::Change::gone) {
+      instances_.erase(id);
+      return;
+    }
+    LiveInstance& instance = instances_[id];
+    instance.identity = news->identity;
+    if (const auto early = early_.extract(id)) {
+      instance.status = early.mapped();
+    }
+  } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
+    const auto instance = instances_.find(status->instance);
+    if (instance != instances_.end()) {
+      instance->second.status = *status;
+    } else {
+      early_.insert_or_assign(status->instance, *status);
+    }
+  } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+    channels_.insert_or_assign(channel->key, *channel);
+  } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+    machines_.insert_or_assign(machine->machine, *machine);
+  }
+}
+
+std::vector<const LiveInstance*> Live::instances_of(const std::string& what) const {
+  const std::string canonical = fabric::canonical_uuid(what);
+  std::vector<const LiveInstance*> found;
+  for (const auto& [id, instance] : instances_) {
+    if (what.empty() || instance.identity.uuid == canonical || id.to_string() == canonical ||
+        instance.identity.name == what) {
+      found.push_back(&instance);
+    }
+  }
+  return found;
+}
+
+}  // namespace millrace::tools::bus

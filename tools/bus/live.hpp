@@ -1,0 +1,48 @@
+// The fabric as it is now, put together from what an observer hears. Pure.
+//
+//   live.add(entry);
+//   for (const auto& [id, instance] : live.instances()) …
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::bus {
+
+struct LiveInstance {
+  fabric::InstanceIdentity identity{};
+  /// None until it has said something of itself.
+  std::optional<fabric::InstanceStatus> status{};
+};
+
+class Live {
+ public:
+  void add(const recording::Entry& entry);
+
+  [[nodiscard]] const std::map<fabric::InstanceId, LiveInstance>& instances() const {
+    return instances_;
+  }
+  [[nodiscard]] const std::map<fabric::ChannelKey, fabric::ChannelStatus>& channels() const {
+    return channels_;
+  }
+  [[nodiscard]] const std::map<std::string, fabric::MachineStatus>& machines() const {
+    return machines_;
+  }
+
+  /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
+  /// two; all for an empty text.
+  [[nodiscard]] std::vector<const LiveInstance*> instances_of(const std::string& what) const;
+
+ private:
+  std::map<fabric::InstanceId, LiveInstance> instances_;
+  std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
+  std::map<std::string, fabric::MachineStatus> machines_;
+  /// Status of instances that discovery has not shown yet.
+  std::map<fabric::InstanceId, fabric::InstanceStatus> early_;
+};
+
+}  // namespace millrace::tools::bus

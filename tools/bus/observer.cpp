@@ -1,0 +1,220 @@
+#include "tools/bus/observer.hpp"
+
+#include <optional>
+
+#include "fabric/command_codec.hpp"
+#include "fabric/discovery.hpp"
+#include "fabric/reader.hpp"
+#include "fabric/waker.hpp"
+#include "tools/bus/context.hpp"
+
+namespace millrace::tools::bus {
+
+namespace {
+
+using fabric::Presence;
+using recording::Entry;
+
+/// Batches of 64 samples that are taken from one reader before the next one has its turn.
+constexpr int batches_per_turn = 16;
+
+fabric::Time now() {
+  return std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now());
+}
+
+/// A sample as an entry; nothing if it only tells of a presence nobody asks for.
+template <typename Value>
+std::optional<recording::Sample> sample_of(fabric::Taken<Value>&& taken) {
+  if (!taken.valid) {
+    return std::nullopt;
+  }
+  return std::move(taken.value);
+}
+
+std::optional<recording::Sample> sample_of(fabric::Taken<fabric::Request>&& taken) {
+  if (taken.valid) {
+    return std::move(taken.value);
+  }
+  if (taken.presence == Presence::withdrawn) {
+    return recording::Withdrawal{.key = std::move(taken.value.key)};
+  }
+  return std::nullopt;
+}
+
+/// A channel or machine whose gateway left would look alive for ever.
+constexpr const char* gateway_gone = "its gateway is gone";
+
+std::optional<recording::Sample> sample_of(fabric::Taken<fabric::ChannelStatus>&& taken) {
+  if (taken.presence != Presence::alive) {
+    return fabric::ChannelStatus{
+        .key = std::move(taken.value.key), .since = now(), .reason = gateway_gone};
+  }
+  return std::move(taken.value);
+}
+
+std::optional<recording::Sample> sample_of(fabric::Taken<fabric::MachineStatus>&& taken) {
+  if (taken.presence != Presence::alive) {
+    return fabric::MachineStatus{
+        .machine = std::move(taken.value.machine), .since = now(), .reason = gateway_gone};
+  }
+  return std::move(taken.value);
+}
+
+}  // namespace
+
+struct Observer::Impl : std::enable_shared_from_this<Impl> {
+  Impl(fabric::Participant& own_participant, ObserverListener& own_listener)
+      : participant(own_participant), listener(&own_listener) {
+    registry.match_all();
+  }
+
+  void open(const boost::asio::any_io_executor& executor, Interest interest);
+  void close();
+  void drain();
+  void drain_discovery();
+  void hand_out(recording::Sample sample);
+
+  template <typename Value>
+  void open(std::optional<fabric::Reader<Value>>& reader, const std::string& partition) {
+    const fabric::Listener on_data(dds_create_listener(nullptr));
+    waker->listen_for_data(on_data.get());
+    reader.emplace(participant, partition, fabric::Keep::all,
+                   fabric::EndpointOptions{.listener = on_data.get()});
+  }
+
+  template <typename Use>
+  void for_each_reader(Use use) {
+    use(machines);
+    use(channels);
+    use(instances);
+    use(requests);
+    use(replies);
+    use(events);
+    use(commands);
+    use(outcomes);
+  }
+
+  /// One turn of a reader; true if there may be more.
+  template <typename Value>
+  bool drain(std::optional<fabric::Reader<Value>>& reader) {
+    for (int i = 0; i < batches_per_turn && listener != nullptr && reader; ++i) {
+      auto batch = reader->take();
+      if (batch.empty()) {
+        return false;
+      }
+      for (fabric::Taken<Value>& taken : batch) {
+        if (auto sample = sample_of(std::move(taken))) {
+          hand_out(std::move(*sample));
+        }
+      }
+    }
+    return listener != nullptr && reader;
+  }
+
+  fabric::Participant& participant;
+  /// Null once the observer is closed.
+  ObserverListener* listener;
+  fabric::Registry registry;
+  Context context;
+  std::uint64_t delivered = 0;
+  // Before the entities that wake it.
+  std::optional<fabric::Waker> waker;
+  std::optional<fabric::Discovery> discovery;
+  std::optional<fabric::Reader<fabric::MachineStatus>> machines;
+  std::optional<fabric::Reader<fabric::ChannelStatus>> channels;
+  std::optional<fabric::Reader<fabric::InstanceStatus>> instances;
+  std::optional<fabric::Reader<fabric::Request>> requests;
+  std::optional<fabric::Reader<fabric::Reply>> replies;
+  std::optional<fabric::Reader<fabric::Event>> events;
+  std::optional<fabric::Reader<fabric::Command>> commands;
+  std::optional<fabric::Reader<fabric::Outcome>> outcomes;
+};
+
+void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest interest) {
+  waker.emplace(executor, weak_from_this(), [this] { drain(); });
+  const fabric::Listener on_endpoint(dds_create_listener(nullptr));
+  waker->listen_for_data(on_endpoint.get());
+  discovery.emplace(participant, on_endpoint.get());
+
+  const std::string& fabric = participant.options().fabric;
+  const std::string services = fabric::all_services(fabric);
+  open(machines, fabric);
+  open(channels, fabric);
+  open(instances, services);
+  if (interest == Interest::everything) {
+    open(requests, services);
+    open(replies, services);
+    open(events, fabric);
+    open(commands, fabric);
+    open(outcomes, fabric);
+  }
+}
+
+void Observer::Impl::close() {
+  listener = nullptr;
+  for_each_reader([](auto& reader) { reader.reset(); });
+  discovery.reset();
+}
+
+void Observer::Impl::drain() {
+  drain_discovery();
+  bool more = false;
+  for_each_reader([&](auto& reader) { more = drain(reader) || more; });
+  if (more) {
+    // Others on the executor have their turn in between.
+    waker->wake();
+  }
+}
+
+void Observer::Impl::drain_discovery() {
+  if (listener == nullptr) {
+    return;
+  }
+  discovery->drain(registry);
+  const fabric::Registry::Changes changes = registry.changes();
+  for (const fabric::InstanceId& instance : changes.gone) {
+    hand_out(recording::InstanceNews{recording::Change::gone, {.id = instance}});
+  }
+  for (const fabric::InstanceIdentity& identity : changes.ready) {
+    hand_out(recording::InstanceNews{recording::Change::ready, identity});
+  }
+  for (const fabric::InstanceIdentity& identity : changes.changed) {
+    hand_out(recording::InstanceNews{recording::Change::changed, identity});
+  }
+}
+
+void Observer::Impl::hand_out(recording::Sample sample) {
+  if (listener == nullptr) {
+    return;
+  }
+  ++delivered;
+  Entry entry{.at = now(), .sample = std::move(sample)};
+  context.complete(entry);
+  listener->on_entry(std::move(entry));
+}
+
+Observer::Observer(fabric::Participant& participant, boost::asio::any_io_executor executor,
+                   ObserverListener& listener, Interest interest)
+    : impl_(std::make_shared<Impl>(participant, listener)) {
+  impl_->open(executor, interest);
+}
+
+Observer::~Observer() {
+  impl_->close();
+}
+
+void Observer::drain() {
+  impl_->drain();
+}
+
+Counts Observer::counts() const {
+  Counts counts{.delivered = impl_->delivered};
+  impl_->for_each_reader([&](const auto& reader) {
+    if (reader) {
+      counts.lost += reader->lost();
+    }
+  });
+  return counts;
+}
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,60 @@
+// Watches a fabric without taking part: everything on its topics, and who is there, as entries.
+//
+//   Observer observer(participant, io.get_executor(), listener, Interest::everything);
+//   …  listener.on_entry(entry)
+//
+// Its readers keep everything until it is taken, so nothing is lost here while the executor is
+// busy; the writers keep their last samples only and never wait.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "fabric/participant.hpp"
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::bus {
+
+/// Called on the executor, one at a time.
+class ObserverListener {
+ public:
+  virtual ~ObserverListener() = default;
+  virtual void on_entry(recording::Entry entry) = 0;
+};
+
+enum class Interest : std::uint8_t {
+  /// Instances, channels, machines: what changes a few times a second.
+  states,
+  /// Also requests, replies, events, commands and outcomes.
+  everything
+};
+
+/// What the bus delivered.
+struct Counts {
+  std::uint64_t delivered = 0;
+  /// Gone before they arrived: overwritten by their writer, or dropped.
+  std::uint64_t lost = 0;
+};
+
+class Observer {
+ public:
+  /// `participant` and `listener` outlive the observer. Throws std::runtime_error with Cyclone's
+  /// reason.
+  Observer(fabric::Participant& participant, boost::asio::any_io_executor executor,
+           ObserverListener& listener, Interest interest);
+  ~Observer();
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
+
+  /// Hands out what has arrived and was not yet handed out, without waiting.
+  void drain();
+  [[nodiscard]] Counts counts() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,31 @@
+// Sends an operator's commands and waits for the word of those that act on them.
+//
+//   const auto heard = issue(participant, commands, std::chrono::seconds(2));
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <vector>
+
+#include "fabric/command.hpp"
+#include "fabric/participant.hpp"
+
+namespace millrace::tools::bus {
+
+/// The word on a command, and how long it took from the last sending.
+struct Heard {
+  fabric::Outcome outcome{};
+  std::chrono::nanoseconds after{};
+};
+
+/// Sends each command until its outcome is heard or `patience` is over; whoever hears one twice
+/// does it once. The result has the outcomes by the id of their command. Throws std::runtime_error
+/// if the fabric cannot be used.
+std::map<fabric::InstanceId, Heard> issue(fabric::Participant& participant,
+                                          const std::vector<fabric::Command>& commands,
+                                          std::chrono::milliseconds patience);
+
+/// "user@host", for a command's issuer.
+std::string issuer_here();
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,48 @@
+#include "tools/bus/snapshot.hpp"
+
+#include <algorithm>
+
+#include <boost/asio/io_context.hpp>
+
+#include "tools/bus/observer.hpp"
+
+namespace millrace::tools::bus {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Listener : ObserverListener {
+  void on_entry(recording::Entry entry) override {
+    // Load changes all the time and says nothing of who else is to come.
+    if (!std::holds_alternative<fabric::InstanceStatus>(entry.sample)) {
+      last_news = Clock::now();
+    }
+    live.add(entry);
+  }
+
+  Live live;
+  Clock::time_point last_news = Clock::now();
+};
+
+}  // namespace
+
+Live take_snapshot(const fabric::ParticipantOptions& options, Patience patience) {
+  fabric::Participant participant(options);
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  Listener listener;
+  const auto start = Clock::now();
+  Observer observer(participant, io.get_executor(), listener, Interest::states);
+  for (;;) {
+    const auto end =
+        std::min(std::max(start + patience.at_least, listener.last_news + patience.quiet),
+                 start + patience.at_most);
+    if (Clock::now() >= end) {
+      return std::move(listener.live);
+    }
+    io.run_one_until(end);
+  }
+}
+
+}  // namespace millrace::tools::bus

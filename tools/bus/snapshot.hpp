@@ -1,0 +1,22 @@
+// One look at a fabric: joins it, listens until nothing new comes, and leaves.
+#pragma once
+
+#include <chrono>
+
+#include "fabric/participant.hpp"
+#include "tools/bus/live.hpp"
+
+namespace millrace::tools::bus {
+
+struct Patience {
+  /// Listens at least this long: everybody who is there has announced himself by then.
+  std::chrono::milliseconds at_least{700};
+  /// And until nothing new came for this long.
+  std::chrono::milliseconds quiet{200};
+  std::chrono::milliseconds at_most{5000};
+};
+
+/// Throws std::runtime_error if the fabric cannot be joined.
+Live take_snapshot(const fabric::ParticipantOptions& options, Patience patience = {});
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,99 @@
+#include "tools/commands/arguments.hpp"
+
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::commands {
+
+namespace {
+
+/// Reads all of `text` as a number.
+template <typename Number>
+bool read_number(std::string_view text, Number& number, int base) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+fabric::CallId parse_call(const std::string& text) {
+  const auto dash = text.find('-');
+  fabric::CallId call;
+  if (dash == std::string::npos ||
+      !read_number(std::string_view(text).substr(0, dash), call.epoch, 16) ||
+      !read_number(std::string_view(text).substr(dash + 1), call.number, 10)) {
+    throw CLI::ValidationError(
+        fmt::format("'{}' is no call id; expected one as in 5f3a9c0112d4-17", text));
+  }
+  return call;
+}
+
+/// An option whose text `parse` turns into a value or an error.
+template <typename Value, typename Parse>
+CLI::Option* add_parsed(CLI::App& command, const std::string& name, Value& value,
+                        const std::string& description, const std::string& type, Parse parse) {
+  return command
+      .add_option_function<std::string>(
+          name,
+          [&value, parse](const std::string& text) {
+            auto parsed = parse(text);
+            if (!parsed) {
+              throw CLI::ValidationError(parsed.error());
+            }
+            value = *parsed;
+          },
+          description)
+      ->type_name(type);
+}
+
+}  // namespace
+
+CLI::Option* add_call(CLI::App& command, const std::string& name, fabric::CallId& call,
+                      const std::string& description) {
+  return command
+      .add_option_function<std::string>(
+          name, [&call](const std::string& text) { call = parse_call(text); }, description)
+      ->type_name("CALL");
+}
+
+CLI::Option* add_duration(CLI::App& command, const std::string& name,
+                          std::chrono::nanoseconds& duration, const std::string& description) {
+  return add_parsed(command, name, duration, description, "DURATION", print::parse_duration);
+}
+
+CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t& size,
+                      const std::string& description) {
+  return add_parsed(command, name, size, description, "SIZE", print::parse_size);
+}
+
+void add_filter(CLI::App& command, recording::Filter& filter) {
+  command.add_option("--machine", filter.machines, "Only this machine; may be given several times");
+  command.add_option("--channel", filter.channels, "Only this channel; may be given several times");
+  command.add_option_function<std::vector<std::string>>(
+      "--uuid",
+      [&filter](const std::vector<std::string>& uuids) {
+        for (const std::string& uuid : uuids) {
+          filter.uuids.insert(fabric::canonical_uuid(uuid));
+        }
+      },
+      "Only this service; may be given several times");
+}
+
+void add_recording_filter(CLI::App& command, recording::Filter& filter) {
+  add_filter(command, filter);
+  command.add_option("--kind", filter.kinds, "Only entries of this kind, as `log cat` names them")
+      ->check(CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status",
+                             "event", "command", "outcome", "machine"}));
+  command
+      .add_option_function<std::string>(
+          "--call", [&filter](const std::string& text) { filter.call = parse_call(text); },
+          "Only this call")
+      ->type_name("CALL");
+  add_parsed(command, "--from", filter.from, "Only what was recorded at or after this time", "TIME",
+             print::parse_time);
+  add_parsed(command, "--to", filter.to, "Only what was recorded at or before this time", "TIME",
+             print::parse_time);
+}
+
+}  // namespace millrace::tools::commands

@@ -1,0 +1,30 @@
+// Values on the command line that several subcommands take.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "fabric/messages.hpp"
+#include "tools/recording/filter.hpp"
+
+namespace millrace::tools::commands {
+
+/// `5f3a9c0112d4-17`.
+CLI::Option* add_call(CLI::App& command, const std::string& name, fabric::CallId& call,
+                      const std::string& description);
+/// `250ms`, `30s`, `5min`, `2h`.
+CLI::Option* add_duration(CLI::App& command, const std::string& name,
+                          std::chrono::nanoseconds& duration, const std::string& description);
+/// `64MiB`.
+CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t& size,
+                      const std::string& description);
+
+/// --machine, --channel, --uuid; each may be given several times.
+void add_filter(CLI::App& command, recording::Filter& filter);
+/// --call, --kind, --from, --to on top, for what is recorded.
+void add_recording_filter(CLI::App& command, recording::Filter& filter);
+
+}  // namespace millrace::tools::commands

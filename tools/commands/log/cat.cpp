@@ -1,0 +1,50 @@
+// millrace log cat: the entries of a recording, one line each.
+#include <fmt/format.h>
+
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/log/log.hpp"
+#include "tools/print/entry_text.hpp"
+#include "tools/print/json.hpp"
+#include "tools/recording/reader.hpp"
+
+namespace millrace::tools::commands::log {
+
+namespace {
+
+struct Options {
+  std::filesystem::path file;
+  recording::Filter filter;
+  bool json = false;
+};
+
+int print_entries(const Options& options) {
+  mcap::FileSource source = open(options.file);
+  const auto report_read =
+      recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
+        if (options.json) {
+          print::print_json(print::json_of(entry));
+        } else {
+          fmt::print("{}\n", print::line_of(entry));
+        }
+      });
+  if (report_read.foreign > 0) {
+    fmt::print(stderr, "{}: {} messages are not of millrace and are not shown\n",
+               options.file.string(), report_read.foreign);
+  }
+  return report(options.file, report_read.problems);
+}
+
+}  // namespace
+
+void add_cat(CLI::App& log, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = add_subcommand(log, "cat", "The entries of a recording, one line each",
+                                     "millrace log cat --machine cnc --kind request run.mcap");
+  add_file(command, options->file);
+  add_recording_filter(command, options->filter);
+  add_json(command, options->json);
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return print_entries(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::log

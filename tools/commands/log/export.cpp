@@ -1,0 +1,76 @@
+// millrace log export: calls as CSV, entries as JSON lines.
+#include <fstream>
+#include <iostream>
+
+#include <boost/json/serialize.hpp>
+#include <fmt/format.h>
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/log/log.hpp"
+#include "tools/print/entry_csv.hpp"
+#include "tools/print/entry_text.hpp"
+#include "tools/recording/reader.hpp"
+
+namespace millrace::tools::commands::log {
+
+namespace {
+
+struct Options {
+  std::filesystem::path file;
+  std::string output;
+  std::string format = "jsonl";
+  recording::Filter filter;
+};
+
+int write(const Options& options, std::ostream& out) {
+  mcap::FileSource source = open(options.file);
+  recording::ReadReport read;
+  if (options.format == "csv") {
+    out << print::csv_header();
+    read = recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
+      out << print::csv_row(entry);
+    });
+  } else {
+    read = recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
+      out << boost::json::serialize(print::json_of(entry)) << '\n';
+    });
+  }
+  out.flush();
+  if (!out) {
+    fmt::print(stderr, "millrace: cannot write {}\n",
+               options.output.empty() ? "standard output" : options.output);
+    return idl::program::exit_failed;
+  }
+  return report(options.file, read.problems);
+}
+
+int export_file(const Options& options) {
+  if (options.output.empty()) {
+    return write(options, std::cout);
+  }
+  std::ofstream out(options.output, std::ios::binary);
+  if (!out) {
+    throw idl::program::UsageError(fmt::format("cannot write {}", options.output));
+  }
+  return write(options, out);
+}
+
+}  // namespace
+
+void add_export(CLI::App& log, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command =
+      add_subcommand(log, "export", "Entries as CSV for a spreadsheet, or as JSON lines",
+                     "millrace log export --format csv -o calls.csv run.mcap");
+  add_file(command, options->file);
+  command.add_option("--format", options->format, "csv or jsonl")
+      ->check(CLI::IsMember({"csv", "jsonl"}))
+      ->capture_default_str();
+  command.add_option("-o,--output", options->output, "Write here instead of to standard output");
+  add_recording_filter(command, options->filter);
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return export_file(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::log

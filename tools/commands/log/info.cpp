@@ -1,0 +1,111 @@
+// millrace log info: what a recording holds, from its summary.
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "tools/commands/log/hop_report.hpp"
+#include "tools/commands/log/log.hpp"
+#include "tools/mcap/summary.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/units.hpp"
+#include "tools/recording/reader.hpp"
+
+namespace millrace::tools::commands::log {
+
+namespace {
+
+struct Options {
+  std::filesystem::path file;
+  bool hops = false;
+  bool json = false;
+};
+
+fabric::Time time_of(mcap::Nanoseconds time) {
+  return fabric::Time(std::chrono::nanoseconds(static_cast<std::int64_t>(time)));
+}
+
+void print_text(const Options& options, std::uint64_t size, const mcap::Survey& survey) {
+  const mcap::Statistics& counts = survey.summary.statistics;
+  fmt::print("{}: {}, {}\n", options.file.string(), print::size_text(size),
+             survey.from_summary ? "closed" : "without a valid summary: all of it was read");
+  fmt::print("written by  {}\n", print::utf8(survey.summary.header.library));
+  if (counts.messages > 0) {
+    fmt::print("recorded    {} to {} ({})\n", print::time_text(time_of(counts.start)),
+               print::time_text(time_of(counts.end)),
+               print::duration_text(time_of(counts.end) - time_of(counts.start)));
+  }
+  fmt::print("messages    {} in {} chunks, {} channels\n", counts.messages, counts.chunks,
+             counts.channels);
+  for (const mcap::Metadata& metadata : survey.metadata) {
+    fmt::print("{}\n", print::utf8(metadata.name));
+    for (const auto& [key, value] : metadata.values) {
+      fmt::print("  {}: {}\n", print::utf8(key), print::utf8(value));
+    }
+  }
+}
+
+boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
+  const mcap::Statistics& counts = survey.summary.statistics;
+  boost::json::object out;
+  out["size"] = size;
+  out["closed"] = survey.from_summary;
+  out["library"] = print::utf8(survey.summary.header.library);
+  print::put_time(out, "start", time_of(counts.start));
+  print::put_time(out, "end", time_of(counts.end));
+  out["messages"] = counts.messages;
+  out["chunks"] = counts.chunks;
+  out["channels"] = counts.channels;
+  out["schemas"] = counts.schemas;
+  boost::json::object metadata;
+  for (const mcap::Metadata& record : survey.metadata) {
+    boost::json::object values;
+    for (const auto& [key, value] : record.values) {
+      values[print::utf8(key)] = print::utf8(value);
+    }
+    metadata[print::utf8(record.name)] = std::move(values);
+  }
+  out["metadata"] = std::move(metadata);
+  boost::json::array problems;
+  for (const mcap::Problem& problem : survey.problems) {
+    problems.push_back({{"offset", problem.offset}, {"text", print::utf8(problem.text)}});
+  }
+  out["problems"] = std::move(problems);
+  return out;
+}
+
+int info(const Options& options) {
+  mcap::FileSource source = open(options.file);
+  const mcap::Survey survey = mcap::survey(source);
+  recording::HopStatistics hops;
+  if (options.hops) {
+    recording::read_entries(source, {}, [&](const recording::Entry& entry) { hops.add(entry); });
+    hops.close();
+  }
+  if (options.json) {
+    boost::json::object out = json_of(source.size(), survey);
+    if (options.hops) {
+      out["hops"] = hops_json(hops);
+    }
+    print::print_json(out);
+  } else {
+    print_text(options, source.size(), survey);
+    if (options.hops) {
+      fmt::print("\n{}", hops_text(hops));
+    }
+  }
+  return report(options.file, survey.problems);
+}
+
+}  // namespace
+
+void add_info(CLI::App& log, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command = add_subcommand(log, "info", "What a recording holds; reads its summary only",
+                                     "millrace log info --hops run.mcap");
+  add_file(command, options->file);
+  command.add_flag("--hops", options->hops,
+                   "Also p50, p99 and maximum of each hop and service; reads the whole file");
+  add_json(command, options->json);
+  command.callback([options, &chosen] { chosen.run = [options] { return info(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::log

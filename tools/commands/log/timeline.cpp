@@ -1,0 +1,136 @@
+// millrace log timeline: one call over every hop.
+#include "tools/recording/timeline.hpp"
+
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/log/log.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/table.hpp"
+#include "tools/print/units.hpp"
+#include "tools/recording/reader.hpp"
+
+namespace millrace::tools::commands::log {
+
+namespace {
+
+using recording::Timeline;
+using recording::TimelineStep;
+
+struct Options {
+  std::filesystem::path file;
+  fabric::CallId call;
+  bool json = false;
+};
+
+std::string what_of(const TimelineStep& step) {
+  std::string what;
+  if (step.withheld) {
+    what = fmt::format("({} bytes, not recorded)", *step.withheld);
+  } else if (!step.text.empty() || step.state != 0) {
+    what = fmt::format("{} state {}", print::quoted(step.text), step.state);
+  }
+  if (!step.detail.empty()) {
+    what += (what.empty() ? "" : "  ") + print::safe(step.detail);
+  }
+  return what;
+}
+
+void print_text(const Timeline& timeline) {
+  fmt::print("call {} of {}, service {}{}\n\n", timeline.call.to_string(),
+             print::safe(timeline.key.to_string()), print::safe(timeline.uuid),
+             timeline.replayed ? ", replayed" : "");
+  print::Table table({{"TIME"},
+                      {"AFTER", print::Align::right},
+                      {"ATTEMPT", print::Align::right},
+                      {"HOP"},
+                      {"WHAT"}});
+  const fabric::Time start = timeline.steps.front().at;
+  if (timeline.steps.front().stage == recording::Stage::seen) {
+    table.add(
+        {"", "", "", "written by the program", "at most one poll earlier; nobody takes its time"});
+  }
+  for (const TimelineStep& step : timeline.steps) {
+    table.add({print::clock_text(step.at), print::duration_text(step.at - start),
+               step.attempt == 0 ? "" : std::to_string(step.attempt),
+               std::string(name_of(step.stage)) + (step.by_service ? " *" : ""), what_of(step)});
+  }
+  fmt::print("{}\n* by the clock of the service's host", table.text());
+  if (timeline.clock_difference != std::chrono::nanoseconds{}) {
+    fmt::print(", which differs by at least {}", print::duration_text(timeline.clock_difference));
+  }
+  fmt::print("\n");
+}
+
+boost::json::object json_of(const TimelineStep& step) {
+  boost::json::object out;
+  print::put_time(out, "time", step.at);
+  out["hop"] = name_of(step.stage);
+  out["attempt"] = step.attempt;
+  out["by_service"] = step.by_service;
+  if (step.instance != fabric::InstanceId{}) {
+    out["instance"] = step.instance.to_string();
+  }
+  if (step.withheld) {
+    out["text_size"] = *step.withheld;
+  } else if (!step.text.empty() || step.state != 0) {
+    out["text"] = print::text_json(step.text);
+    out["state"] = step.state;
+  }
+  if (!step.detail.empty()) {
+    out["detail"] = print::utf8(step.detail);
+  }
+  return out;
+}
+
+boost::json::object json_of(const Timeline& timeline) {
+  boost::json::array steps;
+  for (const TimelineStep& step : timeline.steps) {
+    steps.push_back(json_of(step));
+  }
+  return {{"call", timeline.call.to_string()},
+          {"machine", print::utf8(timeline.key.machine)},
+          {"channel", timeline.key.channel},
+          {"uuid", print::utf8(timeline.uuid)},
+          {"replayed", timeline.replayed},
+          {"clock_difference_ms",
+           std::chrono::duration<double, std::milli>(timeline.clock_difference).count()},
+          {"steps", std::move(steps)}};
+}
+
+int show(const Options& options) {
+  mcap::FileSource source = open(options.file);
+  recording::TimelineBuilder builder(options.call);
+  const auto read = recording::read_entries(
+      source, {.call = options.call}, [&](const recording::Entry& entry) { builder.add(entry); });
+  const Timeline timeline = builder.build();
+  if (timeline.steps.empty()) {
+    fmt::print(stderr, "millrace: no call {} in {}; 'millrace log cat --kind request' lists them\n",
+               options.call.to_string(), options.file.string());
+    return idl::program::exit_failed;
+  }
+  if (options.json) {
+    print::print_json(json_of(timeline));
+  } else {
+    print_text(timeline);
+  }
+  return report(options.file, read.problems);
+}
+
+}  // namespace
+
+void add_timeline(CLI::App& log, Chosen& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App& command =
+      add_subcommand(log, "timeline", "One call over every hop, with the time of each",
+                     "millrace log timeline run.mcap 5f3a9c0112d4-17");
+  add_file(command, options->file);
+  add_call(command, "CALL", options->call, "The call, as `log cat` names it")->required();
+  add_json(command, options->json);
+  command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::log

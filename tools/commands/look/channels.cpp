@@ -1,0 +1,84 @@
+// millrace channels: what each channel does, and why it waits.
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/names.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/table.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::commands::look {
+
+namespace {
+
+using print::Align;
+
+std::string call_text(const fabric::ChannelStatus& status) {
+  if (status.call == fabric::CallId{}) {
+    return "-";
+  }
+  return status.attempt > 1 ? fmt::format("{} #{}", status.call.to_string(), status.attempt)
+                            : status.call.to_string();
+}
+
+void print_text(const bus::Live& live) {
+  print::Table table({{"CHANNEL"},
+                      {"STATE"},
+                      {"SINCE", Align::right},
+                      {"CALL"},
+                      {"UUID"},
+                      {"CALLS", Align::right},
+                      {"ANSWERED", Align::right},
+                      {"FAILED", Align::right},
+                      {"WHY"}});
+  for (const auto& [key, status] : live.channels()) {
+    table.add({print::safe(key.to_string()), std::string(print::name_of(status.state)),
+               ago(status.since), call_text(status),
+               status.uuid.empty() ? "-" : print::safe(status.uuid), std::to_string(status.calls),
+               std::to_string(status.answered), std::to_string(status.failed),
+               print::safe(status.reason)});
+  }
+  fmt::print("{}", table.text());
+}
+
+boost::json::array json_of(const bus::Live& live) {
+  boost::json::array out;
+  for (const auto& [key, status] : live.channels()) {
+    boost::json::object object{{"machine", print::utf8(key.machine)}, {"channel", key.channel}};
+    if (status.call != fabric::CallId{}) {
+      object["call"] = status.call.to_string();
+      object["uuid"] = print::utf8(status.uuid);
+    }
+    print::put_channel(object, status);
+    out.push_back(std::move(object));
+  }
+  return out;
+}
+
+int list(const LookOptions& options) {
+  const bus::Live live = options.look();
+  if (options.json) {
+    print::print_json(json_of(live));
+  } else if (live.channels().empty()) {
+    fmt::print("no gateway is on fabric '{}', domain {}, or none has seen its machine yet\n",
+               options.fabric.options().fabric, options.fabric.options().domain);
+  } else {
+    print_text(live);
+  }
+  return idl::program::exit_done;
+}
+
+}  // namespace
+
+void add_channels(CLI::App& app, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(app, "channels", "What each channel does, its current call, and why it waits",
+                     "millrace channels");
+  auto options = std::make_shared<LookOptions>(command);
+  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::look

@@ -1,0 +1,74 @@
+// millrace info: what instances say of themselves, in full.
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/names.hpp"
+#include "tools/print/quoted.hpp"
+
+namespace millrace::tools::commands::look {
+
+namespace {
+
+struct Options : LookOptions {
+  using LookOptions::LookOptions;
+  std::string what;
+};
+
+void print_text(const bus::LiveInstance& instance) {
+  const fabric::InstanceIdentity& identity = instance.identity;
+  fmt::print("{} {}\n", print::safe(identity.name), identity.id.to_string());
+  const auto line = [](std::string_view name, const std::string& value) {
+    fmt::print("  {:<12} {}\n", name, value);
+  };
+  line("uuid", print::safe(identity.uuid));
+  line("description", print::safe(identity.description));
+  line("version", print::safe(identity.version));
+  line("host", fmt::format("{}, process {}", print::safe(identity.host), identity.pid));
+  line("channels", channels_text(identity));
+  line("delivery", std::string(print::name_of(identity.delivery)));
+  line("concurrency", std::to_string(identity.concurrency));
+  line("draining", identity.draining ? "yes" : "no");
+  line("started", instance.status ? ago(instance.status->started) : "-");
+}
+
+int show(const Options& options) {
+  const bus::Live live = options.look();
+  const auto instances = live.instances_of(options.what);
+  boost::json::array out;
+  for (const bus::LiveInstance* instance : instances) {
+    if (options.json) {
+      boost::json::object object;
+      print::put_identity(object, instance->identity);
+      print::put_time(object, "started",
+                      instance->status ? instance->status->started : fabric::Time{});
+      out.push_back(std::move(object));
+    } else {
+      print_text(*instance);
+    }
+  }
+  if (options.json) {
+    print::print_json(out);
+  }
+  if (instances.empty() && !options.what.empty()) {
+    fmt::print(stderr,
+               "millrace: no instance is, or serves, '{}'; 'millrace services' lists them\n",
+               options.what);
+    return idl::program::exit_failed;
+  }
+  return idl::program::exit_done;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(app, "info", "What instances say of themselves, in full",
+                                     "millrace info 560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  auto options = std::make_shared<Options>(command);
+  command.add_option("WHAT", options->what, "A UUID, an instance or a name; all unless given");
+  command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::look

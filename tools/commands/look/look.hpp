@@ -1,0 +1,39 @@
+// Subcommands that look at a fabric once: `services`, `info`, `stats`, `channels`, `machines`. One
+// source file each.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "fabric/command_line.hpp"
+#include "tools/bus/live.hpp"
+#include "tools/commands/subcommand.hpp"
+
+namespace millrace::tools::commands::look {
+
+void add_services(CLI::App& app, Chosen& chosen);
+void add_info(CLI::App& app, Chosen& chosen);
+void add_stats(CLI::App& app, Chosen& chosen);
+void add_channels(CLI::App& app, Chosen& chosen);
+void add_machines(CLI::App& app, Chosen& chosen);
+
+/// What these subcommands have in common: which fabric, how long to listen, which output.
+struct LookOptions {
+  /// Adds the flags to `command`.
+  explicit LookOptions(CLI::App& command);
+
+  /// Joins, listens and leaves.
+  [[nodiscard]] bus::Live look() const;
+
+  fabric::FabricFlags fabric;
+  std::chrono::nanoseconds wait;
+  bool json = false;
+};
+
+/// "cnc/1 cnc/2"; "all" for no restriction.
+std::string channels_text(const fabric::InstanceIdentity& identity);
+/// "3 min ago"; "-" for a time that is not known.
+std::string ago(fabric::Time time);
+
+}  // namespace millrace::tools::commands::look

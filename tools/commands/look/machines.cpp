@@ -1,0 +1,70 @@
+// millrace machines: the links between gateways and controllers.
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/table.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::commands::look {
+
+namespace {
+
+using print::Align;
+
+void print_text(const bus::Live& live) {
+  print::Table table({{"MACHINE"},
+                      {"LINK"},
+                      {"SINCE", Align::right},
+                      {"ADDRESS"},
+                      {"CHANNELS", Align::right},
+                      {"POLL", Align::right},
+                      {"REQUESTS/S", Align::right},
+                      {"ROUND TRIP", Align::right},
+                      {"GATEWAY"},
+                      {"WHY"}});
+  for (const auto& [name, status] : live.machines()) {
+    table.add({print::safe(name), status.connected ? "up" : "down", ago(status.since),
+               print::safe(status.address), std::to_string(status.channels),
+               print::duration_text(status.poll), std::to_string(status.requests_per_second),
+               print::duration_text(status.round_trip),
+               fmt::format("{} ({}), {}", print::safe(status.host), status.pid,
+                           print::safe(status.version)),
+               print::safe(status.reason)});
+  }
+  fmt::print("{}", table.text());
+}
+
+int list(const LookOptions& options) {
+  const bus::Live live = options.look();
+  if (options.json) {
+    boost::json::array out;
+    for (const auto& [name, status] : live.machines()) {
+      boost::json::object object;
+      print::put_machine(object, status);
+      out.push_back(std::move(object));
+    }
+    print::print_json(out);
+  } else if (live.machines().empty()) {
+    fmt::print("no gateway on fabric '{}', domain {} tells of its machines\n",
+               options.fabric.options().fabric, options.fabric.options().domain);
+  } else {
+    print_text(live);
+  }
+  return idl::program::exit_done;
+}
+
+}  // namespace
+
+void add_machines(CLI::App& app, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(app, "machines", "The link to each controller: state, poll period, requests",
+                     "millrace machines");
+  auto options = std::make_shared<LookOptions>(command);
+  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::look

@@ -1,0 +1,88 @@
+// millrace services: every instance on the fabric.
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/names.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/table.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::commands::look {
+
+namespace {
+
+using print::Align;
+
+std::vector<std::string> row_of(const bus::LiveInstance& instance) {
+  const fabric::InstanceIdentity& identity = instance.identity;
+  const fabric::InstanceStatus status = instance.status.value_or(fabric::InstanceStatus{});
+  return {print::safe(identity.uuid),
+          print::safe(identity.name) + (identity.draining ? " (draining)" : ""),
+          print::safe(identity.host),
+          std::to_string(identity.pid),
+          channels_text(identity),
+          fmt::format("{}/{}", status.running, identity.concurrency),
+          std::to_string(status.answered),
+          std::to_string(status.failed),
+          print::duration_text(status.mean),
+          std::string(print::name_of(identity.delivery))};
+}
+
+void print_text(const std::vector<const bus::LiveInstance*>& instances) {
+  print::Table table({{"UUID"},
+                      {"NAME"},
+                      {"HOST"},
+                      {"PID", Align::right},
+                      {"CHANNELS"},
+                      {"BUSY", Align::right},
+                      {"CALLS", Align::right},
+                      {"ERRORS", Align::right},
+                      {"MEAN", Align::right},
+                      {"DELIVERY"}});
+  for (const bus::LiveInstance* instance : instances) {
+    table.add(row_of(*instance));
+  }
+  fmt::print("{}", table.text());
+}
+
+boost::json::array json_of(const std::vector<const bus::LiveInstance*>& instances) {
+  boost::json::array out;
+  for (const bus::LiveInstance* instance : instances) {
+    boost::json::object object;
+    print::put_identity(object, instance->identity);
+    if (instance->status) {
+      print::put_status(object, *instance->status);
+    }
+    out.push_back(std::move(object));
+  }
+  return out;
+}
+
+int list(const LookOptions& options) {
+  const bus::Live live = options.look();
+  const auto instances = live.instances_of("");
+  if (options.json) {
+    print::print_json(json_of(instances));
+  } else if (instances.empty()) {
+    fmt::print(
+        "no service is on fabric '{}', domain {}; check --fabric, --domain and --fabric-config\n",
+        options.fabric.options().fabric, options.fabric.options().domain);
+  } else {
+    print_text(instances);
+  }
+  return idl::program::exit_done;
+}
+
+}  // namespace
+
+void add_services(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(app, "services", "Every instance of every service",
+                                     "millrace services --json");
+  auto options = std::make_shared<LookOptions>(command);
+  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::look

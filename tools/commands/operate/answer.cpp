@@ -1,0 +1,47 @@
+// millrace answer: answers a pending call in the service's place.
+#include "idl/text/cp1252.hpp"
+#include "tools/commands/operate/operate.hpp"
+
+namespace millrace::tools::commands::operate {
+
+namespace {
+
+struct Options : OperateOptions {
+  using OperateOptions::OperateOptions;
+  fabric::ChannelKey key;
+  std::string response;
+  std::uint32_t state = 1;
+};
+
+int answer(const Options& options) {
+  const auto text = idl::text::to_cp1252(options.response);
+  if (!text) {
+    throw idl::program::UsageError("the response cannot be sent to a controller: " + text.error());
+  }
+  if (text->size() > fabric::max_text) {
+    throw idl::program::UsageError("the response has " + std::to_string(text->size()) +
+                                   " bytes; a controller's string holds 127");
+  }
+  fabric::Command command = new_command(fabric::CommandKind::answer);
+  command.text = *text;
+  command.state = options.state;
+  return tell_gateway(options, options.key, std::move(command));
+}
+
+}  // namespace
+
+void add_answer(CLI::App& app, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(app, "answer", "Answer the pending call of a channel in the service's place",
+                     "millrace answer cnc/1 \"not available\" --state 99");
+  auto options = std::make_shared<Options>(command);
+  add_channel_key(command, options->key);
+  command.add_option("RESPONSE", options->response, "V.G.SERVICE.RESPONSE, at most 127 bytes")
+      ->required();
+  command.add_option("--state", options->state, "V.G.SERVICE.RESPONSE_STATE, not 0")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.callback([options, &chosen] { chosen.run = [options] { return answer(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::operate

@@ -1,0 +1,44 @@
+// Subcommands with which an operator acts: `ping`, `drain`, `answer`, `retry`. One source file
+// each.
+#pragma once
+
+#include <chrono>
+
+#include "fabric/command_line.hpp"
+#include "tools/bus/live.hpp"
+#include "tools/bus/operator.hpp"
+#include "tools/commands/subcommand.hpp"
+
+namespace millrace::tools::commands::operate {
+
+void add_ping(CLI::App& app, Chosen& chosen);
+void add_drain(CLI::App& app, Chosen& chosen);
+void add_answer(CLI::App& app, Chosen& chosen);
+void add_retry(CLI::App& app, Chosen& chosen);
+
+/// What these subcommands have in common: which fabric, how long to wait, which output.
+struct OperateOptions {
+  explicit OperateOptions(CLI::App& command);
+
+  fabric::FabricFlags fabric;
+  std::chrono::nanoseconds timeout = std::chrono::seconds(2);
+  bool json = false;
+};
+
+/// A command from here, now.
+fabric::Command new_command(fabric::CommandKind kind);
+
+/// Sends a command to each instance that `what` names (its UUID, id or name) and prints what it
+/// says. Fails if there is none, or one does not answer or refuses.
+int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
+                   const std::string& what);
+
+/// Adds the argument CHANNEL, as in "cnc/1".
+void add_channel_key(CLI::App& command, fabric::ChannelKey& key);
+
+/// Sends a command about the pending call of `key` and prints the gateway's word. Fails if nothing
+/// is pending there, or the gateway does not answer or refuses.
+int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
+                 fabric::Command command);
+
+}  // namespace millrace::tools::commands::operate

@@ -1,0 +1,31 @@
+// millrace ping: asks instances whether they are there.
+#include "tools/commands/operate/operate.hpp"
+
+namespace millrace::tools::commands::operate {
+
+namespace {
+
+struct Options : OperateOptions {
+  using OperateOptions::OperateOptions;
+  std::string what;
+};
+
+}  // namespace
+
+void add_ping(CLI::App& app, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(app, "ping", "Ask instances whether they are there; each one answers",
+                     "millrace ping 560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  auto options = std::make_shared<Options>(command);
+  command
+      .add_option("WHAT", options->what,
+                  "A UUID, an instance or a name: all of its instances are asked")
+      ->required();
+  command.callback([options, &chosen] {
+    chosen.run = [options] {
+      return tell_instances(*options, fabric::CommandKind::ping, options->what);
+    };
+  });
+}
+
+}  // namespace millrace::tools::commands::operate

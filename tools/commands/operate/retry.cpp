@@ -1,0 +1,27 @@
+// millrace retry: gives a pending call out again.
+#include "tools/commands/operate/operate.hpp"
+
+namespace millrace::tools::commands::operate {
+
+namespace {
+
+struct Options : OperateOptions {
+  using OperateOptions::OperateOptions;
+  fabric::ChannelKey key;
+};
+
+}  // namespace
+
+void add_retry(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(app, "retry", "Give the pending call of a channel out again",
+                                     "millrace retry cnc/1");
+  auto options = std::make_shared<Options>(command);
+  add_channel_key(command, options->key);
+  command.callback([options, &chosen] {
+    chosen.run = [options] {
+      return tell_gateway(*options, options->key, new_command(fabric::CommandKind::retry));
+    };
+  });
+}
+
+}  // namespace millrace::tools::commands::operate

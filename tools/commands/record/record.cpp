@@ -1,0 +1,216 @@
+#include "tools/commands/record/record.hpp"
+
+#include <ctime>
+#include <map>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "fabric/command_line.hpp"
+#include "tools/bus/observer.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/version.hpp"
+#include "tools/mcap/repair_file.hpp"
+#include "tools/recorder/recorder.hpp"
+
+namespace millrace::tools::commands {
+
+namespace {
+
+namespace program = idl::program;
+
+struct Options {
+  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace record"}) {}
+
+  fabric::FabricFlags fabric;
+  recorder::Options recorder;
+  std::vector<std::string> without_text;
+  std::chrono::nanoseconds window{};
+  bool on_error = false;
+};
+
+/// "millrace-20260301T070000Z.mcap"
+std::string default_name() {
+  return fmt::format("millrace-{:%Y%m%dT%H%M%SZ}.mcap", fmt::gmtime(std::time(nullptr)));
+}
+
+std::string host_name() {
+  char name[256] = "";
+  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
+}
+
+recorder::Options recorder_options(const Options& options, const fabric::ParticipantOptions& join) {
+  recorder::Options result = options.recorder;
+  if (result.file.empty()) {
+    result.file = default_name();
+  }
+  if (options.on_error != (options.window.count() > 0)) {
+    throw program::UsageError("--window and --on-error go together: how much, and when");
+  }
+  if (options.on_error) {
+    result.window = recorder::Window{.length = options.window};
+  }
+  for (const std::string& uuid : options.without_text) {
+    result.without_text.insert(fabric::canonical_uuid(uuid));
+  }
+  result.library = library_name();
+  result.labels = {{"host", host_name()},
+                   {"fabric", join.fabric},
+                   {"domain", std::to_string(join.domain)},
+                   {"clock", "CLOCK_REALTIME of the recording host"}};
+  return result;
+}
+
+/// What a power cut left of an earlier recording of this name is made whole, beside it.
+void repair_leftover(const std::filesystem::path& file) {
+  const auto part = mcap::part_of(file);
+  if (!std::filesystem::exists(part)) {
+    return;
+  }
+  const auto repaired = mcap::repaired_name(part);
+  const auto report = mcap::repair_file(part, repaired, library_name());
+  if (!report) {
+    throw program::UsageError(
+        fmt::format("{} was left by an earlier recording and cannot be repaired: {}", part.string(),
+                    report.error()));
+  }
+  std::filesystem::remove(part);
+  fmt::print(stderr, "millrace: {} was not closed; its {} messages are in {} now\n", part.string(),
+             report->saved.messages, repaired.string());
+}
+
+/// Joins observer, recorder, timer and signals in one io_context.
+class Session : public bus::ObserverListener {
+ public:
+  Session(fabric::Participant& participant, recorder::Options options)
+      : recorder_(std::move(options)),
+        timer_(io_),
+        signals_(io_, SIGINT, SIGTERM),
+        observer_(participant, io_.get_executor(), *this, bus::Interest::everything) {}
+
+  /// Records until a signal, a full disk or an error; the latter is the result.
+  recorder::Recorder::Result run() {
+    keep(recorder_.start(Clock::now()));
+    signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
+    schedule_tick();
+    if (result_) {
+      io_.run();
+    }
+    // What came before the signal belongs to the recording.
+    observer_.drain();
+    const bus::Counts counts = observer_.counts();
+    if (result_) {
+      keep(recorder_.finish(counts.delivered, counts.lost));
+    }
+    return result_;
+  }
+
+  void on_entry(recording::Entry entry) override {
+    if (result_) {
+      keep(recorder_.on_entry(std::move(entry), Clock::now()));
+    }
+  }
+
+  [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
+  [[nodiscard]] bus::Counts counts() const { return observer_.counts(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void schedule_tick() {
+    timer_.expires_after(std::chrono::milliseconds(50));
+    timer_.async_wait([this](const boost::system::error_code& error) {
+      if (!error) {
+        keep(recorder_.tick(Clock::now()));
+        if (recorder_.disk_is_full()) {
+          fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
+          io_.stop();
+        }
+        schedule_tick();
+      }
+    });
+  }
+
+  void keep(const recorder::Recorder::Result& result) {
+    if (!result && result_) {
+      result_ = result;
+      io_.stop();
+    }
+  }
+
+  recorder::Recorder recorder_;
+  recorder::Recorder::Result result_;
+  boost::asio::io_context io_{1};
+  boost::asio::steady_timer timer_;
+  boost::asio::signal_set signals_;
+  bus::Observer observer_;
+};
+
+int record(const Options& options) {
+  const fabric::ParticipantOptions join = options.fabric.options();
+  recorder::Options settings = recorder_options(options, join);
+  const std::string file = settings.file.string();
+  repair_leftover(settings.file);
+  fabric::Participant participant(join);
+  Session session(participant, std::move(settings));
+  program::ready(
+      fmt::format("recording fabric {} on domain {} to {}", join.fabric, join.domain, file));
+  const auto result = session.run();
+  const recorder::Tally tally = session.recorder().tally();
+  const bus::Counts counts = session.counts();
+  fmt::print(stderr,
+             "millrace: the bus delivered {} samples and lost {}; {} written, {} filtered out, {} "
+             "let go by the window\n",
+             counts.delivered, counts.lost, tally.written, tally.filtered, tally.let_go);
+  if (!result) {
+    throw std::runtime_error(result.error());
+  }
+  for (const std::filesystem::path& finished : session.recorder().files()) {
+    fmt::print("{}\n", finished.string());
+  }
+  return session.recorder().disk_is_full() ? program::exit_failed : program::exit_done;
+}
+
+void add_options(CLI::App& command, Options& options) {
+  command.add_option("-o,--output", options.recorder.file,
+                     "The file; millrace-TIME.mcap unless given. It grows as FILE.part");
+  add_filter(command, options.recorder.filter);
+  command.add_option("--without-text", options.without_text,
+                     "Of this service keep sizes and states, not texts; may be repeated");
+  add_size(command, "--rotate-size", options.recorder.rotate_size, "Begin a new file at this size");
+  add_duration(command, "--rotate-time", options.recorder.rotate_time,
+               "Begin a new file after this time");
+  add_size(command, "--min-free", options.recorder.minimum_free,
+           "End when the disk has less than this left; 100MiB unless given");
+  add_duration(command, "--window", options.window,
+               "Keep only the last DURATION, in memory; with --on-error");
+  command.add_flag("--on-error", options.on_error,
+                   "Write the window, and one more second, when a call fails");
+  static const std::map<std::string, recorder::Sync> policies{
+      {"none", recorder::Sync::none},
+      {"interval", recorder::Sync::interval},
+      {"call", recorder::Sync::call}};
+  command
+      .add_option("--sync", options.recorder.sync,
+                  "When the disk must hold it: none, interval (4 times a second) or call")
+      ->transform(CLI::CheckedTransformer(policies))
+      ->default_str("interval");
+}
+
+}  // namespace
+
+void add_record(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      app, "record", "Record everything on the fabric into an MCAP file, until interrupted",
+      "millrace record -o run.mcap --machine cnc\n"
+      "  millrace record --window 30s --on-error -o incident.mcap");
+  auto options = std::make_shared<Options>(command);
+  add_options(command, *options);
+  command.callback([options, &chosen] { chosen.run = [options] { return record(*options); }; });
+}
+
+}  // namespace millrace::tools::commands

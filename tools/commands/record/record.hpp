@@ -1,0 +1,10 @@
+// `millrace record`: everything on a fabric into a file.
+#pragma once
+
+#include "tools/commands/subcommand.hpp"
+
+namespace millrace::tools::commands {
+
+void add_record(CLI::App& app, Chosen& chosen);
+
+}  // namespace millrace::tools::commands

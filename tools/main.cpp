@@ -1,0 +1,27 @@
+// millrace: the operator's command.
+#include "idl/program/command_line.hpp"
+#include "tools/commands/completion.hpp"
+#include "tools/commands/log/log.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/commands/operate/operate.hpp"
+#include "tools/commands/record/record.hpp"
+
+int main(int argc, char** argv) {
+  using namespace millrace::tools;
+  CLI::App app{"millrace: look at, operate and record the service calls of a fabric"};
+  app.require_subcommand(1);
+  commands::Chosen chosen;
+  commands::look::add_services(app, chosen);
+  commands::look::add_info(app, chosen);
+  commands::look::add_stats(app, chosen);
+  commands::look::add_channels(app, chosen);
+  commands::look::add_machines(app, chosen);
+  commands::operate::add_ping(app, chosen);
+  commands::operate::add_drain(app, chosen);
+  commands::operate::add_answer(app, chosen);
+  commands::operate::add_retry(app, chosen);
+  commands::add_record(app, chosen);
+  commands::log::add_log(app, chosen);
+  commands::add_completion(app, chosen);
+  return millrace::idl::program::run(app, argc, argv, [&] { return chosen.run(); });
+}

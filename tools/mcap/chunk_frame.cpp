@@ -1,0 +1,89 @@
+#include "tools/mcap/chunk_frame.hpp"
+
+#include "tools/mcap/crc32.hpp"
+#include "tools/mcap/cursor.hpp"
+
+namespace millrace::tools::mcap {
+
+namespace {
+
+/// Times, size, CRC and two lengths; the name of the compression comes on top.
+constexpr std::uint64_t fixed_content = 8 + 8 + 8 + 4 + 4 + 8;
+/// Longer than any name in MCAP's registry.
+constexpr std::uint64_t longest_compression = 64;
+
+/// Reads the frame from `bytes`, which begin at the record's prefix.
+Expected<ChunkFrame> parse_frame(Bytes bytes, std::uint64_t offset, std::uint64_t file_size) {
+  Cursor in(bytes, offset);
+  ChunkFrame frame;
+  frame.offset = offset;
+  const bool is_chunk = in.u8() == static_cast<std::uint8_t>(Opcode::chunk);
+  const std::uint64_t content = in.u64();
+  frame.start = in.u64();
+  frame.end = in.u64();
+  frame.uncompressed_size = in.u64();
+  frame.crc = in.u32();
+  frame.compression = in.text();
+  frame.records_size = in.u64();
+  frame.records_offset = in.offset();
+  const std::uint64_t available = file_size - offset;
+  if (!in.ok() || content > available - record_prefix_size) {
+    return problem(offset, "the file ends inside a Chunk record, or its length is damaged");
+  }
+  frame.length = record_prefix_size + content;
+  if (!is_chunk || frame.records_size > content ||
+      content != fixed_content + frame.compression.size() + frame.records_size) {
+    return problem(offset, "the lengths of the Chunk record contradict each other");
+  }
+  if (frame.compression.empty() && frame.uncompressed_size != frame.records_size) {
+    return problem(offset, "the sizes of the Chunk record contradict each other");
+  }
+  return frame;
+}
+
+}  // namespace
+
+Expected<ChunkFrame> read_chunk_frame(Source& source, std::uint64_t offset) {
+  std::string bytes;
+  source.read(offset, record_prefix_size + fixed_content + longest_compression, bytes);
+  return parse_frame(bytes, offset, source.size());
+}
+
+Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::string& records) {
+  if (!frame.compression.empty()) {
+    return problem(frame.offset, "the chunk is compressed with '" + frame.compression +
+                                     "', which millrace does not read; convert the file with "
+                                     "'mcap filter --output-compression none'");
+  }
+  source.read(frame.records_offset, frame.records_size, records);
+  if (records.size() != frame.records_size) {
+    return problem(frame.offset, "the chunk cannot be read to its end");
+  }
+  if (frame.crc != 0 && frame.crc != crc32(records)) {
+    return problem(frame.offset, "the chunk is damaged: its CRC is wrong");
+  }
+  return {};
+}
+
+std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std::uint64_t to) {
+  constexpr std::uint64_t window_size = 64 * 1024;
+  constexpr std::uint64_t frame_size = record_prefix_size + fixed_content;
+  std::string window;
+  std::string records;
+  for (std::uint64_t start = from; start < to; start += window_size) {
+    // Overlaps the next window by a frame, so that none is missed between two.
+    source.read(start, window_size + frame_size, window);
+    for (std::size_t at = 0; at + frame_size <= window.size() && start + at < to; ++at) {
+      if (window[at] != static_cast<char>(Opcode::chunk)) {
+        continue;
+      }
+      const auto frame = parse_frame(Bytes(window).substr(at), start + at, source.size());
+      if (frame && frame->crc != 0 && read_chunk_records(source, *frame, records)) {
+        return frame->offset;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,12 @@
+#include "tools/mcap/crc32.hpp"
+
+#include <zlib.h>
+
+namespace millrace::tools::mcap {
+
+std::uint32_t crc32(std::string_view bytes, std::uint32_t before) {
+  return static_cast<std::uint32_t>(
+      ::crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,141 @@
+#include "tools/mcap/file.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace millrace::tools::mcap {
+
+namespace {
+
+tl::unexpected<std::string> failure(const std::string& what, const std::filesystem::path& path) {
+  return tl::unexpected("cannot " + what + " " + path.string() + ": " + std::strerror(errno));
+}
+
+/// Has the folder remember the names of its files.
+void sync_folder_of(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    ::fsync(descriptor);
+    ::close(descriptor);
+  }
+}
+
+}  // namespace
+
+tl::expected<FileSource, std::string> FileSource::open(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) {
+    return failure("read", path);
+  }
+  FileSource source(descriptor, 0);
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0) {
+    return failure("read", path);
+  }
+  if (!S_ISREG(status.st_mode)) {
+    return tl::unexpected("cannot read " + path.string() + ": it is no file");
+  }
+  source.size_ = static_cast<std::uint64_t>(status.st_size);
+  return source;
+}
+
+FileSource::~FileSource() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
+}
+
+FileSource::FileSource(FileSource&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_) {}
+
+void FileSource::read(std::uint64_t offset, std::uint64_t length, std::string& out) {
+  const std::uint64_t available = offset < size_ ? size_ - offset : 0;
+  out.resize(static_cast<std::size_t>(std::min(length, available)));
+  std::size_t done = 0;
+  while (done < out.size()) {
+    const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
+                                static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) {
+      continue;
+    }
+    if (got <= 0) {
+      break;
+    }
+    done += static_cast<std::size_t>(got);
+  }
+  out.resize(done);
+}
+
+tl::expected<FileSink, std::string> FileSink::create(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored)) {
+    errno = EEXIST;
+    return failure("write", path);
+  }
+  const int descriptor =
+      ::open(part_of(path).c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  if (descriptor < 0) {
+    return failure("write", part_of(path));
+  }
+  return FileSink(descriptor, path);
+}
+
+FileSink::~FileSink() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
+}
+
+FileSink::FileSink(FileSink&& other) noexcept
+    : descriptor_(std::exchange(other.descriptor_, -1)), path_(std::move(other.path_)) {}
+
+tl::expected<void, std::string> FileSink::write(Bytes bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) {
+      continue;
+    }
+    if (written < 0) {
+      return failure("write", part_of(path_));
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return {};
+}
+
+tl::expected<void, std::string> FileSink::sync() {
+  if (::fdatasync(descriptor_) != 0) {
+    return failure("write", part_of(path_));
+  }
+  return {};
+}
+
+tl::expected<void, std::string> FileSink::finish() {
+  if (auto synced = sync(); !synced) {
+    return synced;
+  }
+  ::close(std::exchange(descriptor_, -1));
+  std::error_code error;
+  std::filesystem::rename(part_of(path_), path_, error);
+  if (error) {
+    errno = error.value();
+    return failure("rename the finished file to", path_);
+  }
+  sync_folder_of(path_);
+  return {};
+}
+
+std::filesystem::path part_of(const std::filesystem::path& path) {
+  std::filesystem::path part = path;
+  part += ".part";
+  return part;
+}
+
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,62 @@
+// MCAP files on disk.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "tools/mcap/sink.hpp"
+
+namespace millrace::tools::mcap {
+
+/// A file to read. Its size is taken when it is opened; what is cut off later reads as missing.
+class FileSource : public Source {
+ public:
+  /// The error says which file and why not.
+  static tl::expected<FileSource, std::string> open(const std::filesystem::path& path);
+  ~FileSource() override;
+  FileSource(FileSource&& other) noexcept;
+  FileSource& operator=(FileSource&&) = delete;
+
+  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  void read(std::uint64_t offset, std::uint64_t length, std::string& out) override;
+
+ private:
+  FileSource(int descriptor, std::uint64_t size) : descriptor_(descriptor), size_(size) {}
+
+  int descriptor_;
+  std::uint64_t size_;
+};
+
+/// A new file to write. It grows under the name "FILE.part" and gets its own when it is finished,
+/// so a file under its own name is always whole.
+class FileSink : public Sink {
+ public:
+  /// Fails if either name exists already, too.
+  static tl::expected<FileSink, std::string> create(const std::filesystem::path& path);
+  /// Leaves the ".part" file behind unless it was finished.
+  ~FileSink() override;
+  FileSink(FileSink&& other) noexcept;
+  FileSink& operator=(FileSink&&) = delete;
+
+  tl::expected<void, std::string> write(Bytes bytes) override;
+  /// Has the disk hold what was written.
+  tl::expected<void, std::string> sync();
+  /// Syncs, closes and renames.
+  tl::expected<void, std::string> finish();
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  FileSink(int descriptor, std::filesystem::path path)
+      : descriptor_(descriptor), path_(std::move(path)) {}
+
+  int descriptor_;
+  std::filesystem::path path_;
+};
+
+/// "run.mcap" → "run.mcap.part".
+std::filesystem::path part_of(const std::filesystem::path& path);
+
+}  // namespace millrace::tools::mcap

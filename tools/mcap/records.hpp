@@ -1,0 +1,182 @@
+// The records of an MCAP file, version 0 (https://mcap.dev/spec), as C++ values.
+//
+// Times are nanoseconds since 1970-01-01T00:00:00Z. Bulk data are views into the buffer they were
+// decoded from; everything else is owned.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace millrace::tools::mcap {
+
+/// Raw bytes owned by someone else.
+using Bytes = std::string_view;
+using Nanoseconds = std::uint64_t;
+using ChannelId = std::uint16_t;
+using SchemaId = std::uint16_t;
+using StringMap = std::map<std::string, std::string>;
+
+/// First and last eight bytes of a file; the '0' is the version.
+inline constexpr Bytes magic{"\x89MCAP0\r\n", 8};
+
+enum class Opcode : std::uint8_t {
+  header = 0x01,
+  footer = 0x02,
+  schema = 0x03,
+  channel = 0x04,
+  message = 0x05,
+  chunk = 0x06,
+  message_index = 0x07,
+  chunk_index = 0x08,
+  attachment = 0x09,
+  attachment_index = 0x0a,
+  statistics = 0x0b,
+  metadata = 0x0c,
+  metadata_index = 0x0d,
+  summary_offset = 0x0e,
+  data_end = 0x0f,
+};
+
+/// Opcodes from here on are private to applications; lower ones that have no name are reserved.
+inline constexpr std::uint8_t first_private_opcode = 0x80;
+
+/// Opcode and length before each record's content.
+inline constexpr std::size_t record_prefix_size = 9;
+
+struct Header {
+  std::string profile;
+  /// Program and version that wrote the file.
+  std::string library;
+  bool operator==(const Header&) const = default;
+};
+
+/// The type of a channel's messages. Id 0 is invalid.
+struct Schema {
+  SchemaId id = 0;
+  std::string name;
+  std::string encoding;
+  std::string data;
+  bool operator==(const Schema&) const = default;
+};
+
+/// A stream of messages. Schema 0 = none.
+struct Channel {
+  ChannelId id = 0;
+  SchemaId schema = 0;
+  std::string topic;
+  std::string message_encoding;
+  StringMap metadata;
+  bool operator==(const Channel&) const = default;
+};
+
+struct Message {
+  ChannelId channel = 0;
+  std::uint32_t sequence = 0;
+  /// When it was recorded.
+  Nanoseconds log_time = 0;
+  /// When it was published.
+  Nanoseconds publish_time = 0;
+  Bytes data;
+};
+
+/// A batch of schemas, channels and messages.
+struct Chunk {
+  Nanoseconds start = 0;
+  Nanoseconds end = 0;
+  std::uint64_t uncompressed_size = 0;
+  /// Of the uncompressed records, 0 = not given.
+  std::uint32_t crc = 0;
+  /// Empty = none.
+  std::string compression;
+  Bytes records;
+};
+
+/// Where one channel's messages are in the chunk before: log time and offset into its records.
+struct MessageIndex {
+  ChannelId channel = 0;
+  std::vector<std::pair<Nanoseconds, std::uint64_t>> entries;
+};
+
+struct ChunkIndex {
+  Nanoseconds start = 0;
+  Nanoseconds end = 0;
+  std::uint64_t chunk_offset = 0;
+  /// Prefix included.
+  std::uint64_t chunk_length = 0;
+  /// Offset in the file of each channel's MessageIndex.
+  std::map<ChannelId, std::uint64_t> message_index_offsets;
+  std::uint64_t message_index_length = 0;
+  std::string compression;
+  std::uint64_t compressed_size = 0;
+  std::uint64_t uncompressed_size = 0;
+};
+
+/// A file inside the file.
+struct Attachment {
+  Nanoseconds log_time = 0;
+  Nanoseconds create_time = 0;
+  std::string name;
+  std::string media_type;
+  Bytes data;
+};
+
+struct AttachmentIndex {
+  std::uint64_t offset = 0;
+  std::uint64_t length = 0;
+  Nanoseconds log_time = 0;
+  Nanoseconds create_time = 0;
+  std::uint64_t data_size = 0;
+  std::string name;
+  std::string media_type;
+};
+
+struct Statistics {
+  std::uint64_t messages = 0;
+  std::uint16_t schemas = 0;
+  std::uint32_t channels = 0;
+  std::uint32_t attachments = 0;
+  std::uint32_t metadata = 0;
+  std::uint32_t chunks = 0;
+  Nanoseconds start = 0;
+  Nanoseconds end = 0;
+  std::map<ChannelId, std::uint64_t> channel_messages{};
+  bool operator==(const Statistics&) const = default;
+};
+
+struct Metadata {
+  std::string name;
+  StringMap values;
+  bool operator==(const Metadata&) const = default;
+};
+
+struct MetadataIndex {
+  std::uint64_t offset = 0;
+  std::uint64_t length = 0;
+  std::string name;
+};
+
+/// Where the summary's records of one opcode are.
+struct SummaryOffset {
+  Opcode group = Opcode::header;
+  std::uint64_t start = 0;
+  std::uint64_t length = 0;
+};
+
+struct DataEnd {
+  /// Of every byte before this record, 0 = not given.
+  std::uint32_t crc = 0;
+};
+
+/// Offsets 0 = the section is missing.
+struct Footer {
+  std::uint64_t summary_start = 0;
+  std::uint64_t summary_offset_start = 0;
+  /// From summary_start through the footer's summary_offset_start, 0 = not given.
+  std::uint32_t summary_crc = 0;
+};
+
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,57 @@
+#include "tools/mcap/repair.hpp"
+
+#include "tools/mcap/scan.hpp"
+#include "tools/mcap/summary.hpp"
+#include "tools/mcap/writer.hpp"
+
+namespace millrace::tools::mcap {
+
+namespace {
+
+class Copier : public Visitor {
+ public:
+  explicit Copier(Writer& writer) : writer_(writer) {}
+
+  void on_schema(const Schema& schema) override { writer_.define(schema); }
+  void on_channel(const Channel& channel) override { writer_.define(channel); }
+  void on_message(const Channel&, const Message& message, std::uint64_t) override {
+    keep(writer_.write(message));
+  }
+  void on_attachment(const Attachment& attachment) override { keep(writer_.write(attachment)); }
+  void on_metadata(const Metadata& metadata) override { keep(writer_.write(metadata)); }
+  void on_problem(const Problem& problem) override { problems_.push_back(problem); }
+
+  /// The first error of the sink.
+  Writer::Result result() const { return result_; }
+  Problems& problems() { return problems_; }
+
+ private:
+  void keep(const Writer::Result& result) {
+    if (result_) {
+      result_ = result;
+    }
+  }
+
+  Writer& writer_;
+  Writer::Result result_;
+  Problems problems_;
+};
+
+}  // namespace
+
+tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
+                                               const std::string& library) {
+  const auto summary = read_summary(damaged);
+  const auto header = read_header(damaged);
+  Writer writer(repaired, {.profile = header ? header->profile : "", .library = library});
+  Copier copier(writer);
+  const bool closed = scan(damaged, summary ? summary->definitions : Definitions{}, copier);
+  if (closed && !summary) {
+    copier.problems().push_back(summary.error());
+  }
+  return copier.result().and_then([&] { return writer.close(); }).map([&] {
+    return RepairReport{writer.statistics(), std::move(copier.problems())};
+  });
+}
+
+}  // namespace millrace::tools::mcap

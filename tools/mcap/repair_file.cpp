@@ -1,0 +1,37 @@
+#include "tools/mcap/repair_file.hpp"
+
+#include "tools/mcap/file.hpp"
+
+namespace millrace::tools::mcap {
+
+std::filesystem::path repaired_name(const std::filesystem::path& damaged) {
+  std::filesystem::path name = damaged;
+  if (name.extension() == ".part") {
+    name.replace_extension();
+  }
+  const std::string extension = name.extension().string();
+  return name.replace_extension(".repaired" + extension);
+}
+
+tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
+                                                    const std::filesystem::path& repaired,
+                                                    const std::string& library) {
+  auto source = FileSource::open(damaged);
+  if (!source) {
+    return tl::unexpected(source.error());
+  }
+  auto sink = FileSink::create(repaired);
+  if (!sink) {
+    return tl::unexpected(sink.error());
+  }
+  auto report = repair(*source, *sink, library);
+  if (!report) {
+    return report;
+  }
+  if (auto finished = sink->finish(); !finished) {
+    return tl::unexpected(finished.error());
+  }
+  return report;
+}
+
+}  // namespace millrace::tools::mcap

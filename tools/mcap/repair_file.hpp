@@ -1,0 +1,20 @@
+// Repair on disk.
+#pragma once
+
+#include <filesystem>
+
+#include "tools/mcap/repair.hpp"
+
+namespace millrace::tools::mcap {
+
+/// Where the repaired form of a file goes by default: "run.mcap" and "run.mcap.part" become
+/// "run.repaired.mcap".
+std::filesystem::path repaired_name(const std::filesystem::path& damaged);
+
+/// Repairs `damaged` into the new file `repaired`. The error names the file that cannot be read or
+/// written.
+tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
+                                                    const std::filesystem::path& repaired,
+                                                    const std::string& library);
+
+}  // namespace millrace::tools::mcap

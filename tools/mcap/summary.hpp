@@ -1,0 +1,45 @@
+// What a file holds, without reading its messages: from its summary, or, where that is missing or
+// damaged, from a scan.
+#pragma once
+
+#include <vector>
+
+#include "tools/mcap/definitions.hpp"
+#include "tools/mcap/problem.hpp"
+#include "tools/mcap/records.hpp"
+#include "tools/mcap/sink.hpp"
+
+namespace millrace::tools::mcap {
+
+struct Summary {
+  Header header;
+  Definitions definitions;
+  Statistics statistics;
+  std::vector<ChunkIndex> chunks;
+  std::vector<AttachmentIndex> attachments;
+  std::vector<MetadataIndex> metadata;
+};
+
+/// The first record of the file.
+Expected<Header> read_header(Source& source);
+
+/// From the end of the file; reads nothing but header, summary and footer, and checks the CRC.
+Expected<Summary> read_summary(Source& source);
+
+struct Survey {
+  /// After a scan: statistics and definitions of what can be read; the vectors are empty.
+  Summary summary;
+  /// Each metadata record, by name.
+  std::vector<Metadata> metadata;
+  /// The summary was there and whole, so the rest of the file has not been read.
+  bool from_summary = false;
+  Problems problems;
+};
+
+/// The summary, or else a scan.
+Survey survey(Source& source);
+
+/// The metadata record an index points to.
+Expected<Metadata> read_metadata(Source& source, const MetadataIndex& index);
+
+}  // namespace millrace::tools::mcap

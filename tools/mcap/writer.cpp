@@ -1,0 +1,136 @@
+#include "tools/mcap/writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include "tools/mcap/crc32.hpp"
+#include "tools/mcap/encode.hpp"
+
+namespace millrace::tools::mcap {
+
+namespace {
+
+template <typename Key, typename Value>
+const Value& record_of(const std::pair<const Key, Value>& entry) {
+  return entry.second;
+}
+
+template <typename Record>
+const Record& record_of(const Record& record) {
+  return record;
+}
+
+}  // namespace
+
+Writer::Writer(Sink& sink, WriterOptions options) : sink_(sink), options_(std::move(options)) {
+  pending_ = magic;
+  append(pending_, Header{options_.profile, options_.library});
+}
+
+void Writer::define(const Schema& schema) {
+  assert(schema.id != 0);
+  const auto [place, added] = schemas_.emplace(schema.id, schema);
+  assert(place->second == schema);
+  if (added) {
+    chunk_.add(schema);
+    statistics_.schemas = static_cast<std::uint16_t>(schemas_.size());
+  }
+}
+
+void Writer::define(const Channel& channel) {
+  assert(channel.schema == 0 || schemas_.contains(channel.schema));
+  const auto [place, added] = channels_.emplace(channel.id, channel);
+  assert(place->second == channel);
+  if (added) {
+    chunk_.add(channel);
+    statistics_.channels = static_cast<std::uint32_t>(channels_.size());
+  }
+}
+
+Writer::Result Writer::write(const Message& message) {
+  assert(knows(message.channel));
+  chunk_.add(message);
+  statistics_.start =
+      statistics_.messages == 0 ? message.log_time : std::min(statistics_.start, message.log_time);
+  statistics_.end = std::max(statistics_.end, message.log_time);
+  ++statistics_.messages;
+  ++statistics_.channel_messages[message.channel];
+  if (chunk_.size() >= options_.chunk_size) {
+    return close_chunk();
+  }
+  return {};
+}
+
+Writer::Result Writer::write(const Attachment& attachment) {
+  const std::uint64_t offset = written_ + pending_.size();
+  append(pending_, attachment);
+  attachments_.push_back({offset, written_ + pending_.size() - offset, attachment.log_time,
+                          attachment.create_time, attachment.data.size(), attachment.name,
+                          attachment.media_type});
+  ++statistics_.attachments;
+  return flush();
+}
+
+Writer::Result Writer::write(const Metadata& metadata) {
+  const std::uint64_t offset = written_ + pending_.size();
+  append(pending_, metadata);
+  metadata_.push_back({offset, written_ + pending_.size() - offset, metadata.name});
+  ++statistics_.metadata;
+  return flush();
+}
+
+Writer::Result Writer::close_chunk() {
+  if (!chunk_.empty()) {
+    chunks_.push_back(chunk_.finish(pending_, written_));
+    ++statistics_.chunks;
+  }
+  return flush();
+}
+
+Writer::Result Writer::close() {
+  if (auto closed = close_chunk(); !closed) {
+    return closed;
+  }
+  append(pending_, DataEnd{data_crc_});
+  append_summary();
+  pending_ += magic;
+  return flush();
+}
+
+Writer::Result Writer::flush() {
+  data_crc_ = crc32(pending_, data_crc_);
+  auto result = sink_.write(pending_);
+  written_ += pending_.size();
+  pending_.clear();
+  return result;
+}
+
+void Writer::append_summary() {
+  const std::size_t begin = pending_.size();
+  append_group(Opcode::schema, schemas_);
+  append_group(Opcode::channel, channels_);
+  append_group(Opcode::statistics, std::array{statistics_});
+  append_group(Opcode::chunk_index, chunks_);
+  append_group(Opcode::attachment_index, attachments_);
+  append_group(Opcode::metadata_index, metadata_);
+  const Footer footer{written_ + begin, written_ + pending_.size(), 0};
+  for (const SummaryOffset& group : groups_) {
+    append(pending_, group);
+  }
+  append_footer(pending_, footer, crc32(Bytes(pending_).substr(begin)));
+}
+
+template <typename Records>
+void Writer::append_group(Opcode opcode, const Records& records) {
+  if (records.empty()) {
+    return;
+  }
+  const std::uint64_t start = written_ + pending_.size();
+  for (const auto& entry : records) {
+    append(pending_, record_of(entry));
+  }
+  groups_.push_back({opcode, start, written_ + pending_.size() - start});
+}
+
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,83 @@
+// Writes an MCAP file: chunks with CRC and message indexes, then summary, statistics and footer.
+//
+//   Writer writer(sink, {.library = "millrace 0.1.0"});
+//   writer.define(schema);
+//   writer.define(channel);
+//   writer.write(message);
+//   writer.close_chunk();        // now what came before is safe from a cut
+//   writer.close();
+//
+// Bytes reach the sink chunk by chunk, each with its indexes in one write.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/mcap/chunk_builder.hpp"
+#include "tools/mcap/records.hpp"
+#include "tools/mcap/sink.hpp"
+
+namespace millrace::tools::mcap {
+
+struct WriterOptions {
+  /// Empty: no convention beyond MCAP itself.
+  std::string profile{};
+  /// Who writes, with version.
+  std::string library{};
+  /// A chunk is closed when its records have this many bytes.
+  std::size_t chunk_size = std::size_t{256} * 1024;
+};
+
+class Writer {
+ public:
+  /// What the sink refused.
+  using Result = tl::expected<void, std::string>;
+
+  /// `sink` must outlive the writer.
+  Writer(Sink& sink, WriterOptions options);
+
+  /// Each schema before the channels that use it, each channel before its messages; a repetition of
+  /// the same definition is ignored. Another one under the same id is a mistake of the caller.
+  void define(const Schema& schema);
+  void define(const Channel& channel);
+  [[nodiscard]] bool knows(ChannelId channel) const { return channels_.contains(channel); }
+
+  Result write(const Message& message);
+  /// Outside of chunks, at once.
+  Result write(const Attachment& attachment);
+  Result write(const Metadata& metadata);
+
+  /// Ends the chunk if there is one, and hands everything to the sink.
+  Result close_chunk();
+  /// The rest of the file. Nothing may be written afterwards.
+  Result close();
+
+  [[nodiscard]] const Statistics& statistics() const { return statistics_; }
+  /// Bytes of the file so far, those of the open chunk included.
+  [[nodiscard]] std::uint64_t size() const { return written_ + pending_.size() + chunk_.size(); }
+
+ private:
+  Result flush();
+  void append_summary();
+  template <typename Records>
+  void append_group(Opcode opcode, const Records& records);
+
+  Sink& sink_;
+  WriterOptions options_;
+  ChunkBuilder chunk_;
+  /// Encoded, not yet given to the sink; its first byte is at `written_`.
+  std::string pending_;
+  std::uint64_t written_ = 0;
+  std::uint32_t data_crc_ = 0;
+
+  std::map<SchemaId, Schema> schemas_;
+  std::map<ChannelId, Channel> channels_;
+  std::vector<ChunkIndex> chunks_;
+  std::vector<AttachmentIndex> attachments_;
+  std::vector<MetadataIndex> metadata_;
+  Statistics statistics_;
+  std::vector<SummaryOffset> groups_;
+};
+
+}  // namespace millrace::tools::mcap

@@ -1,0 +1,49 @@
+#include "tools/print/entry_csv.hpp"
+
+#include <array>
+
+#include <boost/json/serialize.hpp>
+#include <fmt/format.h>
+
+#include "tools/print/entry_text.hpp"
+
+namespace millrace::tools::print {
+
+namespace {
+
+/// Names of the JSON fields, which are the names of the columns.
+constexpr std::array<std::string_view, 20> columns{
+    "time",     "kind",    "machine",  "channel", "call",          "attempt", "uuid",
+    "event",    "reply",   "code",     "text",    "text_size",     "state",   "instance",
+    "received", "started", "answered", "detail",  "channel_state", "replayed"};
+
+std::string cell(const boost::json::value& value) {
+  const std::string text =
+      value.is_string() ? std::string(value.get_string()) : boost::json::serialize(value);
+  if (text.find_first_of(",\"\r\n") == std::string::npos) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c == '"' ? "\"\"" : std::string(1, c);
+  }
+  return quoted + '"';
+}
+
+}  // namespace
+
+std::string csv_header() {
+  return fmt::format("{}\r\n", fmt::join(columns, ","));
+}
+
+std::string csv_row(const recording::Entry& entry) {
+  const boost::json::object fields = json_of(entry);
+  std::vector<std::string> cells;
+  for (const std::string_view column : columns) {
+    const boost::json::value* value = fields.if_contains(column);
+    cells.push_back(value != nullptr ? cell(*value) : "");
+  }
+  return fmt::format("{}\r\n", fmt::join(cells, ","));
+}
+
+}  // namespace millrace::tools::print

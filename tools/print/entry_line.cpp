@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include "tools/print/entry_text.hpp"
+#include "tools/print/names.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::print {
+
+namespace {
+
+using recording::Entry;
+
+std::string text_or_size(const std::string& text, const Entry& entry) {
+  return entry.withheld ? fmt::format("({} bytes, not recorded)", *entry.withheld) : quoted(text);
+}
+
+std::string detail_of(const std::string& detail) {
+  return detail.empty() ? "" : "  " + safe(detail);
+}
+
+/// What the sample tells beyond time, kind, channel and call.
+class Tail {
+ public:
+  explicit Tail(const Entry& entry) : entry_(entry) {}
+
+  std::string operator()(const fabric::Request& request) const {
+    return fmt::format("#{} to {}  {} {}  state {}", request.attempt, request.assigned.to_string(),
+                       safe(request.uuid), text_or_size(request.text, entry_), request.state) +
+           replayed(request.replayed);
+  }
+  std::string operator()(const fabric::Reply& reply) const {
+    return fmt::format("#{} {} {}  {}  state {}  by {}", reply.attempt, name_of(reply.kind),
+                       name_of(reply.code), text_or_size(reply.text, entry_), reply.state,
+                       reply.instance.to_string()) +
+           replayed(reply.replayed);
+  }
+  std::string operator()(const recording::Withdrawal&) const { return ""; }
+  std::string operator()(const fabric::ChannelStatus& status) const {
+    return std::string(name_of(status.state)) + detail_of(status.reason);
+  }
+  std::string operator()(const recording::InstanceNews& news) const {
+    return fmt::format("{}  {} {} on {} ({})", name_of(news.change), entry_.uuid,
+                       safe(news.identity.name), safe(news.identity.host),
+                       news.identity.id.to_string());
+  }
+  std::string operator()(const fabric::InstanceStatus& status) const {
+    return fmt::format("{}  {} running, {} answered, {} failed, mean {}",
+                       status.instance.to_string(), status.running, status.answered, status.failed,
+                       duration_text(status.mean));
+  }
+  std::string operator()(const fabric::Event& event) const {
+    const bool has_text = entry_.withheld || !event.text.empty();
+    return fmt::format("{}{}{}{}", name_of(event.kind),
+                       has_text ? "  " + text_or_size(event.text, entry_) : "",
+                       event.state != 0 ? fmt::format("  state {}", event.state) : "",
+                       detail_of(event.detail)) +
+           replayed(event.replayed);
+  }
+  std::string operator()(const fabric::Command& command) const {
+    return fmt::format("{} by {}", name_of(command.kind), safe(command.issuer));
+  }
+  std::string operator()(const fabric::MachineStatus& status) const {
+    return fmt::format("{}  {} at {}", safe(status.machine),
+                       status.connected ? "connected" : "not connected", safe(status.address)) +
+           detail_of(status.reason);
+  }
+  std::string operator()(const fabric::Outcome& outcome) const {
+    return (outcome.done ? "done" : "refused") + detail_of(outcome.detail);
+  }
+
+ private:
+  static std::string replayed(bool replayed) { return replayed ? "  (replayed)" : ""; }
+
+  const Entry& entry_;
+};
+
+}  // namespace
+
+std::string line_of(const Entry& entry) {
+  std::string line = fmt::format("{}  {:<10}", time_text(entry.at), kind_of(entry));
+  if (const fabric::ChannelKey* key = channel_of(entry); key != nullptr && !key->machine.empty()) {
+    line += fmt::format("  {}", safe(key->to_string()));
+  }
+  if (const fabric::CallId call = call_of(entry); call != fabric::CallId{}) {
+    line += fmt::format("  {}", call.to_string());
+  }
+  const std::string tail = std::visit(Tail(entry), entry.sample);
+  return tail.empty() ? line : line + "  " + tail;
+}
+
+}  // namespace millrace::tools::print

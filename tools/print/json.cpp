@@ -1,0 +1,92 @@
+#include "tools/print/json.hpp"
+
+#include <boost/json/array.hpp>
+#include <boost/json/serialize.hpp>
+#include <fmt/format.h>
+
+#include "fabric/channel_scope.hpp"
+#include "idl/text/cp1252.hpp"
+#include "tools/print/names.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::print {
+
+void put_time(boost::json::object& out, std::string_view name, fabric::Time time) {
+  if (time != fabric::Time{}) {
+    out[name] = time_text(time);
+  }
+}
+
+void put_identity(boost::json::object& out, const fabric::InstanceIdentity& identity) {
+  out["instance"] = identity.id.to_string();
+  out["uuid"] = utf8(identity.uuid);
+  out["name"] = utf8(identity.name);
+  out["description"] = utf8(identity.description);
+  out["version"] = utf8(identity.version);
+  out["host"] = utf8(identity.host);
+  out["pid"] = identity.pid;
+  boost::json::array channels;
+  for (const fabric::ChannelScope& scope : identity.channels) {
+    channels.emplace_back(utf8(fabric::format_channel_scope(scope)));
+  }
+  out["channels"] = std::move(channels);
+  out["delivery"] = name_of(identity.delivery);
+  out["concurrency"] = identity.concurrency;
+  out["draining"] = identity.draining;
+}
+
+void put_status(boost::json::object& out, const fabric::InstanceStatus& status) {
+  out["running"] = status.running;
+  out["answered_calls"] = status.answered;
+  out["failed"] = status.failed;
+  out["repeated"] = status.repeated;
+  out["cancelled"] = status.cancelled;
+  out["mean_ms"] = std::chrono::duration<double, std::milli>(status.mean).count();
+  put_time(out, "started", status.started);
+  put_time(out, "last_call", status.last_call);
+}
+
+void put_machine(boost::json::object& out, const fabric::MachineStatus& status) {
+  out["machine"] = utf8(status.machine);
+  out["connected"] = status.connected;
+  put_time(out, "since", status.since);
+  out["address"] = utf8(status.address);
+  out["reason"] = utf8(status.reason);
+  out["channels"] = status.channels;
+  out["poll_ms"] = std::chrono::duration<double, std::milli>(status.poll).count();
+  out["requests_per_second"] = status.requests_per_second;
+  out["round_trip_ms"] = std::chrono::duration<double, std::milli>(status.round_trip).count();
+  out["gateway_host"] = utf8(status.host);
+  out["gateway_pid"] = status.pid;
+  out["gateway_version"] = utf8(status.version);
+}
+
+void put_channel(boost::json::object& out, const fabric::ChannelStatus& status) {
+  out["channel_state"] = name_of(status.state);
+  put_time(out, "since", status.since);
+  out["attempt"] = status.attempt;
+  if (status.instance != fabric::InstanceId{}) {
+    out["instance"] = status.instance.to_string();
+  }
+  out["reason"] = utf8(status.reason);
+  out["calls"] = status.calls;
+  out["answered_calls"] = status.answered;
+  out["withdrawn"] = status.withdrawn;
+  out["repeated"] = status.repeated;
+  out["late"] = status.late;
+  out["failed"] = status.failed;
+}
+
+std::string text_json(std::string_view cp1252) {
+  return idl::text::to_utf8(cp1252);
+}
+
+std::string utf8(std::string_view text) {
+  return idl::text::is_utf8(text) ? std::string(text) : idl::text::to_utf8(text);
+}
+
+void print_json(const boost::json::value& value) {
+  fmt::print("{}\n", boost::json::serialize(value));
+}
+
+}  // namespace millrace::tools::print

@@ -1,0 +1,31 @@
+// Values of the fabric in JSON, the same in every `--json`.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <boost/json/object.hpp>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::tools::print {
+
+/// ISO 8601 in UTC; nothing if the time is not known.
+void put_time(boost::json::object& out, std::string_view name, fabric::Time time);
+/// The fields of an identity: "instance", "uuid", "name", "host", …
+void put_identity(boost::json::object& out, const fabric::InstanceIdentity& identity);
+/// Load and counters of an instance.
+void put_status(boost::json::object& out, const fabric::InstanceStatus& status);
+/// The link to a controller.
+void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
+/// The state and counters of a channel, without its key.
+void put_channel(boost::json::object& out, const fabric::ChannelStatus& status);
+/// A text of the controller: CP1252 as UTF-8.
+std::string text_json(std::string_view cp1252);
+/// A text of the fabric; bytes that are no UTF-8 are taken as CP1252, so that the output is JSON.
+std::string utf8(std::string_view text);
+
+/// One line to standard output.
+void print_json(const boost::json::value& value);
+
+}  // namespace millrace::tools::print

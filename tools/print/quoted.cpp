@@ -1,0 +1,56 @@
+#include "tools/print/quoted.hpp"
+
+#include <cstdint>
+
+#include <fmt/format.h>
+
+#include "idl/text/cp1252.hpp"
+
+namespace millrace::tools::print {
+
+namespace {
+
+/// Control characters of ASCII and of the upper half of CP1252's undefined bytes.
+bool is_control(char c) {
+  const auto byte = static_cast<std::uint8_t>(c);
+  return byte < 0x20 || byte == 0x7f;
+}
+
+bool is_undefined(char c) {
+  const auto byte = static_cast<std::uint8_t>(c);
+  return byte == 0x81 || byte == 0x8d || byte == 0x8f || byte == 0x90 || byte == 0x9d;
+}
+
+std::string escaped(char c) {
+  return fmt::format("\\x{:02x}", static_cast<std::uint8_t>(c));
+}
+
+}  // namespace
+
+std::string quoted(std::string_view cp1252) {
+  std::string out = "\"";
+  for (const char c : cp1252) {
+    if (is_control(c) || is_undefined(c)) {
+      out += escaped(c);
+    } else if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else {
+      out += idl::text::to_utf8({&c, 1});
+    }
+  }
+  return out + '"';
+}
+
+std::string safe(std::string_view utf8) {
+  // Whatever is no UTF-8, or has a C1 control in it, was no text of ours.
+  const bool is_text = idl::text::is_utf8(utf8);
+  std::string out;
+  for (const char c : utf8) {
+    out += is_control(c) || (!is_text && static_cast<std::uint8_t>(c) >= 0x80) ? escaped(c)
+                                                                               : std::string(1, c);
+  }
+  return out;
+}
+
+}  // namespace millrace::tools::print

@@ -1,0 +1,50 @@
+#include "tools/print/table.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace millrace::tools::print {
+
+Table::Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
+
+void Table::add(std::vector<std::string> row) {
+  assert(row.size() == columns_.size());
+  rows_.push_back(std::move(row));
+}
+
+std::string Table::text() const {
+  std::vector<std::string> titles;
+  for (const Column& column : columns_) {
+    titles.push_back(column.title);
+  }
+  std::vector<std::size_t> widths(columns_.size());
+  const auto measure = [&](const std::vector<std::string>& row) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths[i] = std::max(widths[i], width(row[i]));
+    }
+  };
+  measure(titles);
+  std::for_each(rows_.begin(), rows_.end(), measure);
+
+  std::string out;
+  const auto append = [&](const std::vector<std::string>& row) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string padding(widths[i] - width(row[i]), ' ');
+      line += columns_[i].align == Align::right ? padding + row[i] : row[i] + padding;
+      line += "  ";
+    }
+    out += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  };
+  append(titles);
+  std::for_each(rows_.begin(), rows_.end(), append);
+  return out;
+}
+
+std::size_t width(std::string_view utf8) {
+  return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+  }));
+}
+
+}  // namespace millrace::tools::print

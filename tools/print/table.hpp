@@ -1,0 +1,40 @@
+// Columns for a terminal.
+//
+//   Table table({"SERVICE", {"CALLS", Align::right}});
+//   table.add({"square_root", "17"});
+//   std::string text = table.text();
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace millrace::tools::print {
+
+enum class Align : std::uint8_t { left, right };
+
+struct Column {
+  std::string title{};
+  Align align = Align::left;
+};
+
+class Table {
+ public:
+  explicit Table(std::vector<Column> columns);
+
+  /// One cell per column.
+  void add(std::vector<std::string> row);
+  [[nodiscard]] bool empty() const { return rows_.empty(); }
+  /// Title line and rows, each ended by a newline; no blanks at the end of a line.
+  [[nodiscard]] std::string text() const;
+
+ private:
+  std::vector<Column> columns_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// How many columns of a terminal UTF-8 text takes, if each character takes one.
+std::size_t width(std::string_view utf8);
+
+}  // namespace millrace::tools::print

@@ -1,0 +1,55 @@
+// What a recorder is told.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "tools/recording/filter.hpp"
+
+namespace millrace::tools::recorder {
+
+/// When the disk must hold what was written.
+enum class Sync : std::uint8_t {
+  /// When the operating system likes.
+  none,
+  /// With each chunk that is closed by time, and when a call failed.
+  interval,
+  /// Also with each call that is answered.
+  call
+};
+
+/// Keep the newest in memory and write it when something goes wrong.
+struct Window {
+  std::chrono::nanoseconds length = std::chrono::seconds(30);
+  /// Everything is written for this long after a failure.
+  std::chrono::nanoseconds after = std::chrono::seconds(1);
+  /// Memory for it; the oldest goes first.
+  std::uint64_t size = std::uint64_t{256} * 1024 * 1024;
+};
+
+struct Options {
+  std::filesystem::path file{};
+  recording::Filter filter{};
+  /// Services whose texts are left out, canonical.
+  std::set<std::string> without_text{};
+  /// A chunk is closed, and safe from a cut, after this long.
+  std::chrono::nanoseconds chunk_period = std::chrono::milliseconds(250);
+  Sync sync = Sync::interval;
+  /// A new file is begun at this size or age; 0 = never.
+  std::uint64_t rotate_size = 0;
+  std::chrono::nanoseconds rotate_time{};
+  /// Recording ends, in order, when the disk has less than this left.
+  std::uint64_t minimum_free = std::uint64_t{100} * 1024 * 1024;
+  std::optional<Window> window{};
+  /// Who writes: program and version.
+  std::string library{};
+  /// Goes into the metadata of each file: host, fabric, …
+  std::map<std::string, std::string> labels{};
+};
+
+}  // namespace millrace::tools::recorder

@@ -1,0 +1,156 @@
+#include "tools/recorder/recorder.hpp"
+
+#include "tools/recorder/file_names.hpp"
+
+namespace millrace::tools::recorder {
+
+namespace {
+
+/// The end of a call, after which `Sync::call` has the disk hold it.
+bool ends_a_call(const recording::Entry& entry) {
+  const auto* event = std::get_if<fabric::Event>(&entry.sample);
+  return event != nullptr && event->kind == fabric::EventKind::written;
+}
+
+}  // namespace
+
+Recorder::Recorder(Options options, FreeSpace free_space)
+    : options_(std::move(options)), free_space_(std::move(free_space)) {
+  if (options_.window) {
+    ring_.emplace(options_.window->length, options_.window->size);
+  }
+}
+
+Recorder::Result Recorder::start(Moment now) {
+  return ring_ ? Result{} : begin_file(now);
+}
+
+Recorder::Result Recorder::on_entry(recording::Entry entry, Moment now) {
+  ++tally_.received;
+  if (!options_.filter.takes(entry)) {
+    ++tally_.filtered;
+    return {};
+  }
+  const bool failure = recording::is_failure(entry);
+  if (options_.without_text.contains(entry.uuid)) {
+    recording::withhold_text(entry);
+  }
+  tally_.failures += failure ? 1 : 0;
+  if (!ring_ || now < write_until_) {
+    return write(entry, now);
+  }
+  ring_->add(std::move(entry));
+  return failure ? write_window(now) : Result{};
+}
+
+Recorder::Result Recorder::write_window(Moment now) {
+  write_until_ = now + options_.window->after;
+  Result result = file_ ? Result{} : begin_file(now);
+  ring_->take([&](const recording::Entry& entry) {
+    if (result) {
+      result = write(entry, now);
+    }
+  });
+  return result.and_then([&] { return close_chunk(options_.sync != Sync::none); });
+}
+
+Recorder::Result Recorder::write(const recording::Entry& entry, Moment now) {
+  if (auto written = file_->write(entry); !written) {
+    return written;
+  }
+  ++tally_.written;
+  if (!dirty_since_) {
+    dirty_since_ = now;
+  }
+  if (recording::is_failure(entry) && now >= write_until_) {
+    return close_chunk(options_.sync != Sync::none);
+  }
+  if (options_.sync == Sync::call && ends_a_call(entry)) {
+    return close_chunk(true);
+  }
+  return rotate_if_due(now);
+}
+
+Recorder::Result Recorder::tick(Moment now) {
+  if (!file_) {
+    return {};
+  }
+  if (dirty_since_ && now - *dirty_since_ >= options_.chunk_period) {
+    if (auto closed = close_chunk(options_.sync != Sync::none); !closed) {
+      return closed;
+    }
+  }
+  disk_is_full_ = free_space_(file_->path()) < options_.minimum_free;
+  return rotate_if_due(now);
+}
+
+Recorder::Result Recorder::close_chunk(bool sync) {
+  dirty_since_.reset();
+  return file_->close_chunk(sync);
+}
+
+Recorder::Result Recorder::finish(std::uint64_t delivered, std::uint64_t lost) {
+  if (!file_) {
+    return {};
+  }
+  return end_file({{"delivered_by_the_bus", std::to_string(delivered)},
+                   {"lost_by_the_bus", std::to_string(lost)},
+                   {"filtered_out", std::to_string(tally_.filtered)}});
+}
+
+Recorder::Result Recorder::begin_file(Moment now) {
+  ++file_number_;
+  const auto path = numbered(options_.file, file_number_, !rotates());
+  auto file = RecordingFile::create(path, options_.library);
+  if (!file) {
+    return tl::unexpected(file.error());
+  }
+  file_ = std::move(*file);
+  file_begun_ = now;
+  // The header is on the disk before the first call is.
+  return file_->close_chunk(options_.sync != Sync::none);
+}
+
+Recorder::Result Recorder::end_file(const std::map<std::string, std::string>& more) {
+  std::map<std::string, std::string> metadata = options_.labels;
+  metadata.insert(more.begin(), more.end());
+  metadata["written"] = std::to_string(file_->messages());
+  metadata["file"] = std::to_string(file_number_);
+  dirty_since_.reset();
+  if (auto finished = file_->finish(metadata); !finished) {
+    return finished;
+  }
+  files_.push_back(file_->path());
+  file_.reset();
+  return {};
+}
+
+Recorder::Result Recorder::rotate_if_due(Moment now) {
+  const bool too_large = options_.rotate_size > 0 && file_->size() >= options_.rotate_size;
+  const bool too_old =
+      options_.rotate_time.count() > 0 && now - file_begun_ >= options_.rotate_time;
+  // An idle fabric makes no empty files.
+  if ((!too_large && !too_old) || file_->messages() == 0) {
+    return {};
+  }
+  return end_file({}).and_then([&] { return begin_file(now); });
+}
+
+bool Recorder::rotates() const {
+  return options_.rotate_size > 0 || options_.rotate_time.count() > 0;
+}
+
+Tally Recorder::tally() const {
+  Tally tally = tally_;
+  tally.let_go = tally.received - tally.filtered - tally.written;
+  return tally;
+}
+
+std::uint64_t Recorder::disk_space(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  const std::filesystem::space_info space = std::filesystem::space(folder, error);
+  return error ? 0 : space.available;
+}
+
+}  // namespace millrace::tools::recorder

@@ -1,0 +1,87 @@
+// Decides what of a fabric's traffic is written when, and to which file.
+//
+//   Recorder recorder(options);
+//   recorder.start(now);
+//   recorder.on_entry(entry, now);           // each entry, as it comes
+//   recorder.tick(now);                      // some times a second
+//   recorder.finish(counts);
+//
+// After an error nothing more can be written; what is in the file's closed chunks can be repaired.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "tools/recorder/options.hpp"
+#include "tools/recorder/recording_file.hpp"
+#include "tools/recorder/ring.hpp"
+
+namespace millrace::tools::recorder {
+
+/// What became of the entries that came in: written, filtered out, or (with a window) let go.
+struct Tally {
+  std::uint64_t received = 0;
+  std::uint64_t written = 0;
+  std::uint64_t filtered = 0;
+  std::uint64_t let_go = 0;
+  std::uint64_t failures = 0;
+};
+
+class Recorder {
+ public:
+  using Result = tl::expected<void, std::string>;
+  using Moment = std::chrono::steady_clock::time_point;
+  /// Bytes left on the disk of a path.
+  using FreeSpace = std::function<std::uint64_t(const std::filesystem::path&)>;
+
+  explicit Recorder(Options options, FreeSpace free_space = disk_space);
+
+  /// Begins the first file, unless a window waits for a failure first.
+  Result start(Moment now);
+  Result on_entry(recording::Entry entry, Moment now);
+  /// Closes chunks and files whose time has come.
+  Result tick(Moment now);
+  /// Ends the recording in order. `delivered` and `lost` are what the bus counted.
+  Result finish(std::uint64_t delivered, std::uint64_t lost);
+
+  [[nodiscard]] Tally tally() const;
+  /// True when the disk has too little space left; the recording should be finished then.
+  [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
+  /// The finished files.
+  [[nodiscard]] const std::vector<std::filesystem::path>& files() const { return files_; }
+
+  /// Of the file system; 0 if it cannot be asked.
+  static std::uint64_t disk_space(const std::filesystem::path& path);
+
+ private:
+  Result begin_file(Moment now);
+  Result end_file(const std::map<std::string, std::string>& more);
+  Result write(const recording::Entry& entry, Moment now);
+  Result write_window(Moment now);
+  Result close_chunk(bool sync);
+  Result rotate_if_due(Moment now);
+  [[nodiscard]] bool rotates() const;
+
+  Options options_;
+  FreeSpace free_space_;
+  std::optional<Ring> ring_;
+  std::unique_ptr<RecordingFile> file_;
+  unsigned file_number_ = 0;
+  Moment file_begun_{};
+  /// The first entry of the open chunk came then.
+  std::optional<Moment> dirty_since_;
+  /// With a window: everything is written until then.
+  Moment write_until_ = Moment::min();
+  bool disk_is_full_ = false;
+  Tally tally_;
+  std::vector<std::filesystem::path> files_;
+};
+
+}  // namespace millrace::tools::recorder

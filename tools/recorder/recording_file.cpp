@@ -1,0 +1,41 @@
+#include "tools/recorder/recording_file.hpp"
+
+#include <fmt/format.h>
+
+#include "tools/print/hops_metadata.hpp"
+
+namespace millrace::tools::recorder {
+
+tl::expected<std::unique_ptr<RecordingFile>, std::string> RecordingFile::create(
+    const std::filesystem::path& path, const std::string& library) {
+  return mcap::FileSink::create(path).map([&](mcap::FileSink&& sink) {
+    return std::make_unique<RecordingFile>(std::move(sink), library);
+  });
+}
+
+RecordingFile::RecordingFile(mcap::FileSink sink, const std::string& library)
+    : sink_(std::move(sink)), file_(sink_, {.library = library}), entries_(file_) {}
+
+RecordingFile::Result RecordingFile::write(const recording::Entry& entry) {
+  hops_.add(entry);
+  return entries_.write(entry);
+}
+
+RecordingFile::Result RecordingFile::close_chunk(bool sync) {
+  return file_.close_chunk().and_then([&] { return sync ? sink_.sync() : Result{}; });
+}
+
+RecordingFile::Result RecordingFile::finish(const std::map<std::string, std::string>& metadata) {
+  hops_.close();
+  return file_.close_chunk()
+      .and_then([&] {
+        return file_.write(mcap::Metadata{"millrace.recorder", metadata});
+      })
+      .and_then([&] {
+        return file_.write(mcap::Metadata{"millrace.hops", print::hops_metadata(hops_)});
+      })
+      .and_then([&] { return file_.close(); })
+      .and_then([&] { return sink_.finish(); });
+}
+
+}  // namespace millrace::tools::recorder

@@ -1,0 +1,45 @@
+// One file of a recording while it is written.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "tools/mcap/file.hpp"
+#include "tools/mcap/writer.hpp"
+#include "tools/recording/hops.hpp"
+#include "tools/recording/writer.hpp"
+
+namespace millrace::tools::recorder {
+
+class RecordingFile {
+ public:
+  using Result = tl::expected<void, std::string>;
+
+  /// Begins the file `path`, which grows as "PATH.part". Fails if it exists.
+  static tl::expected<std::unique_ptr<RecordingFile>, std::string> create(
+      const std::filesystem::path& path, const std::string& library);
+
+  RecordingFile(mcap::FileSink sink, const std::string& library);
+
+  Result write(const recording::Entry& entry);
+  /// Closes the chunk if there is one; `sync` has the disk hold it.
+  Result close_chunk(bool sync);
+  /// Adds `metadata` and the times of hops, closes and renames the file.
+  Result finish(const std::map<std::string, std::string>& metadata);
+
+  [[nodiscard]] const std::filesystem::path& path() const { return sink_.path(); }
+  [[nodiscard]] std::uint64_t size() const { return file_.size(); }
+  [[nodiscard]] std::uint64_t messages() const { return file_.statistics().messages; }
+
+ private:
+  mcap::FileSink sink_;
+  mcap::Writer file_;
+  recording::RecordingWriter entries_;
+  recording::HopStatistics hops_;
+};
+
+}  // namespace millrace::tools::recorder

@@ -1,0 +1,54 @@
+#include "tools/recording/channels.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+
+namespace millrace::tools::recording {
+
+namespace {
+
+struct Origin {
+  const char* topic;
+  const char* type;
+  const char* qos;
+};
+
+constexpr const char* last_of_each_key = "reliable, transient local, keep last 1";
+
+/// In the order of the alternatives of Sample.
+constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
+    {"millrace/request", "millrace::Request", last_of_each_key},
+    {"millrace/reply", "millrace::Reply", last_of_each_key},
+    {"millrace/request", "millrace::Request", last_of_each_key},
+    {"millrace/channel", "millrace::ChannelStatus", last_of_each_key},
+    {"DCPSSubscription", "user data of the request reader", ""},
+    {"millrace/instance", "millrace::InstanceStatus", last_of_each_key},
+    {"millrace/event", "millrace::Event", "reliable, volatile"},
+    {"millrace/command", "millrace::Command", "reliable, volatile"},
+    {"millrace/outcome", "millrace::Outcome", last_of_each_key},
+    {"millrace/machine", "millrace::MachineStatus", last_of_each_key},
+}};
+
+}  // namespace
+
+std::string topic_of(const Entry& entry) {
+  if (std::holds_alternative<fabric::Command>(entry.sample) ||
+      std::holds_alternative<fabric::Outcome>(entry.sample)) {
+    return fmt::format("operator/{}", kind_of(entry));
+  }
+  if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+    return fmt::format("machine/{}/status", status->machine);
+  }
+  if (const fabric::ChannelKey* key = channel_of(entry)) {
+    return fmt::format("machine/{}/{}/{}", key->machine, key->channel, kind_of(entry));
+  }
+  return fmt::format("service/{}/{}", entry.uuid.empty() ? "unknown" : entry.uuid, kind_of(entry));
+}
+
+mcap::StringMap origin_metadata(const Entry& entry) {
+  const Origin& origin = origins.at(entry.sample.index());
+  return {{"dds_topic", origin.topic}, {"dds_type", origin.type}, {"dds_qos", origin.qos}};
+}
+
+}  // namespace millrace::tools::recording

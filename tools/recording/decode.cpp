@@ -1,0 +1,210 @@
+#include <fmt/format.h>
+
+#include "fabric/channel_scope.hpp"
+#include "tools/recording/codec.hpp"
+#include "tools/recording/proto_fields.hpp"
+
+namespace millrace::tools::recording {
+
+namespace {
+
+fabric::Request sample_of(const proto::Request& message, Entry& entry) {
+  entry.uuid = fabric::canonical_uuid(message.uuid());
+  return {
+      .key = key_of(message),
+      .call = call_id_of(message),
+      .attempt = message.attempt(),
+      .assigned = instance_of(message.assigned()),
+      .uuid = message.uuid(),
+      .text = take_text(message, entry),
+      .state = message.state(),
+      .deadline = time_of(message.deadline()),
+      .seen = time_of(message.seen()),
+      .dispatched = time_of(message.dispatched()),
+      .replayed = message.replayed(),
+  };
+}
+
+fabric::Reply sample_of(const proto::Reply& message, Entry& entry) {
+  entry.uuid = message.uuid();
+  return {
+      .key = key_of(message),
+      .instance = instance_of(message.instance()),
+      .call = call_id_of(message),
+      .attempt = message.attempt(),
+      .kind = static_cast<fabric::ReplyKind>(message.kind()),
+      .code = static_cast<fabric::ServiceCode>(message.code()),
+      .text = take_text(message, entry),
+      .state = message.state(),
+      .received = time_of(message.received()),
+      .started = time_of(message.started()),
+      .answered = time_of(message.answered()),
+      .replayed = message.replayed(),
+  };
+}
+
+Withdrawal sample_of(const proto::Withdrawal& message, Entry& entry) {
+  entry.uuid = message.uuid();
+  return {.key = key_of(message), .call = call_id_of(message)};
+}
+
+fabric::ChannelStatus sample_of(const proto::ChannelStatus& message, Entry& entry) {
+  entry.uuid = fabric::canonical_uuid(message.uuid());
+  return {
+      .key = key_of(message),
+      .state = static_cast<fabric::ChannelState>(message.state()),
+      .since = time_of(message.since()),
+      .call = call_id_of(message),
+      .attempt = message.attempt(),
+      .instance = instance_of(message.instance()),
+      .uuid = message.uuid(),
+      .reason = message.reason(),
+      .calls = message.calls(),
+      .answered = message.answered(),
+      .withdrawn = message.withdrawn(),
+      .repeated = message.repeated_calls(),
+      .late = message.late(),
+      .failed = message.failed(),
+  };
+}
+
+InstanceNews sample_of(const proto::Instance& message, Entry& entry) {
+  entry.uuid = message.uuid();
+  InstanceNews news{.change = static_cast<Change>(message.change())};
+  news.identity = {
+      .id = instance_of(message.instance()),
+      .uuid = message.uuid(),
+      .name = message.name(),
+      .description = message.description(),
+      .version = message.version(),
+      .host = message.host(),
+      .pid = message.pid(),
+      .delivery = static_cast<fabric::Delivery>(message.delivery()),
+      .concurrency = message.concurrency(),
+      .draining = message.draining(),
+  };
+  for (const std::string& text : message.channel()) {
+    if (const auto scope = fabric::parse_channel_scope(text)) {
+      news.identity.channels.push_back(*scope);
+    }
+  }
+  return news;
+}
+
+fabric::InstanceStatus sample_of(const proto::InstanceStatus& message, Entry& entry) {
+  entry.uuid = message.uuid();
+  return {
+      .instance = instance_of(message.instance()),
+      .running = message.running(),
+      .answered = message.answered(),
+      .failed = message.failed(),
+      .repeated = message.repeated_calls(),
+      .cancelled = message.cancelled(),
+      .mean = std::chrono::nanoseconds(static_cast<std::int64_t>(message.mean_ns())),
+      .started = time_of(message.started()),
+      .last_call = time_of(message.last_call()),
+  };
+}
+
+fabric::MachineStatus sample_of(const proto::MachineStatus& message, Entry&) {
+  return {
+      .machine = message.machine(),
+      .connected = message.connected(),
+      .since = time_of(message.since()),
+      .address = message.address(),
+      .reason = message.reason(),
+      .channels = static_cast<std::uint16_t>(message.channels()),
+      .poll = std::chrono::nanoseconds(static_cast<std::int64_t>(message.poll_ns())),
+      .requests_per_second = message.requests_per_second(),
+      .round_trip = std::chrono::nanoseconds(static_cast<std::int64_t>(message.round_trip_ns())),
+      .host = message.host(),
+      .pid = message.pid(),
+      .version = message.version(),
+      .epoch = message.epoch(),
+  };
+}
+
+fabric::Event sample_of(const proto::Event& message, Entry& entry) {
+  entry.uuid = fabric::canonical_uuid(message.uuid());
+  return {
+      .key = key_of(message),
+      .call = call_id_of(message),
+      .attempt = message.attempt(),
+      .kind = static_cast<fabric::EventKind>(message.kind()),
+      .at = time_of(message.at()),
+      .instance = instance_of(message.instance()),
+      .uuid = message.uuid(),
+      .text = take_text(message, entry),
+      .state = message.state(),
+      .detail = message.detail(),
+      .replayed = message.replayed(),
+  };
+}
+
+fabric::Command sample_of(const proto::Command& message, Entry& entry) {
+  return {
+      .id = instance_of(message.token()),
+      .kind = static_cast<fabric::CommandKind>(message.kind()),
+      .key = key_of(message),
+      .call = call_id_of(message),
+      .text = take_text(message, entry),
+      .state = message.state(),
+      .instance = instance_of(message.instance()),
+      .issuer = message.issuer(),
+      .at = time_of(message.at()),
+  };
+}
+
+fabric::Outcome sample_of(const proto::Outcome& message, Entry&) {
+  return {
+      .responder = instance_of(message.responder()),
+      .command = instance_of(message.token()),
+      .done = message.done(),
+      .detail = message.detail(),
+      .at = time_of(message.at()),
+  };
+}
+
+enum class Match : std::uint8_t { other_schema, damaged, decoded };
+
+/// Decodes `bytes` as a `Message` if that is what `schema` names.
+template <typename Message>
+Match match(std::string_view schema, std::string_view bytes, Entry& entry) {
+  if (Message::descriptor()->full_name() != schema) {
+    return Match::other_schema;
+  }
+  Message message;
+  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return Match::damaged;
+  }
+  entry.sample = sample_of(message, entry);
+  return Match::decoded;
+}
+
+template <typename... Messages>
+Match match_one_of(std::string_view schema, std::string_view bytes, Entry& entry) {
+  Match result = Match::other_schema;
+  // Stops at the first message whose name fits.
+  (void)(((result = match<Messages>(schema, bytes, entry)) != Match::other_schema) || ...);
+  return result;
+}
+
+}  // namespace
+
+tl::expected<Entry, std::string> decode(std::string_view schema, std::string_view message,
+                                        fabric::Time at) {
+  Entry entry{.at = at};
+  switch (match_one_of<proto::Request, proto::Reply, proto::Withdrawal, proto::ChannelStatus,
+                       proto::Instance, proto::InstanceStatus, proto::Event, proto::Command,
+                       proto::Outcome, proto::MachineStatus>(schema, message, entry)) {
+    case Match::decoded:
+      return entry;
+    case Match::damaged:
+      return tl::unexpected(fmt::format("the message is no {}", schema));
+    case Match::other_schema:
+      break;
+  }
+  return tl::unexpected(fmt::format("'{}' is no schema of millrace", schema));
+}
+
+}  // namespace millrace::tools::recording

@@ -1,0 +1,199 @@
+#include <google/protobuf/descriptor.pb.h>
+
+#include "fabric/channel_scope.hpp"
+#include "tools/recording/codec.hpp"
+#include "tools/recording/proto_fields.hpp"
+
+namespace millrace::tools::recording {
+
+namespace {
+
+/// Turns the sample of an entry into its message.
+class ToMessage {
+ public:
+  explicit ToMessage(const Entry& entry) : entry_(entry) {}
+
+  proto::Request operator()(const fabric::Request& request) const {
+    proto::Request message;
+    put_key(message, request.key);
+    put_call(message, request.call);
+    message.set_attempt(request.attempt);
+    message.set_assigned(bytes_of(request.assigned));
+    message.set_uuid(request.uuid);
+    put_text(message, request.text, entry_);
+    message.set_state(request.state);
+    message.set_deadline(nanoseconds(request.deadline));
+    message.set_seen(nanoseconds(request.seen));
+    message.set_dispatched(nanoseconds(request.dispatched));
+    message.set_replayed(request.replayed);
+    return message;
+  }
+
+  proto::Reply operator()(const fabric::Reply& reply) const {
+    proto::Reply message;
+    put_key(message, reply.key);
+    message.set_instance(bytes_of(reply.instance));
+    put_call(message, reply.call);
+    message.set_attempt(reply.attempt);
+    message.set_kind(static_cast<proto::ReplyKind>(reply.kind));
+    message.set_code(static_cast<proto::ServiceCode>(reply.code));
+    put_text(message, reply.text, entry_);
+    message.set_state(reply.state);
+    message.set_received(nanoseconds(reply.received));
+    message.set_started(nanoseconds(reply.started));
+    message.set_answered(nanoseconds(reply.answered));
+    message.set_replayed(reply.replayed);
+    message.set_uuid(entry_.uuid);
+    return message;
+  }
+
+  proto::Withdrawal operator()(const Withdrawal& withdrawal) const {
+    proto::Withdrawal message;
+    put_key(message, withdrawal.key);
+    put_call(message, withdrawal.call);
+    message.set_uuid(entry_.uuid);
+    return message;
+  }
+
+  proto::ChannelStatus operator()(const fabric::ChannelStatus& status) const {
+    proto::ChannelStatus message;
+    put_key(message, status.key);
+    message.set_state(static_cast<proto::ChannelState>(status.state));
+    message.set_since(nanoseconds(status.since));
+    put_call(message, status.call);
+    message.set_attempt(status.attempt);
+    message.set_instance(bytes_of(status.instance));
+    message.set_uuid(status.uuid);
+    message.set_reason(status.reason);
+    message.set_calls(status.calls);
+    message.set_answered(status.answered);
+    message.set_withdrawn(status.withdrawn);
+    message.set_repeated_calls(status.repeated);
+    message.set_late(status.late);
+    message.set_failed(status.failed);
+    return message;
+  }
+
+  proto::Instance operator()(const InstanceNews& news) const {
+    const fabric::InstanceIdentity& identity = news.identity;
+    proto::Instance message;
+    message.set_change(static_cast<proto::InstanceChange>(news.change));
+    message.set_instance(bytes_of(identity.id));
+    message.set_uuid(entry_.uuid);
+    message.set_name(identity.name);
+    message.set_description(identity.description);
+    message.set_version(identity.version);
+    message.set_host(identity.host);
+    message.set_pid(identity.pid);
+    for (const fabric::ChannelScope& scope : identity.channels) {
+      message.add_channel(fabric::format_channel_scope(scope));
+    }
+    message.set_delivery(static_cast<proto::Delivery>(identity.delivery));
+    message.set_concurrency(identity.concurrency);
+    message.set_draining(identity.draining);
+    return message;
+  }
+
+  proto::InstanceStatus operator()(const fabric::InstanceStatus& status) const {
+    proto::InstanceStatus message;
+    message.set_instance(bytes_of(status.instance));
+    message.set_uuid(entry_.uuid);
+    message.set_running(status.running);
+    message.set_answered(status.answered);
+    message.set_failed(status.failed);
+    message.set_repeated_calls(status.repeated);
+    message.set_cancelled(status.cancelled);
+    message.set_mean_ns(static_cast<std::uint64_t>(status.mean.count()));
+    message.set_started(nanoseconds(status.started));
+    message.set_last_call(nanoseconds(status.last_call));
+    return message;
+  }
+
+  proto::MachineStatus operator()(const fabric::MachineStatus& status) const {
+    proto::MachineStatus message;
+    message.set_machine(status.machine);
+    message.set_connected(status.connected);
+    message.set_since(nanoseconds(status.since));
+    message.set_address(status.address);
+    message.set_reason(status.reason);
+    message.set_channels(status.channels);
+    message.set_poll_ns(static_cast<std::uint64_t>(status.poll.count()));
+    message.set_requests_per_second(status.requests_per_second);
+    message.set_round_trip_ns(static_cast<std::uint64_t>(status.round_trip.count()));
+    message.set_host(status.host);
+    message.set_pid(status.pid);
+    message.set_version(status.version);
+    message.set_epoch(status.epoch);
+    return message;
+  }
+
+  proto::Event operator()(const fabric::Event& event) const {
+    proto::Event message;
+    put_key(message, event.key);
+    put_call(message, event.call);
+    message.set_attempt(event.attempt);
+    message.set_kind(static_cast<proto::EventKind>(event.kind));
+    message.set_at(nanoseconds(event.at));
+    message.set_instance(bytes_of(event.instance));
+    message.set_uuid(event.uuid);
+    put_text(message, event.text, entry_);
+    message.set_state(event.state);
+    message.set_detail(event.detail);
+    message.set_replayed(event.replayed);
+    return message;
+  }
+
+  proto::Command operator()(const fabric::Command& command) const {
+    proto::Command message;
+    message.set_token(bytes_of(command.id));
+    message.set_kind(static_cast<proto::CommandKind>(command.kind));
+    put_key(message, command.key);
+    put_call(message, command.call);
+    put_text(message, command.text, entry_);
+    message.set_state(command.state);
+    message.set_instance(bytes_of(command.instance));
+    message.set_issuer(command.issuer);
+    message.set_at(nanoseconds(command.at));
+    return message;
+  }
+
+  proto::Outcome operator()(const fabric::Outcome& outcome) const {
+    proto::Outcome message;
+    message.set_responder(bytes_of(outcome.responder));
+    message.set_token(bytes_of(outcome.command));
+    message.set_done(outcome.done);
+    message.set_detail(outcome.detail);
+    message.set_at(nanoseconds(outcome.at));
+    return message;
+  }
+
+ private:
+  const Entry& entry_;
+};
+
+}  // namespace
+
+std::string encode(const Entry& entry) {
+  return std::visit(
+      [&](const auto& sample) { return ToMessage(entry)(sample).SerializeAsString(); },
+      entry.sample);
+}
+
+std::string schema_name(const Entry& entry) {
+  return std::visit(
+      [&](const auto& sample) {
+        return decltype(ToMessage(entry)(sample))::descriptor()->full_name();
+      },
+      entry.sample);
+}
+
+const std::string& descriptor_set() {
+  static const std::string bytes = [] {
+    google::protobuf::FileDescriptorSet set;
+    proto::Request::descriptor()->file()->CopyTo(set.add_file());
+    return set.SerializeAsString();
+  }();
+  return bytes;
+}
+
+}  // namespace millrace::tools::recording

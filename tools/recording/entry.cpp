@@ -1,0 +1,122 @@
+#include "tools/recording/entry.hpp"
+
+#include <array>
+#include <type_traits>
+
+namespace millrace::tools::recording {
+
+namespace {
+
+template <typename T>
+constexpr bool has_key = requires(const T& value) {
+  value.key;
+};
+template <typename T>
+constexpr bool has_call = requires(const T& value) {
+  value.call;
+};
+template <typename T>
+constexpr bool has_text = requires(const T& value) {
+  value.text;
+};
+
+/// What the sample says of its own time; zero = nothing.
+struct OriginOf {
+  fabric::Time operator()(const fabric::Request& request) const { return request.dispatched; }
+  fabric::Time operator()(const fabric::Reply& reply) const { return reply.answered; }
+  fabric::Time operator()(const fabric::ChannelStatus& status) const { return status.since; }
+  fabric::Time operator()(const fabric::Event& event) const { return event.at; }
+  fabric::Time operator()(const fabric::Command& command) const { return command.at; }
+  fabric::Time operator()(const fabric::Outcome& outcome) const { return outcome.at; }
+  fabric::Time operator()(const fabric::MachineStatus& status) const { return status.since; }
+  fabric::Time operator()(const fabric::InstanceStatus&) const { return {}; }
+  fabric::Time operator()(const InstanceNews&) const { return {}; }
+  fabric::Time operator()(const Withdrawal&) const { return {}; }
+};
+
+}  // namespace
+
+std::string_view kind_of(const Entry& entry) {
+  constexpr std::array<std::string_view, std::variant_size_v<Sample>> names{
+      "request", "reply", "withdrawal", "channel", "instance",
+      "status",  "event", "command",    "outcome", "machine"};
+  return names.at(entry.sample.index());
+}
+
+const std::string* machine_of(const Entry& entry) {
+  if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+    return &status->machine;
+  }
+  const fabric::ChannelKey* key = channel_of(entry);
+  return key != nullptr ? &key->machine : nullptr;
+}
+
+const fabric::ChannelKey* channel_of(const Entry& entry) {
+  return std::visit(
+      [](const auto& sample) -> const fabric::ChannelKey* {
+        if constexpr (has_key<std::decay_t<decltype(sample)>>) {
+          return &sample.key;
+        } else {
+          return nullptr;
+        }
+      },
+      entry.sample);
+}
+
+fabric::CallId call_of(const Entry& entry) {
+  return std::visit(
+      [](const auto& sample) -> fabric::CallId {
+        if constexpr (has_call<std::decay_t<decltype(sample)>>) {
+          return sample.call;
+        } else {
+          return {};
+        }
+      },
+      entry.sample);
+}
+
+fabric::Time origin_of(const Entry& entry) {
+  const fabric::Time origin = std::visit(OriginOf{}, entry.sample);
+  return origin == fabric::Time{} ? entry.at : origin;
+}
+
+const std::string* text_of(const Entry& entry) {
+  return std::visit(
+      [](const auto& sample) -> const std::string* {
+        if constexpr (has_text<std::decay_t<decltype(sample)>>) {
+          return &sample.text;
+        } else {
+          return nullptr;
+        }
+      },
+      entry.sample);
+}
+
+void withhold_text(Entry& entry) {
+  std::visit(
+      [&](auto& sample) {
+        if constexpr (has_text<std::decay_t<decltype(sample)>>) {
+          entry.withheld = static_cast<std::uint32_t>(sample.text.size());
+          sample.text.clear();
+        }
+        if constexpr (std::is_same_v<std::decay_t<decltype(sample)>, fabric::Event>) {
+          // It may quote the text.
+          sample.detail.clear();
+        }
+      },
+      entry.sample);
+}
+
+bool is_failure(const Entry& entry) {
+  if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
+    return reply->code == fabric::ServiceCode::failed ||
+           reply->code == fabric::ServiceCode::refused;
+  }
+  if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+    return event->kind == fabric::EventKind::lost || event->kind == fabric::EventKind::refused ||
+           event->kind == fabric::EventKind::held;
+  }
+  return false;
+}
+
+}  // namespace millrace::tools::recording

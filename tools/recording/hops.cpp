@@ -1,0 +1,103 @@
+#include "tools/recording/hops.hpp"
+
+namespace millrace::tools::recording {
+
+namespace {
+
+/// Counts the way between two times if both are known.
+void measure(HopHistograms& hops, Hop hop, fabric::Time from, fabric::Time to) {
+  if (from != fabric::Time{} && to != fabric::Time{}) {
+    hops.at(static_cast<std::size_t>(hop)).add(to - from);
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(Hop hop) {
+  constexpr std::array<std::string_view, hop_count> names{
+      "dispatch", "to service", "queue", "work", "to gateway", "write back", "total"};
+  return names.at(static_cast<std::size_t>(hop));
+}
+
+void HopStatistics::add(const Entry& entry) {
+  if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
+    Open& call = open_[request->call];
+    call.uuid = entry.uuid;
+    call.seen = request->seen;
+    call.dispatched = request->dispatched;
+    finish_if_whole(request->call);
+  } else if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
+    if (reply->kind == fabric::ReplyKind::final) {
+      Open& call = open_[reply->call];
+      call.received = reply->received;
+      call.started = reply->started;
+      call.answered = reply->answered;
+      finish_if_whole(reply->call);
+    }
+  } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+    add(*event, entry.uuid);
+  }
+  forget_oldest();
+}
+
+void HopStatistics::add(const fabric::Event& event, const std::string& uuid) {
+  switch (event.kind) {
+    case fabric::EventKind::seen:
+      open_[event.call].uuid = uuid;
+      open_[event.call].seen = event.at;
+      break;
+    case fabric::EventKind::replied:
+      open_[event.call].replied = event.at;
+      break;
+    case fabric::EventKind::written:
+      open_[event.call].written = event.at;
+      finish_if_whole(event.call);
+      break;
+    case fabric::EventKind::withdrawn:
+      open_.erase(event.call);
+      break;
+    default:
+      break;
+  }
+}
+
+void HopStatistics::close() {
+  for (const auto& [id, call] : open_) {
+    count(call);
+  }
+  open_.clear();
+}
+
+void HopStatistics::finish_if_whole(fabric::CallId id) {
+  const auto call = open_.find(id);
+  if (call->second.written != fabric::Time{} && call->second.answered != fabric::Time{} &&
+      call->second.dispatched != fabric::Time{}) {
+    count(call->second);
+    open_.erase(call);
+  }
+}
+
+void HopStatistics::forget_oldest() {
+  // More than any number of channels has under way; what is older waits for samples that were lost.
+  constexpr std::size_t most = 4096;
+  if (open_.size() > most) {
+    count(open_.begin()->second);
+    open_.erase(open_.begin());
+  }
+}
+
+void HopStatistics::count(const Open& call) {
+  if (call.written == fabric::Time{} || call.uuid.empty()) {
+    return;
+  }
+  HopHistograms& hops = services_[call.uuid];
+  measure(hops, Hop::dispatch, call.seen, call.dispatched);
+  measure(hops, Hop::to_service, call.dispatched, call.received);
+  measure(hops, Hop::queue, call.received, call.started);
+  measure(hops, Hop::work, call.started, call.answered);
+  measure(hops, Hop::to_gateway, call.answered, call.replied);
+  measure(hops, Hop::write_back, call.replied, call.written);
+  measure(hops, Hop::total, call.seen, call.written);
+}
+
+}  // namespace millrace::tools::recording

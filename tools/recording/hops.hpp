@@ -1,0 +1,76 @@
+// How long each part of the way of a call takes, over many calls: pairs what gateway and service
+// say of the same call.
+//
+//   HopStatistics hops;
+//   hops.add(entry);                                  // in the order of the recording
+//   hops.services().at(uuid).at(Hop::work).percentile(0.99)
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "tools/recording/entry.hpp"
+#include "tools/recording/histogram.hpp"
+
+namespace millrace::tools::recording {
+
+/// Parts of the way of a call. `to_service` and `to_gateway` compare clocks of two processes, which
+/// may be on two hosts.
+enum class Hop : std::uint8_t {
+  /// Seen by the gateway → given out.
+  dispatch,
+  /// Given out → received by the instance.
+  to_service,
+  /// Received → the handler starts.
+  queue,
+  /// In the handler.
+  work,
+  /// Answered → the gateway has the reply.
+  to_gateway,
+  /// The gateway has the reply → RESPONSE_STATE is written.
+  write_back,
+  /// Seen → written.
+  total,
+};
+inline constexpr std::size_t hop_count = 7;
+
+/// "dispatch", "to service", …
+std::string_view name_of(Hop hop);
+
+using HopHistograms = std::array<Histogram, hop_count>;
+
+/// The samples of a call come from several writers, so they may be recorded out of order.
+class HopStatistics {
+ public:
+  void add(const Entry& entry);
+  /// Counts the calls that are answered but whose reply was not recorded, too. Call it at the end.
+  void close();
+
+  /// By canonical UUID. A call counts when its answer is written.
+  [[nodiscard]] const std::map<std::string, HopHistograms>& services() const { return services_; }
+
+ private:
+  /// What is known of a call so far.
+  struct Open {
+    std::string uuid;
+    fabric::Time seen{};
+    fabric::Time dispatched{};
+    fabric::Time received{};
+    fabric::Time started{};
+    fabric::Time answered{};
+    fabric::Time replied{};
+    fabric::Time written{};
+  };
+
+  void add(const fabric::Event& event, const std::string& uuid);
+  void finish_if_whole(fabric::CallId id);
+  void count(const Open& call);
+  void forget_oldest();
+
+  std::map<fabric::CallId, Open> open_;
+  std::map<std::string, HopHistograms> services_;
+};
+
+}  // namespace millrace::tools::recording

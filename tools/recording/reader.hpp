@@ -1,0 +1,28 @@
+// Reads the entries of a recording, whole or damaged.
+//
+//   const ReadReport report = read_entries(source, filter, [&](const Entry& entry) { … });
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "tools/mcap/problem.hpp"
+#include "tools/mcap/sink.hpp"
+#include "tools/recording/entry.hpp"
+#include "tools/recording/filter.hpp"
+
+namespace millrace::tools::recording {
+
+struct ReadReport {
+  /// What could not be read, with its place in the file.
+  mcap::Problems problems{};
+  /// Messages of schemas that are not ours.
+  std::uint64_t foreign = 0;
+};
+
+/// Gives the entries that pass `filter` to `use`, in the order of the file. Chunks outside of the
+/// filter's time are not read.
+ReadReport read_entries(mcap::Source& source, const Filter& filter,
+                        const std::function<void(const Entry&)>& use);
+
+}  // namespace millrace::tools::recording
