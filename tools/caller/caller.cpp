@@ -1,0 +1,170 @@
+#include "tools/caller/caller.hpp"
+
+#include <deque>
+#include <random>
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/call_end.hpp"
+#include "tools/caller/calls.hpp"
+
+namespace millrace::tools::caller {
+
+namespace asio = boost::asio;
+
+namespace {
+
+Moment now() {
+  return {std::chrono::steady_clock::now(),
+          std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now())};
+}
+
+std::uint64_t random_epoch() {
+  std::random_device source;
+  // Not 0, which means "no call".
+  return (std::uint64_t{source()} << 32U | source()) | 1U;
+}
+
+}  // namespace
+
+struct Caller::Impl : fabric::CallEndListener, std::enable_shared_from_this<Impl> {
+  Impl(fabric::Participant& participant, const asio::any_io_executor& own_executor,
+       CallerListener& own_listener)
+      : executor(own_executor),
+        listener(&own_listener),
+        calls(random_epoch()),
+        timer(own_executor),
+        end(std::make_unique<fabric::CallEnd>(participant, own_executor, *this)) {}
+
+  void on_instance_ready(const fabric::InstanceIdentity& instance) override {
+    calls.on_instance_ready(instance, now());
+    carry_out();
+    listener->on_instances();
+  }
+  void on_instance_changed(const fabric::InstanceIdentity& instance) override {
+    on_instance_ready(instance);
+  }
+  void on_instance_gone(const fabric::InstanceId& instance) override {
+    calls.on_instance_gone(instance, now());
+    carry_out();
+    listener->on_instances();
+  }
+  void on_reply(const fabric::Reply& reply) override {
+    calls.on_reply(reply, now());
+    carry_out();
+  }
+  void on_ignored(const std::string& reason) override { listener->on_ignored(reason); }
+
+  /// Later: whoever orders a call learns its id before its end.
+  void carry_out_later() {
+    asio::post(executor, [self = weak_from_this()] {
+      if (const auto impl = self.lock()) {
+        impl->carry_out();
+      }
+    });
+  }
+
+  void carry_out() {
+    if (carrying_out) {
+      return;
+    }
+    carrying_out = true;
+    for (Actions actions = calls.take_actions(); !actions.empty() && listener != nullptr;
+         actions = calls.take_actions()) {
+      for (const Action& action : actions) {
+        std::visit([this](const auto& what) { perform(what); }, action);
+      }
+    }
+    carrying_out = false;
+    set_timer();
+  }
+
+  void perform(const Publish& publish) {
+    if (const auto published = end->publish(publish.request); !published) {
+      calls.on_unpublished(publish.request.call, published.error(), now());
+    }
+  }
+  void perform(const Withdraw& withdraw) { end->withdraw(withdraw.key, withdraw.uuid); }
+  // An event that is lost costs who watches one line.
+  void perform(const Tell& tell) { static_cast<void>(end->publish(tell.event)); }
+  void perform(const Interim& interim) { listener->on_interim(interim.reply); }
+  void perform(const Ended& ended) { listener->on_ended(ended); }
+
+  void set_timer() {
+    const auto next = calls.next_time();
+    if (next == timer_at) {
+      return;
+    }
+    timer_at = next;
+    if (!next) {
+      timer.cancel();
+      return;
+    }
+    timer.expires_at(*next);
+    timer.async_wait([self = weak_from_this()](const boost::system::error_code& error) {
+      const auto impl = self.lock();
+      if (!error && impl != nullptr && impl->listener != nullptr) {
+        impl->timer_at.reset();
+        impl->calls.on_time(now());
+        impl->carry_out();
+      }
+    });
+  }
+
+  /// What is pending is taken back, without a word to the listener.
+  void close() {
+    listener = nullptr;
+    for (const fabric::CallId& call : calls.pending_calls()) {
+      calls.give_up(call, "the caller leaves", now());
+    }
+    for (const Action& action : calls.take_actions()) {
+      if (const auto* withdraw = std::get_if<Withdraw>(&action)) {
+        perform(*withdraw);
+      } else if (const auto* tell = std::get_if<Tell>(&action)) {
+        perform(*tell);
+      }
+    }
+    timer.cancel();
+    end.reset();
+  }
+
+  asio::any_io_executor executor;
+  /// Null once the caller is closed.
+  CallerListener* listener;
+  Calls calls;
+  bool carrying_out = false;
+  asio::steady_timer timer;
+  std::optional<SteadyTime> timer_at;
+  std::unique_ptr<fabric::CallEnd> end;
+};
+
+Caller::Caller(fabric::Participant& participant, asio::any_io_executor executor,
+               CallerListener& listener)
+    : impl_(std::make_shared<Impl>(participant, executor, listener)) {}
+
+Caller::~Caller() {
+  impl_->close();
+}
+
+tl::expected<fabric::CallId, std::string> Caller::call(const Order& order) {
+  auto id = impl_->calls.add(order, now());
+  impl_->carry_out_later();
+  return id;
+}
+
+void Caller::give_up(const fabric::CallId& call, const std::string& reason) {
+  impl_->calls.give_up(call, reason, now());
+  impl_->carry_out_later();
+}
+
+std::optional<std::string> Caller::why_unserved(const std::string& uuid,
+                                                const fabric::ChannelKey& key) const {
+  return impl_->calls.why_unserved(uuid, key);
+}
+
+std::size_t Caller::pending() const {
+  return impl_->calls.pending();
+}
+
+}  // namespace millrace::tools::caller

@@ -1,0 +1,63 @@
+// Calls services without a controller: the requesting end of a fabric for tools.
+//
+//   Caller caller(participant, io.get_executor(), listener);
+//   const auto call = caller.call({.key = {unique_machine("call"), 1}, .uuid = uuid, .text = "3"});
+//   …  listener.on_ended({.call = *call, .reply = …})
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/messages.hpp"
+#include "fabric/participant.hpp"
+#include "tools/caller/order.hpp"
+
+namespace millrace::tools::caller {
+
+/// Called on the executor, one at a time; its functions may use the caller, but not end it.
+class CallerListener {
+ public:
+  virtual ~CallerListener() = default;
+  virtual void on_ended(const Ended& ended) = 0;
+  virtual void on_interim(const fabric::Reply& reply) { static_cast<void>(reply); }
+  /// An instance came, changed or left: what why_unserved says may be different now.
+  virtual void on_instances() {}
+  /// Somebody looks like an instance but cannot be one.
+  virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
+};
+
+/// RAII; use and end it on the executor, which runs one thing at a time and outlives it. What is
+/// pending when it ends is taken back.
+class Caller {
+ public:
+  /// `participant` and `listener` outlive the caller. Throws std::runtime_error with Cyclone's
+  /// reason.
+  Caller(fabric::Participant& participant, boost::asio::any_io_executor executor,
+         CallerListener& listener);
+  ~Caller();
+  Caller(const Caller&) = delete;
+  Caller& operator=(const Caller&) = delete;
+
+  /// Gives the call out as soon as an instance is free for it: one whose scope names the channel
+  /// before one that takes any, then the least busy, then round robin; to another one if the first
+  /// is lost. Ends with on_ended, never from within this function. Errors: Calls::add.
+  tl::expected<fabric::CallId, std::string> call(const Order& order);
+  /// Takes a call back; it ends with this reason.
+  void give_up(const fabric::CallId& call, const std::string& reason);
+
+  /// Why nobody that has shown up yet serves this UUID for this channel; nothing if somebody does.
+  [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
+                                                        const fabric::ChannelKey& key) const;
+  /// Calls that have not ended.
+  [[nodiscard]] std::size_t pending() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::tools::caller

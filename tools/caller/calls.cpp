@@ -1,0 +1,209 @@
+#include "tools/caller/calls.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/call.hpp"
+
+namespace millrace::tools::caller {
+
+namespace {
+
+std::string seconds_of(std::chrono::nanoseconds duration) {
+  return fmt::format("{:g} s", std::chrono::duration<double>(duration).count());
+}
+
+}  // namespace
+
+tl::expected<fabric::CallId, std::string> Calls::add(const Order& order, Moment now) {
+  if (order.state == 0) {
+    return tl::unexpected(std::string("a request of state 0 is no call; expected 1 or more"));
+  }
+  if (order.text.size() > fabric::max_text) {
+    return tl::unexpected(fmt::format("the request has {} bytes, at most {} fit", order.text.size(),
+                                      fabric::max_text));
+  }
+  if (const auto other = by_channel_.find(order.key); other != by_channel_.end()) {
+    return tl::unexpected(fmt::format("call {} is still pending in channel {}",
+                                      other->second.to_string(), order.key.to_string()));
+  }
+  const fabric::CallId id{epoch_, ++last_number_};
+  Open open{.order = order, .seen = now.wall};
+  if (order.patience != std::chrono::nanoseconds{}) {
+    open.until = now.steady + order.patience;
+  }
+  tell(id, open, fabric::EventKind::seen, now);
+  open_.emplace(id, std::move(open));
+  by_channel_.emplace(order.key, id);
+  carry_out(dispatcher_.add({.id = id,
+                             .key = order.as.value_or(order.key),
+                             .request = {order.uuid, order.text, order.state},
+                             .seen = now.wall}),
+            now);
+  return id;
+}
+
+void Calls::give_up(const fabric::CallId& call, const std::string& reason, Moment now) {
+  end(call, std::nullopt, reason, now);
+}
+
+void Calls::on_instance_ready(const fabric::InstanceIdentity& identity, Moment now) {
+  carry_out(dispatcher_.on_instance_ready(identity), now);
+}
+
+void Calls::on_instance_gone(const fabric::InstanceId& instance, Moment now) {
+  carry_out(dispatcher_.on_instance_gone(instance, now.steady), now);
+}
+
+void Calls::on_reply(const fabric::Reply& reply, Moment now) {
+  const auto found = open_.find(reply.call);
+  if (found == open_.end() || reply.key != found->second.order.key ||
+      std::ranges::find(found->second.asked, reply.instance) == found->second.asked.end()) {
+    return;
+  }
+  const bool last = reply.kind == fabric::ReplyKind::final;
+  tell(reply.call, found->second, last ? fabric::EventKind::replied : fabric::EventKind::interim,
+       now, &reply);
+  if (last) {
+    end(reply.call, reply, {}, now);
+  } else {
+    out_.emplace_back(Interim{reply});
+  }
+}
+
+void Calls::on_unpublished(const fabric::CallId& call, const std::string& reason, Moment now) {
+  end(call, std::nullopt, reason, now);
+}
+
+void Calls::on_time(Moment now) {
+  carry_out(dispatcher_.on_time(now.steady), now);
+  std::vector<fabric::CallId> over;
+  for (const auto& [id, open] : open_) {
+    if (open.until && *open.until <= now.steady) {
+      over.push_back(id);
+    }
+  }
+  for (const fabric::CallId& id : over) {
+    const Open& open = open_.at(id);
+    const std::string why =
+        open.published
+            ? "the instance that has the call has not answered"
+            : dispatcher_.why_unserved(open.order.uuid, open.order.as.value_or(open.order.key))
+                  .value_or(open.reason);
+    end(id, std::nullopt,
+        fmt::format("no answer within {}: {}", seconds_of(open.order.patience), why), now);
+  }
+}
+
+std::optional<SteadyTime> Calls::next_time() const {
+  std::optional<SteadyTime> next = dispatcher_.next_time();
+  for (const auto& [id, open] : open_) {
+    if (open.until && (!next || *open.until < *next)) {
+      next = open.until;
+    }
+  }
+  return next;
+}
+
+std::vector<fabric::CallId> Calls::pending_calls() const {
+  std::vector<fabric::CallId> calls;
+  for (const auto& [id, open] : open_) {
+    calls.push_back(id);
+  }
+  return calls;
+}
+
+Actions Calls::take_actions() {
+  return std::exchange(out_, {});
+}
+
+void Calls::carry_out(const gateway::Decisions& decisions, Moment now) {
+  for (const gateway::Decision& decision : decisions) {
+    if (const auto* given = std::get_if<gateway::Give>(&decision)) {
+      give(*given, now);
+    } else if (const auto* back = std::get_if<gateway::TakeBack>(&decision)) {
+      take_back(*back, now);
+    } else if (const auto* explain = std::get_if<gateway::Explain>(&decision)) {
+      if (const auto open = open_.find(explain->call); open != open_.end()) {
+        open->second.reason = explain->reason;
+      }
+    }
+  }
+}
+
+void Calls::give(const gateway::Give& give, Moment now) {
+  const gateway::Attempt& attempt = give.assignment.attempt;
+  Open& open = open_.at(give.call);
+  open.attempt = attempt.number;
+  open.asked.push_back(attempt.instance);
+  open.published = true;
+  out_.emplace_back(Publish{{.key = open.order.key,
+                             .call = give.call,
+                             .attempt = attempt.number,
+                             .assigned = attempt.instance,
+                             .uuid = open.order.uuid,
+                             .text = open.order.text,
+                             .state = open.order.state,
+                             .deadline = open.order.patience == std::chrono::nanoseconds{}
+                                             ? fabric::Time{}
+                                             : open.seen + open.order.patience,
+                             .seen = open.seen,
+                             .dispatched = now.wall,
+                             .replayed = open.order.replayed}});
+  tell(give.call, open, fabric::EventKind::dispatched, now, nullptr, give.assignment.name);
+}
+
+void Calls::take_back(const gateway::TakeBack& back, Moment now) {
+  Open& open = open_.at(back.call);
+  tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason);
+  if (back.held) {
+    end(back.call, std::nullopt, "its instance is lost, and the call must not run twice", now);
+    return;
+  }
+  open.published = false;
+  open.reason = back.reason;
+  out_.emplace_back(Withdraw{open.order.key, open.order.uuid});
+}
+
+void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
+                const std::string& reason, Moment now) {
+  const auto found = open_.find(call);
+  if (found == open_.end()) {
+    return;
+  }
+  const Open open = std::move(found->second);
+  open_.erase(found);
+  by_channel_.erase(open.order.key);
+  if (!reply) {
+    tell(call, open, fabric::EventKind::withdrawn, now, nullptr, reason);
+  }
+  if (open.published) {
+    out_.emplace_back(Withdraw{open.order.key, open.order.uuid});
+  }
+  out_.emplace_back(Ended{call, open.order.key, std::move(reply), reason});
+  carry_out(dispatcher_.remove(call), now);
+}
+
+void Calls::tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
+                 const fabric::Reply* reply, const std::string& detail) {
+  constexpr std::size_t longest_detail = 255;
+  const bool request = kind == fabric::EventKind::seen;
+  out_.emplace_back(
+      Tell{{.key = open.order.key,
+            .call = call,
+            .attempt = open.attempt,
+            .kind = kind,
+            .at = now.wall,
+            .instance = reply != nullptr
+                            ? reply->instance
+                            : (open.asked.empty() ? fabric::InstanceId{} : open.asked.back()),
+            .uuid = open.order.uuid,
+            .text = reply != nullptr ? reply->text : (request ? open.order.text : std::string()),
+            .state = reply != nullptr ? reply->state : (request ? open.order.state : 0),
+            .detail = detail.substr(0, longest_detail),
+            .replayed = open.order.replayed}});
+}
+
+}  // namespace millrace::tools::caller

@@ -1,0 +1,111 @@
+// The calls of a tool that stands in a gateway's place: gives each to one instance as a gateway
+// does, and ends it with its reply. Pure: events and times in, actions out.
+//
+//   Calls calls(epoch);
+//   calls.on_instance_ready(identity);
+//   const auto id = calls.add({.key = {"call.7f3a", 1}, .uuid = "…", .text = "3"}, now);
+//   for (const Action& action : calls.take_actions()) …        → Tell, Publish
+//   calls.on_reply(reply, now);                                → Tell, Withdraw, Ended
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "gateway/dispatcher.hpp"
+#include "gateway/moment.hpp"
+#include "tools/caller/order.hpp"
+
+namespace millrace::tools::caller {
+
+using gateway::Moment;
+using gateway::SteadyTime;
+
+/// Give the call out; answered by on_unpublished if that fails.
+struct Publish {
+  fabric::Request request;
+};
+/// Take it back.
+struct Withdraw {
+  fabric::ChannelKey key;
+  std::string uuid;
+};
+/// For who watches.
+struct Tell {
+  fabric::Event event;
+};
+/// An interim reply.
+struct Interim {
+  fabric::Reply reply;
+};
+
+using Action = std::variant<Publish, Withdraw, Tell, Interim, Ended>;
+using Actions = std::vector<Action>;
+
+class Calls {
+ public:
+  /// `epoch` goes into the call ids, so it must be nobody else's.
+  explicit Calls(std::uint64_t epoch, gateway::DispatcherOptions options = {})
+      : epoch_(epoch), dispatcher_(options) {}
+
+  /// A new call; it waits while no instance is free for it. Fails for state 0, for a text that is
+  /// too long, and while another call stands in its channel.
+  tl::expected<fabric::CallId, std::string> add(const Order& order, Moment now);
+  /// Takes a call back and ends it; nothing happens if it has ended.
+  void give_up(const fabric::CallId& call, const std::string& reason, Moment now);
+
+  void on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
+  void on_instance_gone(const fabric::InstanceId& instance, Moment now);
+  void on_reply(const fabric::Reply& reply, Moment now);
+  void on_unpublished(const fabric::CallId& call, const std::string& reason, Moment now);
+  /// Ends what has waited too long, and takes calls from instances that stay away.
+  void on_time(Moment now);
+  /// When on_time has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+
+  /// Why nobody serves this UUID for this channel; nothing if somebody does.
+  [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
+                                                        const fabric::ChannelKey& key) const {
+    return dispatcher_.why_unserved(uuid, key);
+  }
+  /// Calls that have not ended.
+  [[nodiscard]] std::size_t pending() const { return open_.size(); }
+  [[nodiscard]] std::vector<fabric::CallId> pending_calls() const;
+
+  /// What is to be done since the last call of this function, in its order.
+  Actions take_actions();
+
+ private:
+  struct Open {
+    Order order;
+    fabric::Time seen{};
+    std::optional<SteadyTime> until{};
+    /// The newest attempt, and the instances of all.
+    std::uint32_t attempt = 0;
+    std::vector<fabric::InstanceId> asked{};
+    bool published = false;
+    /// Why it waits.
+    std::string reason{};
+  };
+
+  void carry_out(const gateway::Decisions& decisions, Moment now);
+  void give(const gateway::Give& give, Moment now);
+  void take_back(const gateway::TakeBack& back, Moment now);
+  void end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
+           const std::string& reason, Moment now);
+  void tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
+            const fabric::Reply* reply = nullptr, const std::string& detail = {});
+
+  std::uint64_t epoch_;
+  std::uint64_t last_number_ = 0;
+  gateway::Dispatcher dispatcher_;
+  std::map<fabric::CallId, Open> open_;
+  std::map<fabric::ChannelKey, fabric::CallId> by_channel_;
+  Actions out_;
+};
+
+}  // namespace millrace::tools::caller

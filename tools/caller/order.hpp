@@ -1,0 +1,41 @@
+// What a tool calls, and what came of it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::tools::caller {
+
+/// A call that no controller made.
+struct Order {
+  /// Where it stands on the fabric. One call at a time, as in a channel of a controller; nobody
+  /// else on the fabric may use the same channel (see why_taken).
+  fabric::ChannelKey key{};
+  /// The channel for which an instance is chosen by its scope; `key` unless given.
+  std::optional<fabric::ChannelKey> as{};
+  std::string uuid{};
+  /// At most 127 bytes in CP1252.
+  std::string text{};
+  /// REQUEST_STATE; not 0.
+  std::uint32_t state = 1;
+  /// From the order to the final reply; zero = for ever.
+  std::chrono::nanoseconds patience{};
+  /// Comes from a recording.
+  bool replayed = false;
+};
+
+/// How a call ended.
+struct Ended {
+  fabric::CallId call{};
+  fabric::ChannelKey key{};
+  /// The final reply; none if nobody gave one.
+  std::optional<fabric::Reply> reply{};
+  /// Why there is none, in words.
+  std::string reason{};
+};
+
+}  // namespace millrace::tools::caller
