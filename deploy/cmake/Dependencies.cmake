@@ -10,6 +10,7 @@ find_package(CLI11 REQUIRED)
 find_package(tl-expected REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(SQLiteCpp REQUIRED)
+find_package(CURL 7.88 REQUIRED)
 
 # Boost.Asio compiled once instead of in every source that includes it.
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/asio/asio.cpp CONTENT "#include <boost/asio/impl/src.hpp>\n")

@@ -1,13 +1,11 @@
 #include "services/archiver/archive.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <stdexcept>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
+
+#include "services/posix/folder_lock.hpp"
 
 namespace millrace::services::archiver {
 
@@ -36,21 +34,6 @@ fs::path name_of(const fs::path& folder, std::uint64_t number) {
   return folder / fmt::format("{}{:06}{}", name_start, number, name_end);
 }
 
-/// Held as long as the descriptor is open; a crash lets it go.
-posix::Fd lock(const fs::path& folder) {
-  const fs::path file = folder / "archive.lock";
-  posix::Fd fd(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640));
-  if (!fd) {
-    throw std::runtime_error(posix::last_error("cannot open " + file.string()));
-  }
-  if (::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
-    throw std::runtime_error(errno == EWOULDBLOCK
-                                 ? folder.string() + ": another archiver writes here"
-                                 : posix::last_error("cannot lock " + file.string()));
-  }
-  return fd;
-}
-
 fs::path made(fs::path folder) {
   fs::create_directories(folder);
   return folder;
@@ -74,7 +57,9 @@ std::vector<fs::path> archive_files(const fs::path& folder) {
 }
 
 Archive::Archive(fs::path folder, const Policy& policy, Time now)
-    : folder_(made(std::move(folder))), policy_(policy), lock_(lock(folder_)) {
+    : folder_(made(std::move(folder))),
+      policy_(policy),
+      lock_(posix::lock_folder(folder_, "archive.lock", "another archiver writes here")) {
   const auto files = archive_files(folder_);
   number_ = files.empty() ? 1 : number_of(files.back()).value();
   current_.emplace(name_of(folder_, number_), Beginning{.begun = now, .first_put = 1});

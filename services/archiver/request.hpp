@@ -10,18 +10,14 @@
 
 #include <tl/expected.hpp>
 
+#include "services/text/fields.hpp"
+
 namespace millrace::services::archiver {
 
-struct Field {
-  std::string key;
-  std::string value;
-  bool operator==(const Field&) const = default;
-};
+using Field = text::Field;
 
-/// "PUT key=value …" has fields, everything else that is not blank is text. Keys are letters,
-/// digits,
-/// '_' and '-', at most 32, and different. A value ends at a blank, or is in double quotes and then
-/// has a quote in it as two ("" for "). The error says what was expected and where.
+/// "PUT key=value …" has fields (services/text/fields.hpp), everything else that is not blank is
+/// text. The error says what was expected and where.
 tl::expected<std::vector<Field>, std::string> parse(std::string_view request);
 
 }  // namespace millrace::services::archiver

@@ -6,13 +6,12 @@
 #include <utility>
 
 #include "services/text/answer.hpp"
+#include "services/text/fields.hpp"
 #include "services/text/words.hpp"
 
 namespace millrace::services::dial_gauge {
 
 namespace {
-
-constexpr std::size_t max_name = 32;
 
 constexpr std::array<std::pair<std::string_view, Verb>, 4> verbs{
     {{"READ", Verb::read}, {"ZERO", Verb::zero}, {"LIST", Verb::list}, {"STATUS", Verb::status}}};
@@ -31,8 +30,7 @@ tl::unexpected<std::string> expected_form(std::string_view text) {
 }  // namespace
 
 bool is_gauge_name(std::string_view name) {
-  return !name.empty() && name.size() <= max_name &&
-         std::all_of(name.begin(), name.end(), text::is_name_character);
+  return text::is_name(name);
 }
 
 tl::expected<Request, std::string> parse(std::string_view text) {

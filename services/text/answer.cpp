@@ -19,17 +19,14 @@ std::string shortened(std::string text, std::size_t size) {
   return text;
 }
 
-/// True for the bytes CP1252 shows; the five it leaves open are no good in a message either.
-bool prints(char c) {
-  const auto byte = static_cast<unsigned char>(c);
-  constexpr std::string_view open = "\x81\x8D\x8F\x90\x9D";
-  return byte >= 0x20 && byte != 0x7F && open.find(c) == std::string_view::npos;
-}
-
 }  // namespace
 
 sdk::Response error(std::uint32_t state, std::string_view message) {
-  return {.text = shortened("ERROR: " + std::string(message), fabric::max_text), .state = state};
+  return {.text = fitting("ERROR: " + std::string(message)), .state = state};
+}
+
+std::string fitting(std::string text) {
+  return shortened(std::move(text), fabric::max_text);
 }
 
 std::string in_quotes(std::string_view text) {
@@ -37,6 +34,12 @@ std::string in_quotes(std::string_view text) {
   std::replace_if(
       out.begin(), out.end(), [](char c) { return !prints(c); }, '?');
   return "'" + out + "'";
+}
+
+bool prints(char c) {
+  const auto byte = static_cast<unsigned char>(c);
+  constexpr std::string_view open = "\x81\x8D\x8F\x90\x9D";
+  return byte >= 0x20 && byte != 0x7F && open.find(c) == std::string_view::npos;
 }
 
 }  // namespace millrace::services::text

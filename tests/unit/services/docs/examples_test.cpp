@@ -9,6 +9,7 @@
 #include "services/archiver/config.hpp"
 #include "services/batch/config.hpp"
 #include "services/dial_gauge/config.hpp"
+#include "services/mail/config.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services {
@@ -49,6 +50,14 @@ TEST(DocumentedConfiguration, OfTheArchiverIsTaken) {
   const auto sut = archiver::load(example(folder, "archiver.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+}
+
+TEST(DocumentedConfiguration, OfMailIsTaken) {
+  const tests::TemporaryFolder folder;
+  const auto sut = mail::load(example(folder, "mail.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->templates.size(), 2U);
+  EXPECT_EQ(sut->spool, "/var/lib/millrace/mail/spool");
 }
 
 }  // namespace

@@ -1,0 +1,85 @@
+#include "services/mail/address.hpp"
+
+#include <algorithm>
+
+#include "idl/text/cp1252.hpp"
+#include "services/text/answer.hpp"
+
+namespace millrace::services::mail {
+
+namespace {
+
+/// RFC 5321, 4.5.3.1: the local part, and what fits a path.
+constexpr std::size_t max_local = 64;
+constexpr std::size_t max_mailbox = 254;
+
+bool is_alphanumeric(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+/// "atext" of RFC 5322.
+bool is_local(char c) {
+  constexpr std::string_view marks = "!#$%&'*+-/=?^_`{|}~";
+  return is_alphanumeric(c) || marks.find(c) != std::string_view::npos;
+}
+bool is_domain(char c) {
+  return is_alphanumeric(c) || c == '-';
+}
+
+/// Parts of good characters with single dots between them.
+bool is_dotted(std::string_view text, bool (*good)(char)) {
+  return !text.empty() && text.front() != '.' && text.back() != '.' &&
+         text.find("..") == std::string_view::npos &&
+         std::all_of(text.begin(), text.end(), [&](char c) { return c == '.' || good(c); });
+}
+
+bool is_mailbox(std::string_view text) {
+  const std::size_t at = text.rfind('@');
+  return at != std::string_view::npos && text.size() <= max_mailbox && at <= max_local &&
+         is_dotted(text.substr(0, at), is_local) && is_dotted(text.substr(at + 1), is_domain);
+}
+
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+}
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(' ');
+  return first == std::string_view::npos
+             ? std::string_view()
+             : text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+std::string_view without_quotes(std::string_view name) {
+  const bool quoted = name.size() >= 2 && name.starts_with('"') && name.ends_with('"');
+  return quoted ? name.substr(1, name.size() - 2) : name;
+}
+
+}  // namespace
+
+tl::expected<Address, std::string> parse_address(std::string_view text) {
+  Address address;
+  std::string_view mailbox = trim(text);
+  if (mailbox.ends_with('>')) {
+    const std::size_t open = mailbox.find('<');
+    if (open == std::string_view::npos) {
+      return tl::unexpected(text::in_quotes(text) + " has no '<'");
+    }
+    address.name = without_quotes(trim(mailbox.substr(0, open)));
+    mailbox = mailbox.substr(open + 1, mailbox.size() - open - 2);
+  }
+  if (!is_mailbox(mailbox)) {
+    return tl::unexpected(text::in_quotes(mailbox) + " is no address; expected user@example.com");
+  }
+  if (!idl::text::is_utf8(address.name) ||
+      std::any_of(address.name.begin(), address.name.end(), is_control)) {
+    return tl::unexpected("the name of " + text::in_quotes(mailbox) + " is not one line of UTF-8");
+  }
+  address.mailbox = mailbox;
+  return address;
+}
+
+std::string_view domain_of(const Address& address) {
+  return std::string_view(address.mailbox).substr(address.mailbox.rfind('@') + 1);
+}
+
+}  // namespace millrace::services::mail

@@ -1,0 +1,144 @@
+#include "services/mail/compose.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "idl/text/cp1252.hpp"
+#include "services/mail/answering.hpp"
+#include "services/mail/message.hpp"
+#include "services/mail/request.hpp"
+
+namespace millrace::services::mail {
+
+namespace {
+
+using sdk::Response;
+
+template <typename Map>
+std::string names_of(const Map& map) {
+  std::string names;
+  for (const auto& [name, value] : map) {
+    names += (names.empty() ? "" : " ") + name;
+  }
+  return names;
+}
+
+/// All keys of a template that a request must give.
+std::set<std::string> wanted_keys(const MailTemplate& made) {
+  std::set<std::string> keys;
+  for (const Template* part : {&made.subject, &made.text}) {
+    for (const std::string& key : part->keys()) {
+      if (!key.starts_with(call_prefix)) {
+        keys.insert(key);
+      }
+    }
+  }
+  return keys;
+}
+
+tl::expected<std::vector<Address>, Response> recipients(const Config& config,
+                                                        const Request& request,
+                                                        const MailTemplate& made) {
+  const auto& names = request.to.empty() ? made.to : request.to;
+  if (names.empty()) {
+    return tl::unexpected(
+        text::error(state_unknown_recipient,
+                    "template " + text::in_quotes(request.template_name) + " needs to=RECIPIENT"));
+  }
+  std::vector<Address> to;
+  for (const std::string& name : names) {
+    const auto found = config.recipients.find(name);
+    if (found == config.recipients.end()) {
+      return tl::unexpected(
+          text::error(state_unknown_recipient,
+                      fmt::format("no recipient {}; there is {}", text::in_quotes(name),
+                                  names_of(config.recipients))));
+    }
+    to.insert(to.end(), found->second.begin(), found->second.end());
+  }
+  return to;
+}
+
+tl::expected<void, Response> check_keys(const Request& request, const MailTemplate& made) {
+  const std::set<std::string> wanted = wanted_keys(made);
+  for (const std::string& key : wanted) {
+    if (!request.values.contains(key)) {
+      return tl::unexpected(text::error(
+          state_wrong_keys,
+          fmt::format("template {} needs {}=...", text::in_quotes(request.template_name), key)));
+    }
+  }
+  for (const auto& [key, value] : request.values) {
+    if (!wanted.contains(key)) {
+      return tl::unexpected(
+          text::error(state_wrong_keys,
+                      fmt::format("template {} has no place for {}; it has {}",
+                                  text::in_quotes(request.template_name), text::in_quotes(key),
+                                  wanted.empty() ? std::string("none")
+                                                 : fmt::format("{}", fmt::join(wanted, " ")))));
+    }
+  }
+  return {};
+}
+
+std::string utc(fabric::Time time) {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC",
+                     fmt::gmtime(std::chrono::system_clock::to_time_t(seconds)));
+}
+
+void add_call_values(Values& values, const CallInfo& call, fabric::Time now) {
+  values["call.machine"] = call.key.machine;
+  values["call.channel"] = std::to_string(call.key.channel);
+  values["call.id"] = call.call.to_string();
+  values["call.state"] = std::to_string(call.state);
+  values["call.time"] = utc(now);
+  values["call.request"] = idl::text::to_utf8(call.request);
+}
+
+}  // namespace
+
+const std::set<std::string>& call_keys() {
+  static const std::set<std::string> keys{"call.machine", "call.channel", "call.id",
+                                          "call.state",   "call.time",    "call.request"};
+  return keys;
+}
+
+tl::expected<Mail, Response> compose(const Config& config, const CallInfo& call, fabric::Time now) {
+  auto request = parse(call.request);
+  if (!request) {
+    return tl::unexpected(text::error(text::state_bad_request, request.error()));
+  }
+  const auto found = config.templates.find(request->template_name);
+  if (found == config.templates.end()) {
+    return tl::unexpected(text::error(
+        state_unknown_template,
+        fmt::format("no template {}; there is {}", text::in_quotes(request->template_name),
+                    names_of(config.templates))));
+  }
+  const MailTemplate& made = found->second;
+  if (const auto keys = check_keys(*request, made); !keys) {
+    return tl::unexpected(keys.error());
+  }
+  auto to = recipients(config, *request, made);
+  if (!to) {
+    return tl::unexpected(to.error());
+  }
+  Values values = std::move(request->values);
+  add_call_values(values, call, now);
+  Mail mail{.from = config.from.mailbox, .to = {}, .message = {}};
+  for (const Address& address : *to) {
+    mail.to.push_back(address.mailbox);
+  }
+  mail.message = to_message({
+      .from = config.from,
+      .to = *std::move(to),
+      .date = now,
+      .message_id = fmt::format("{}.millrace@{}", call.call.to_string(), domain_of(config.from)),
+      .subject = made.subject.fill(values).value(),
+      .text = made.text.fill(values).value(),
+  });
+  return mail;
+}
+
+}  // namespace millrace::services::mail

@@ -1,0 +1,67 @@
+// mail.textproto, read and checked (schema and defaults: idl/mail.proto).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "services/mail/address.hpp"
+#include "services/mail/template.hpp"
+
+namespace millrace::services::mail {
+
+struct ServerConfig {
+  std::string host{};
+  std::uint16_t port = 587;
+  /// False = everything in the clear, and no login.
+  bool starttls = true;
+  /// Empty = the system's.
+  std::filesystem::path ca_file{};
+  /// Empty = no login. With it, one of the next two.
+  std::string user{};
+  std::filesystem::path password_file{};
+  std::string password_env{};
+  /// Empty = the name of the host.
+  std::string hello{};
+  std::chrono::milliseconds connect_timeout{10000};
+  std::chrono::milliseconds timeout{60000};
+};
+
+struct RetryPolicy {
+  std::chrono::milliseconds first{10000};
+  std::chrono::milliseconds longest{900000};
+  std::chrono::hours give_up{72};
+};
+
+struct MailTemplate {
+  /// Names of recipients.
+  std::vector<std::string> to;
+  Template subject;
+  Template text;
+};
+
+struct Config {
+  ServerConfig server;
+  Address from;
+  std::map<std::string, std::vector<Address>, std::less<>> recipients;
+  std::map<std::string, MailTemplate, std::less<>> templates;
+  /// Absolute.
+  std::filesystem::path spool;
+  RetryPolicy retry;
+  std::chrono::hours remember{30 * 24};
+  bool send_replayed = false;
+};
+
+/// The error has one line per mistake, each naming the file and what it is about.
+tl::expected<Config, std::string> load(const std::filesystem::path& file);
+
+/// The server's password as it is now; empty if there is no login. The error says what to put
+/// right.
+tl::expected<std::string, std::string> password(const ServerConfig& server);
+
+}  // namespace millrace::services::mail

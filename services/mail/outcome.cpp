@@ -1,0 +1,39 @@
+#include "services/mail/outcome.hpp"
+
+namespace millrace::services::mail {
+
+namespace {
+
+constexpr int first_temporary = 400;
+constexpr int first_permanent = 500;
+
+std::string words(const Exchange& exchange) {
+  return exchange.code >= first_temporary ? exchange.reply : exchange.trouble_text;
+}
+
+}  // namespace
+
+Outcome outcome_of(const Exchange& exchange) {
+  const bool temporary = exchange.code >= first_temporary && exchange.code < first_permanent;
+  const bool permanent = exchange.code >= first_permanent;
+  if (exchange.trouble == Trouble::none) {
+    return {.verdict = Verdict::accepted, .reply = exchange.reply};
+  }
+  if (exchange.handed_over && !(exchange.replied_after && (temporary || permanent))) {
+    return {.verdict = Verdict::doubt, .reply = exchange.trouble_text};
+  }
+  if (exchange.trouble == Trouble::tls) {
+    return {.verdict = Verdict::insecure, .reply = exchange.trouble_text};
+  }
+  if (exchange.trouble == Trouble::login) {
+    return {.verdict = temporary ? Verdict::later : Verdict::login, .reply = words(exchange)};
+  }
+  if (permanent) {
+    return {.verdict = Verdict::refused, .reply = exchange.reply};
+  }
+  return {.verdict = Verdict::later,
+          .reply = words(exchange),
+          .contact = exchange.trouble != Trouble::no_contact};
+}
+
+}  // namespace millrace::services::mail

@@ -1,0 +1,69 @@
+// Sends the mails of calls, each at most once, and again and again those that a server does not
+// take for now.
+//
+// At most once, over crashes, too: a mail is in the spool before the server hears of it; before its
+// last byte leaves, the spool says so; and after that it is only sent again if the server has said
+// that it did not take it.
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "idl/program/log.hpp"
+#include "services/mail/compose.hpp"
+#include "services/mail/spool.hpp"
+#include "services/mail/transport.hpp"
+
+namespace millrace::services::mail {
+
+/// Functions may be called from any thread.
+class Postman {
+ public:
+  /// `transport` lives longer. Mails that wait in the spool are tried from now on.
+  Postman(Config config, Spool spool, Transport& transport, idl::program::Log log);
+  /// Gives up attempts that have not been handed over; they are in the spool.
+  ~Postman();
+  Postman(const Postman&) = delete;
+  Postman& operator=(const Postman&) = delete;
+
+  /// Sends what the call asks for and returns when the server has taken it, or has not. For a call
+  /// that has been here before, tells what became of it.
+  sdk::Response answer(const CallInfo& call);
+
+ private:
+  using Lock = std::unique_lock<std::mutex>;
+
+  void read_spool();
+  /// The call's own attempt, or what became of an earlier one.
+  sdk::Response first_attempt(Lock& lock, const Entry& entry);
+  /// One attempt, with the lock let go meanwhile; the entry is what the spool holds afterwards.
+  Outcome attempt(Lock& lock, Entry entry, bool program_waits);
+  /// Both write to the spool without the lock and take it then.
+  void keep(Lock& lock, const Entry& entry);
+  void drop(Lock& lock, fabric::CallId call);
+  void tell(const Entry& entry, const Outcome& outcome) const;
+
+  void run();
+  /// The mail to try next, if it is time; otherwise `wake` is when to look again.
+  const Entry* due(fabric::Time now, fabric::Time& wake) const;
+  void forget_old(Lock& lock, fabric::Time now);
+
+  Config config_;
+  Spool spool_;
+  Transport& transport_;
+  idl::program::Log log_;
+  mutable std::mutex lock_;
+  std::condition_variable changed_;
+  std::map<fabric::CallId, Entry> entries_;
+  /// Calls with an attempt under way.
+  std::set<fabric::CallId> busy_;
+  /// No contact: nothing is tried again before.
+  fabric::Time pause_until_{};
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace millrace::services::mail

@@ -1,0 +1,221 @@
+#include "services/mail/smtp.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
+
+#include <curl/curl.h>
+#include <fmt/format.h>
+
+namespace millrace::services::mail {
+
+namespace {
+
+/// "235 2.7.0 Authentication successful" (RFC 4954, 6).
+constexpr int code_logged_in = 235;
+/// The reply to QUIT, which libcurl says after a refusal, too (RFC 5321, 4.2.3).
+constexpr int code_closing = 221;
+
+/// One attempt as libcurl's callbacks see it.
+struct Session {
+  const Mail& mail;
+  const Transport::Watch& watch;
+  bool needs_login = false;
+  std::size_t sent = 0;
+  bool logged_in = false;
+  Exchange exchange{};
+};
+
+/// A line of the server. The last one of a reply has a blank behind its code (RFC 5321, 4.2).
+void hear(Session& session, std::string_view line) {
+  while (line.ends_with('\n') || line.ends_with('\r')) {
+    line.remove_suffix(1);
+  }
+  constexpr std::size_t digits = 3;
+  if (line.size() < digits || !std::all_of(line.begin(), line.begin() + digits,
+                                           [](char c) { return c >= '0' && c <= '9'; })) {
+    return;
+  }
+  const int code = (line[0] - '0') * 100 + (line[1] - '0') * 10 + (line[2] - '0');
+  if (code == code_closing) {
+    return;
+  }
+  session.exchange.code = code;
+  session.exchange.reply = line;
+  session.exchange.replied_after = session.exchange.handed_over;
+  session.logged_in = session.logged_in || code == code_logged_in;
+}
+
+std::size_t on_line(char* data, std::size_t size, std::size_t count, void* user) {
+  hear(*static_cast<Session*>(user), {data, size * count});
+  return size * count;
+}
+
+/// Gives the message to libcurl piece by piece; asks before the last one leaves.
+std::size_t on_read(char* buffer, std::size_t size, std::size_t count, void* user) {
+  Session& session = *static_cast<Session*>(user);
+  const std::string_view rest = std::string_view(session.mail.message).substr(session.sent);
+  const std::size_t piece = std::min(size * count, rest.size());
+  if (session.needs_login && !session.logged_in) {
+    session.exchange.trouble = Trouble::login;
+    session.exchange.trouble_text = "it offers no way to log in that we know";
+    return CURL_READFUNC_ABORT;
+  }
+  if (piece == rest.size() && !session.exchange.handed_over) {
+    if (session.watch.cancelled() || !session.watch.handing_over()) {
+      session.exchange.trouble = Trouble::broken;
+      session.exchange.trouble_text = "stopped before it was handed over";
+      return CURL_READFUNC_ABORT;
+    }
+    session.exchange.handed_over = true;
+  }
+  rest.copy(buffer, piece);
+  session.sent += piece;
+  return piece;
+}
+
+int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+  const Session& session = *static_cast<const Session*>(user);
+  return !session.exchange.handed_over && session.watch.cancelled() ? 1 : 0;
+}
+
+Trouble trouble_of(CURLcode code) {
+  switch (code) {
+    case CURLE_OK:
+      return Trouble::none;
+    case CURLE_COULDNT_RESOLVE_HOST:
+    case CURLE_COULDNT_CONNECT:
+      return Trouble::no_contact;
+    case CURLE_USE_SSL_FAILED:
+    case CURLE_SSL_CONNECT_ERROR:
+    case CURLE_PEER_FAILED_VERIFICATION:
+    case CURLE_SSL_CACERT_BADFILE:
+    case CURLE_SSL_CIPHER:
+    case CURLE_SSL_CERTPROBLEM:
+    case CURLE_SSL_ISSUER_ERROR:
+    case CURLE_SSL_ENGINE_INITFAILED:
+      return Trouble::tls;
+    case CURLE_LOGIN_DENIED:
+      return Trouble::login;
+    default:
+      return Trouble::broken;
+  }
+}
+
+struct HandleDeleter {
+  void operator()(CURL* handle) const { curl_easy_cleanup(handle); }
+};
+using Handle = std::unique_ptr<CURL, HandleDeleter>;
+
+struct ListDeleter {
+  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
+};
+using List = std::unique_ptr<curl_slist, ListDeleter>;
+
+List recipients(const Mail& mail) {
+  List list;
+  for (const std::string& to : mail.to) {
+    curl_slist* const longer = curl_slist_append(list.get(), fmt::format("<{}>", to).c_str());
+    if (longer == nullptr) {
+      throw std::bad_alloc();
+    }
+    static_cast<void>(list.release());
+    list.reset(longer);
+  }
+  return list;
+}
+
+std::string url(const ServerConfig& server) {
+  const bool is_v6 = server.host.find(':') != std::string::npos;
+  return fmt::format("smtp://{0}{1}{2}:{3}/{4}", is_v6 ? "[" : "", server.host, is_v6 ? "]" : "",
+                     server.port, server.hello);
+}
+
+long milliseconds(std::chrono::milliseconds time) {
+  return static_cast<long>(time.count());
+}
+
+/// curl_easy_setopt takes anything and tells by its result; a refusal is our own mistake.
+template <typename Value>
+void set(const Handle& handle, CURLoption option, Value value) {
+  if (const CURLcode code = curl_easy_setopt(handle.get(), option, value); code != CURLE_OK) {
+    throw std::runtime_error(fmt::format("libcurl refuses option {}: {}", static_cast<int>(option),
+                                         curl_easy_strerror(code)));
+  }
+}
+
+void set_server(const Handle& handle, const ServerConfig& server, const std::string& password) {
+  set(handle, CURLOPT_URL, url(server).c_str());
+  // What the environment or a .netrc says is of no concern here.
+  set(handle, CURLOPT_PROXY, "");
+  set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
+  set(handle, CURLOPT_NOSIGNAL, 1L);
+  set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(server.connect_timeout));
+  set(handle, CURLOPT_TIMEOUT_MS, milliseconds(server.timeout));
+  set(handle, CURLOPT_USE_SSL, long{server.starttls ? CURLUSESSL_ALL : CURLUSESSL_NONE});
+  set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
+  set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
+  set(handle, CURLOPT_SSL_VERIFYHOST, 2L);
+  if (!server.ca_file.empty()) {
+    set(handle, CURLOPT_CAINFO, server.ca_file.c_str());
+    set(handle, CURLOPT_CAPATH, static_cast<const char*>(nullptr));
+  }
+  if (!server.user.empty()) {
+    set(handle, CURLOPT_USERNAME, server.user.c_str());
+    set(handle, CURLOPT_PASSWORD, password.c_str());
+  }
+}
+
+void set_mail(const Handle& handle, Session& session, const std::string& from,
+              const List& recipients) {
+  set(handle, CURLOPT_MAIL_FROM, from.c_str());
+  set(handle, CURLOPT_MAIL_RCPT, recipients.get());
+  set(handle, CURLOPT_UPLOAD, 1L);
+  set(handle, CURLOPT_READFUNCTION, &on_read);
+  set(handle, CURLOPT_READDATA, &session);
+  set(handle, CURLOPT_HEADERFUNCTION, &on_line);
+  set(handle, CURLOPT_HEADERDATA, &session);
+  set(handle, CURLOPT_XFERINFOFUNCTION, &on_progress);
+  set(handle, CURLOPT_XFERINFODATA, &session);
+  set(handle, CURLOPT_NOPROGRESS, 0L);
+}
+
+}  // namespace
+
+Smtp::Smtp(ServerConfig server) : server_(std::move(server)) {
+  if (const CURLcode code = curl_global_init(CURL_GLOBAL_DEFAULT); code != CURLE_OK) {
+    throw std::runtime_error(fmt::format("libcurl cannot be used: {}", curl_easy_strerror(code)));
+  }
+}
+
+Smtp::~Smtp() {
+  curl_global_cleanup();
+}
+
+Outcome Smtp::send(const Mail& mail, const Watch& watch) {
+  const auto secret = password(server_);
+  if (!secret) {
+    return {.verdict = Verdict::login, .reply = secret.error()};
+  }
+  const Handle handle(curl_easy_init());
+  if (!handle) {
+    throw std::bad_alloc();
+  }
+  Session session{.mail = mail, .watch = watch, .needs_login = !server_.user.empty()};
+  std::array<char, CURL_ERROR_SIZE> reason{};
+  const List to = recipients(mail);
+  const std::string from = fmt::format("<{}>", mail.from);
+  set(handle, CURLOPT_ERRORBUFFER, reason.data());
+  set_server(handle, server_, *secret);
+  set_mail(handle, session, from, to);
+  const CURLcode code = curl_easy_perform(handle.get());
+  if (session.exchange.trouble == Trouble::none) {
+    session.exchange.trouble = trouble_of(code);
+    session.exchange.trouble_text = reason[0] != '\0' ? reason.data() : curl_easy_strerror(code);
+  }
+  return outcome_of(session.exchange);
+}
+
+}  // namespace millrace::services::mail

@@ -1,0 +1,26 @@
+// SMTP through libcurl: one connection per mail, STARTTLS as configured.
+//
+//   Smtp smtp(config.server);
+//   const Outcome outcome = smtp.send(mail, {.handing_over = …, .cancelled = …});
+#pragma once
+
+#include "services/mail/config.hpp"
+#include "services/mail/transport.hpp"
+
+namespace millrace::services::mail {
+
+class Smtp : public Transport {
+ public:
+  /// Throws std::runtime_error if libcurl cannot be used.
+  explicit Smtp(ServerConfig server);
+  ~Smtp() override;
+  Smtp(const Smtp&) = delete;
+  Smtp& operator=(const Smtp&) = delete;
+
+  Outcome send(const Mail& mail, const Watch& watch) override;
+
+ private:
+  ServerConfig server_;
+};
+
+}  // namespace millrace::services::mail

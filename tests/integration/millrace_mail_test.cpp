@@ -1,0 +1,327 @@
+// millrace-mail as a process between callers of the fabric and a real mail server (aiosmtpd).
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/caller.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::tests {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+const std::string uuid = "b536e110-ca9e-4198-bddb-64331366bedb";
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// There is once it has been put there whole.
+void write(const fs::path& file, const std::string& text) {
+  const fs::path part = file.string() + ".part";
+  std::ofstream(part) << text;
+  fs::rename(part, file);
+}
+
+/// A certificate for "localhost" that vouches for itself.
+void make_certificate(const fs::path& certificate, const fs::path& key) {
+  Process openssl({"/usr/bin/openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                   "ec_paramgen_curve:prime256v1", "-nodes", "-subj", "/CN=localhost", "-addext",
+                   "subjectAltName=DNS:localhost", "-days", "2", "-keyout", key.string(), "-out",
+                   certificate.string()});
+  if (openssl.wait() != 0) {
+    throw std::runtime_error(openssl.error_output());
+  }
+}
+
+class Mail : public testing::Test {
+ protected:
+  Mail() {
+    fs::create_directory(inbox);
+    make_certificate(certificate, key);
+    write(folder.path() / "password", "correct horse\n");
+  }
+
+  /// The mail server; from the second time on with the port it had.
+  void open_server(std::vector<std::string> options) {
+    std::vector<std::string> command{"/usr/bin/python3", std::string(MILLRACE_SMTP_SERVER),
+                                     inbox.string(), "--port", std::to_string(port)};
+    command.insert(command.end(), options.begin(), options.end());
+    server.emplace(command);
+    port = std::stoi(server->await("^ready: (\\d+)").at(1));
+  }
+  void open_server() {
+    open_server({"--cert", certificate.string(), "--key", key.string(), "--user", "press",
+                 "--password", "correct horse"});
+  }
+
+  /// `more` goes into server { }.
+  void configure(const std::string& more = "user: 'press' password_file: 'password'") {
+    std::ostringstream text;
+    text << "server { host: 'localhost' port: " << port << " ca_file: 'certificate' " << more
+         << " }\n"
+         << content(fs::path(MILLRACE_TEST_DATA) / "mail" / "plant.mail.textproto");
+    write(config, text.str());
+  }
+  void start_service() {
+    sut.emplace(std::vector<std::string>{binary("millrace-mail"), "--config", config.string(),
+                                         "--domain", std::to_string(domain.number())});
+    sut->await("^ready: ");
+    ASSERT_TRUE(caller.await_instance(uuid));
+  }
+  void start() {
+    open_server();
+    configure();
+    start_service();
+  }
+
+  fabric::Reply call(const std::string& text) { return caller.call(uuid, text); }
+  /// What the server does from now on; empty = it accepts.
+  void answer(const std::string& what) { write(inbox / "answer", what); }
+
+  [[nodiscard]] std::size_t accepted() const {
+    std::size_t count = 0;
+    while (fs::exists(inbox / (std::to_string(count + 1) + ".mail"))) {
+      ++count;
+    }
+    return count;
+  }
+  std::string await_mail(std::size_t number) {
+    while (accepted() < number) {
+      if (!sut->running()) {
+        throw std::runtime_error(sut->error_output());
+      }
+      std::this_thread::yield();
+    }
+    return content(inbox / (std::to_string(number) + ".mail"));
+  }
+
+  TemporaryFolder folder;
+  fs::path inbox = folder.path() / "inbox";
+  fs::path config = folder.path() / "mail.textproto";
+  fs::path certificate = folder.path() / "certificate";
+  fs::path key = folder.path() / "key";
+  int port = 0;
+  Domain domain;
+  Caller caller{domain.number()};
+  std::optional<Process> server;
+  std::optional<Process> sut;
+};
+
+TEST_F(Mail, AnswersOnceTheServerHasTheMail) {
+  start();
+  const fabric::Reply reply = call("done program=WELLE7 parts=12");
+  EXPECT_EQ(reply.text, "OK");
+  EXPECT_EQ(reply.state, 1U);
+  ASSERT_EQ(accepted(), 1U);
+  EXPECT_THAT(
+      await_mail(1),
+      AllOf(StartsWith("from press1@example.com\nto eva@example.com\nto bob@example.com\n\n"),
+            HasSubstr("\r\nMessage-ID: <" + reply.call.to_string() + ".millrace@example.com>\r\n"),
+            HasSubstr("\r\nSubject: WELLE7: 12 parts\r\n"),
+            HasSubstr("\r\n\r\ncnc/1 has made 12 parts of WELLE7.\r\n")));
+}
+
+TEST_F(Mail, SendsWhatTheServerRefusesForNowOnceItTakesIt) {
+  start();
+  answer("data 451 4.7.1 greylisted");
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_EQ(reply.text, "sent later: 451 4.7.1 greylisted");
+  EXPECT_EQ(reply.state, 2U);
+  // Refused again while it waits, then taken.
+  sut->await_error("\\(attempt 3\\)");
+  EXPECT_EQ(accepted(), 0U);
+  answer("");
+  await_mail(1);
+  sut->await_error("the mail server has its mail: 250");
+  // Nothing is left that could be sent once more, by this process or the next.
+  sut->terminate();
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  start_service();
+  EXPECT_EQ(call("done program=B parts=2").state, 1U);
+  EXPECT_EQ(accepted(), 2U);
+}
+
+TEST_F(Mail, KeepsMailsWhileTheServerIsNotThereAlsoOverARestart) {
+  start();
+  server->kill();
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_THAT(reply.text, StartsWith("sent later: "));
+  EXPECT_EQ(reply.state, 2U);
+  sut->kill();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  open_server();
+  start_service();
+  EXPECT_THAT(await_mail(1), HasSubstr("<" + reply.call.to_string() + ".millrace@"));
+}
+
+TEST_F(Mail, TellsAtOnceWhatTheServerNeverTakes) {
+  start();
+  answer("rcpt 550 5.1.1 nobody here");
+  const fabric::Reply recipient = call("done program=A parts=1");
+  EXPECT_EQ(recipient.text, "ERROR: the mail server refuses: 550 5.1.1 nobody here");
+  EXPECT_EQ(recipient.state, 14U);
+  answer("data 554 5.6.0 no such content");
+  EXPECT_EQ(call("done program=A parts=1").state, 14U);
+  answer("");
+  EXPECT_EQ(call("done program=B parts=1").state, 1U);
+  EXPECT_EQ(accepted(), 1U);
+}
+
+TEST_F(Mail, SendsNoMailTwiceWhenItIsKilledBeforeItHearsThatItWasTaken) {
+  start();
+  answer("hold");
+  const fabric::Request request = caller.request(uuid, "done program=A parts=1");
+  caller.publish(request);
+  await_mail(1);
+  sut->kill();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  answer("");
+  start_service();
+  fabric::Request again = request;
+  again.assigned = caller.identity(uuid).id;
+  again.attempt = 2;
+  caller.publish(again);
+  const fabric::Reply reply = caller.await_reply(again);
+  EXPECT_EQ(reply.state, 17U);
+  EXPECT_THAT(reply.text, StartsWith("ERROR: sent, but no answer"));
+  caller.withdraw(again);
+  EXPECT_EQ(call("done program=B parts=1").state, 1U);
+  EXPECT_EQ(accepted(), 2U);
+}
+
+TEST_F(Mail, AnswersARepeatedCallAfterACrashAsBeforeAndSendsNothing) {
+  start();
+  const fabric::Request request = caller.request(uuid, "done program=A parts=1");
+  caller.publish(request);
+  EXPECT_EQ(caller.await_reply(request).state, 1U);
+  sut->kill();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  start_service();
+  fabric::Request again = request;
+  again.assigned = caller.identity(uuid).id;
+  again.attempt = 2;
+  caller.forget_reply(request);
+  caller.publish(again);
+  EXPECT_EQ(caller.await_reply(again).text, "OK");
+  EXPECT_EQ(accepted(), 1U);
+}
+
+TEST_F(Mail, DoesNotSendAgainWhenTheConnectionBreaksBehindTheMail) {
+  start();
+  answer("drop");
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_EQ(reply.state, 17U);
+  answer("");
+  EXPECT_EQ(call("done program=B parts=1").state, 1U);
+  EXPECT_EQ(accepted(), 2U);
+}
+
+TEST_F(Mail, TellsThatTheServerDoesNotTakeThePassword) {
+  start();
+  write(folder.path() / "password", "wrong horse\n");
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_THAT(reply.text, StartsWith("ERROR: no login at the mail server: 535"));
+  EXPECT_EQ(reply.state, 16U);
+  // Read for each mail, so that a new password needs no restart.
+  write(folder.path() / "password", "correct horse\n");
+  EXPECT_EQ(call("done program=A parts=1").state, 1U);
+  EXPECT_THAT(sut->error_output(), Not(HasSubstr("horse")));
+}
+
+TEST_F(Mail, SaysNothingToAServerWithoutStarttls) {
+  open_server({});
+  configure("");
+  start_service();
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_THAT(reply.text, StartsWith("ERROR: no safe connection to the mail server: "));
+  EXPECT_EQ(reply.state, 15U);
+  EXPECT_EQ(accepted(), 0U);
+}
+
+TEST_F(Mail, SaysNothingToAServerWhoseCertificateNobodyVouchesFor) {
+  start();
+  make_certificate(folder.path() / "other", folder.path() / "other_key");
+  fs::rename(folder.path() / "other", certificate);
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_EQ(reply.state, 15U) << reply.text;
+  EXPECT_EQ(accepted(), 0U);
+}
+
+TEST_F(Mail, SendsInTheClearOnlyIfToldTo) {
+  open_server({});
+  configure("starttls: OFF");
+  start_service();
+  EXPECT_EQ(call("done program=A parts=1").state, 1U);
+}
+
+TEST_F(Mail, LetsNoRequestWriteHeadersOrAddresses) {
+  start();
+  EXPECT_EQ(call("done program=\"A\r\nBcc: x@evil.example\" parts=1").state, 10U);
+  EXPECT_EQ(call("done to=x@evil.example program=A parts=1").state, 10U);
+  EXPECT_EQ(call("done to=x program=A parts=1").state, 13U);
+  EXPECT_EQ(call("done program=\"A, Bcc: x@evil.example\" parts=\"\xFC\"").state, 1U);
+  EXPECT_THAT(
+      await_mail(1),
+      AllOf(StartsWith("from press1@example.com\nto eva@example.com\nto bob@example.com\n\n"),
+            Not(HasSubstr("\nBcc:")), HasSubstr("Subject: =?utf-8?Q?")));
+}
+
+TEST_F(Mail, AnswersAnyRequestWithAState) {
+  start();
+  EXPECT_EQ(call("").state, 10U);
+  EXPECT_EQ(call("../../etc/passwd").state, 10U);
+  EXPECT_EQ(call("$(reboot) `id`").state, 10U);
+  EXPECT_EQ(call("unknown a=1").text, "ERROR: no template 'unknown'; there is done full");
+  EXPECT_EQ(call("done program=A").text, "ERROR: template 'done' needs parts=...");
+  EXPECT_EQ(call("done program=A parts=1 x=2").state, 12U);
+  EXPECT_EQ(call(std::string(127, '\xFF')).state, 10U);
+  EXPECT_EQ(call(std::string(127, '\x01')).state, 10U);
+  EXPECT_EQ(accepted(), 0U);
+  // As long as a request can be, and with every character that the controller can show.
+  EXPECT_EQ(call("full text=\"" + std::string(115, '\xFC') + "\"").state, 1U);
+  EXPECT_EQ(accepted(), 1U);
+}
+
+TEST_F(Mail, ChecksItsConfiguration) {
+  configure("user: 'press'");
+  Process bad({binary("millrace-mail"), "--check", "--config", config.string()});
+  EXPECT_EQ(bad.wait(), 2);
+  EXPECT_THAT(bad.error_output(), HasSubstr("server needs password_file or password_env"));
+  port = 587;
+  configure();
+  Process good({binary("millrace-mail"), "--check", "--config", config.string()});
+  EXPECT_EQ(good.wait(), 0) << good.error_output();
+  EXPECT_THAT(good.output(), HasSubstr("is good: 2 templates, 1 recipients"));
+  fs::remove(folder.path() / "password");
+  Process no_password({binary("millrace-mail"), "--check", "--config", config.string()});
+  EXPECT_EQ(no_password.wait(), 2);
+  EXPECT_THAT(no_password.error_output(), HasSubstr("cannot read the password"));
+}
+
+TEST_F(Mail, SharesItsSpoolWithNobody) {
+  start();
+  Process second({binary("millrace-mail"), "--config", config.string(), "--domain",
+                  std::to_string(domain.number())});
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_THAT(second.error_output(), HasSubstr("another mail service uses this spool"));
+}
+
+}  // namespace
+}  // namespace millrace::tests

@@ -1,0 +1,101 @@
+#include "services/mail/config.hpp"
+
+#include <cstdlib>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::services::mail {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+}
+
+TEST(MailConfig, FillsDefaults) {
+  const auto sut = load(data("good/minimal.mail.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->server.port, 587);
+  EXPECT_TRUE(sut->server.starttls);
+  EXPECT_EQ(sut->server.timeout, 60s);
+  EXPECT_EQ(sut->spool, data("good/mail.spool"));
+  EXPECT_EQ(sut->retry.first, 10s);
+  EXPECT_EQ(sut->retry.longest, 15min);
+  EXPECT_EQ(sut->remember, std::chrono::hours(30 * 24));
+  EXPECT_FALSE(sut->send_replayed);
+}
+
+TEST(MailConfig, TakesEveryField) {
+  const auto sut = load(data("good/full.mail.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->server.host, "mail.example.com");
+  EXPECT_EQ(sut->server.port, 2525);
+  EXPECT_EQ(sut->server.ca_file, data("good/ca.pem"));
+  EXPECT_EQ(sut->server.user, "press");
+  EXPECT_EQ(sut->server.password_file, "/run/password");
+  EXPECT_EQ(sut->server.hello, "press1.example.com");
+  EXPECT_EQ(sut->server.connect_timeout, 1s);
+  EXPECT_EQ(sut->server.timeout, 2s);
+  EXPECT_EQ(sut->from, (Address{"Prässe 1", "press1@example.com"}));
+  EXPECT_THAT(sut->recipients.at("shift"),
+              ElementsAre(Address{"Eva", "eva@example.com"}, Address{"", "bob@example.com"}));
+  EXPECT_THAT(sut->templates.at("done").to, ElementsAre("shift"));
+  EXPECT_THAT(sut->templates.at("done").subject.keys(), ElementsAre("program"));
+  EXPECT_EQ(sut->spool, "/var/lib/millrace/mail");
+  EXPECT_EQ(sut->retry.first, 5ms);
+  EXPECT_EQ(sut->retry.longest, 6ms);
+  EXPECT_EQ(sut->retry.give_up, std::chrono::hours(7));
+  EXPECT_EQ(sut->remember, std::chrono::hours(48));
+  EXPECT_TRUE(sut->send_replayed);
+}
+
+TEST(MailConfig, TellsEveryMistake) {
+  const auto sut = load(data("bad/everything.mail.textproto"));
+  ASSERT_FALSE(sut);
+  for (const char* mistake :
+       {"server.host is missing", "server.port is not 1 to 65535", "server.hello is no name",
+        "server has a time-out of 0", "server needs password_file or password_env",
+        "server.user needs starttls: REQUIRED", "from: 'nobody' is no address",
+        "recipient 'a b' has no name of 1 to 32", "recipient 'x' has no address",
+        "recipient 'x' is there twice", "recipient 'y': 'y' is no address",
+        "template 'done' has no subject", "template 'done' is to 'z', who is no recipient",
+        "template 'two' has a subject of more than one line",
+        "template 'two', text: expected {key}, {{ or }} at byte 3",
+        "template 'three', subject: there is no {call.x}; there is call.channel",
+        "template 'three', text: {to} names recipients", "retry needs first_ms of 1 or more",
+        "retry.give_up_hours is 0"}) {
+    EXPECT_THAT(sut.error(), HasSubstr(std::string("everything.mail.textproto: ") + mistake));
+  }
+}
+
+TEST(MailConfig, NamesTheLineOfAMisspeltField) {
+  EXPECT_THAT(load(data("bad/misspelt.mail.textproto")).error(),
+              HasSubstr("misspelt.mail.textproto:1:15: "));
+}
+
+TEST(MailPassword, IsTheFirstLineOfItsFile) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder.path() / "password";
+  EXPECT_THAT(password({.user = "u", .password_file = file}).error(),
+              HasSubstr("cannot read the password in " + file.string()));
+  std::ofstream(file) << "correct horse\r\nbattery\n";
+  EXPECT_EQ(password({.user = "u", .password_file = file}), "correct horse");
+}
+
+TEST(MailPassword, MayComeFromTheEnvironment) {
+  ASSERT_EQ(::setenv("MILLRACE_TEST_PASSWORD", "staple", 1), 0);
+  EXPECT_EQ(password({.user = "u", .password_env = "MILLRACE_TEST_PASSWORD"}), "staple");
+  EXPECT_THAT(password({.user = "u", .password_env = "MILLRACE_NO_PASSWORD"}).error(),
+              HasSubstr("the environment has no MILLRACE_NO_PASSWORD"));
+  EXPECT_EQ(password({}), "");
+}
+
+}  // namespace
+}  // namespace millrace::services::mail

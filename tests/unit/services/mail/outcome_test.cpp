@@ -1,0 +1,59 @@
+#include "services/mail/outcome.hpp"
+
+#include <gtest/gtest.h>
+
+namespace millrace::services::mail {
+namespace {
+
+struct Case {
+  const char* what;
+  Exchange exchange;
+  Verdict verdict;
+};
+
+class MailOutcome : public testing::TestWithParam<Case> {};
+
+TEST_P(MailOutcome, FollowsFromWhatTheServerSaid) {
+  EXPECT_EQ(outcome_of(GetParam().exchange).verdict, GetParam().verdict) << GetParam().what;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Exchanges, MailOutcome,
+    testing::Values(
+        Case{"taken", {.handed_over = true, .code = 250, .replied_after = true}, Verdict::accepted},
+        Case{"no contact", {.trouble = Trouble::no_contact}, Verdict::later},
+        Case{"broken before", {.trouble = Trouble::broken, .code = 354}, Verdict::later},
+        Case{"greeting 421", {.trouble = Trouble::broken, .code = 421}, Verdict::later},
+        Case{"greeting 554", {.trouble = Trouble::broken, .code = 554}, Verdict::refused},
+        Case{"recipient 550", {.trouble = Trouble::broken, .code = 550}, Verdict::refused},
+        Case{"message 451",
+             {.trouble = Trouble::broken, .handed_over = true, .code = 451, .replied_after = true},
+             Verdict::later},
+        Case{"message 554",
+             {.trouble = Trouble::broken, .handed_over = true, .code = 554, .replied_after = true},
+             Verdict::refused},
+        Case{"broken behind the message",
+             {.trouble = Trouble::broken, .handed_over = true, .code = 354},
+             Verdict::doubt},
+        Case{"an earlier refusal says nothing about the message",
+             {.trouble = Trouble::broken, .handed_over = true, .code = 502},
+             Verdict::doubt},
+        Case{"certificate", {.trouble = Trouble::tls, .code = 220}, Verdict::insecure},
+        Case{"password", {.trouble = Trouble::login, .code = 535}, Verdict::login},
+        Case{"login for now", {.trouble = Trouble::login, .code = 454}, Verdict::later},
+        Case{"no way to log in", {.trouble = Trouble::login, .code = 354}, Verdict::login}));
+
+TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
+  EXPECT_EQ(outcome_of({.trouble = Trouble::broken,
+                        .trouble_text = "RCPT failed",
+                        .code = 550,
+                        .reply = "550 nobody"})
+                .reply,
+            "550 nobody");
+  const Outcome gone = outcome_of({.trouble = Trouble::no_contact, .trouble_text = "refused"});
+  EXPECT_EQ(gone.reply, "refused");
+  EXPECT_FALSE(gone.contact);
+}
+
+}  // namespace
+}  // namespace millrace::services::mail

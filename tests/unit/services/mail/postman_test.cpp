@@ -1,0 +1,242 @@
+#include "services/mail/postman.hpp"
+
+#include <deque>
+#include <filesystem>
+#include <future>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/mail/answering.hpp"
+#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/services/mail/sample.hpp"
+
+namespace millrace::services::mail {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+/// A mail server that does what it was told to do.
+class FakeServer : public Transport {
+ public:
+  Outcome send(const Mail& mail, const Watch& watch) override {
+    std::unique_lock lock(lock_);
+    ++attempts_;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return !held_ || watch.cancelled(); });
+    Outcome outcome{.verdict = Verdict::accepted, .reply = "250 OK"};
+    if (!answers_.empty()) {
+      outcome = answers_.front();
+      answers_.pop_front();
+    }
+    const bool hands_over =
+        outcome.verdict == Verdict::accepted || outcome.verdict == Verdict::doubt;
+    lock.unlock();
+    if (hands_over && !watch.handing_over()) {
+      return {.verdict = Verdict::later, .reply = "stopped"};
+    }
+    lock.lock();
+    if (hands_over) {
+      on_handed_over();
+      taken_.push_back(mail.message);
+      changed_.notify_all();
+    }
+    return outcome;
+  }
+
+  void will(std::deque<Outcome> answers) {
+    const std::lock_guard guard(lock_);
+    answers_ = std::move(answers);
+  }
+  void hold(bool held) {
+    {
+      const std::lock_guard guard(lock_);
+      held_ = held;
+    }
+    changed_.notify_all();
+  }
+  void await_attempts(std::size_t count) {
+    std::unique_lock lock(lock_);
+    changed_.wait(lock, [&] { return attempts_ >= count; });
+  }
+  void await_taken(std::size_t count) {
+    std::unique_lock lock(lock_);
+    changed_.wait(lock, [&] { return taken_.size() >= count; });
+  }
+  std::size_t attempts() {
+    const std::lock_guard guard(lock_);
+    return attempts_;
+  }
+  std::size_t taken() {
+    const std::lock_guard guard(lock_);
+    return taken_.size();
+  }
+
+  std::function<void()> on_handed_over = [] {};
+
+ private:
+  std::mutex lock_;
+  std::condition_variable changed_;
+  std::deque<Outcome> answers_;
+  bool held_ = false;
+  std::size_t attempts_ = 0;
+  std::vector<std::string> taken_;
+};
+
+const Outcome later{.verdict = Verdict::later, .reply = "451 busy"};
+const std::string good = "done program=A parts=1";
+
+class MailPostman : public testing::Test {
+ protected:
+  void start() {
+    Config config = sample_config();
+    config.retry = {.first = 1ms, .longest = 4ms};
+    config.send_replayed = send_replayed;
+    sut.emplace(config, Spool(spool), server, idl::program::no_log());
+  }
+  /// As the spool has it on the disk, seen by the next process.
+  std::vector<Entry> on_disk() {
+    std::vector<Entry> entries;
+    const std::filesystem::path copy = folder.path() / "copy";
+    std::filesystem::remove_all(copy);
+    std::filesystem::copy(spool, copy);
+    return Spool(copy).read().entries;
+  }
+  void put(Stage stage) {
+    Entry entry{.call = sample_call(good).call, .stage = stage};
+    entry.mail = compose(sample_config(), sample_call(good), {}).value();
+    entry.made = std::chrono::system_clock::now();
+    ASSERT_TRUE(Spool(spool).put(entry));
+  }
+
+  bool send_replayed = false;
+  tests::TemporaryFolder folder;
+  std::filesystem::path spool = folder.path() / "spool";
+  FakeServer server;
+  std::optional<Postman> sut;
+};
+
+TEST_F(MailPostman, WritesDownThatItHandsOverBeforeItDoes) {
+  start();
+  std::vector<Entry> seen;
+  server.on_handed_over = [&] { seen = on_disk(); };
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].stage, Stage::handed_over);
+  EXPECT_EQ(on_disk().at(0).stage, Stage::accepted);
+}
+
+TEST_F(MailPostman, AnswersARepeatedCallWithoutSendingAgain) {
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  sut.reset();
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, TriesAgainUntilTheMailIsTakenOnce) {
+  server.will({later, later, later});
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: 451 busy", 2}));
+  server.await_taken(1);
+  EXPECT_EQ(server.attempts(), 4U);
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_EQ(server.taken(), 1U);
+}
+
+TEST_F(MailPostman, LetsARepeatWaitForTheAttemptUnderWay) {
+  server.hold(true);
+  start();
+  auto first = std::async(std::launch::async, [&] { return sut->answer(sample_call(good)); });
+  server.await_attempts(1);
+  auto repeat = std::async(std::launch::async, [&] { return sut->answer(sample_call(good)); });
+  server.hold(false);
+  EXPECT_EQ(first.get().state, 1U);
+  EXPECT_EQ(repeat.get().state, 1U);
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, SendsWhatWaitedWhenTheLastProcessEnded) {
+  put(Stage::waiting);
+  start();
+  server.await_taken(1);
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_EQ(server.taken(), 1U);
+}
+
+TEST_F(MailPostman, NeverSendsWhatTheLastProcessHandedOver) {
+  put(Stage::handed_over);
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
+  EXPECT_EQ(sut->answer(sample_call(good, 4)).state, 1U);
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, NeverSendsAgainWhatIsInDoubt) {
+  server.will({{.verdict = Verdict::doubt, .reply = "connection reset"}});
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
+  sut.reset();
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, LetsTheProgramTryAgainWhatCouldNotBeTried) {
+  server.will({{.verdict = Verdict::insecure, .reply = "no STARTTLS"}});
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_insecure);
+  EXPECT_THAT(on_disk(), IsEmpty());
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+}
+
+TEST_F(MailPostman, RemembersARefusal) {
+  server.will({{.verdict = Verdict::refused, .reply = "550 no"}});
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_refused);
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_refused);
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, SendsNothingThatItCannotWriteDown) {
+  start();
+  std::filesystem::remove_all(spool);
+  const sdk::Response answer = sut->answer(sample_call(good));
+  EXPECT_EQ(answer.state, state_spool);
+  EXPECT_THAT(answer.text, testing::StartsWith("ERROR: nothing sent, the spool"));
+  EXPECT_EQ(server.attempts(), 0U);
+}
+
+TEST_F(MailPostman, SendsNothingForACallOutOfARecordingUnlessTold) {
+  CallInfo call = sample_call(good);
+  call.replayed = true;
+  start();
+  EXPECT_EQ(sut->answer(call), (sdk::Response{"OK", 1}));
+  EXPECT_EQ(server.attempts(), 0U);
+  CallInfo bad = sample_call("done");
+  bad.replayed = true;
+  EXPECT_EQ(sut->answer(bad).state, state_wrong_keys);
+  sut.reset();
+  send_replayed = true;
+  start();
+  EXPECT_EQ(sut->answer(call).state, 1U);
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {
+  server.hold(true);
+  start();
+  auto first = std::async(std::launch::async, [&] { return sut->answer(sample_call(good, 1)); });
+  auto second = std::async(std::launch::async, [&] { return sut->answer(sample_call(good, 2)); });
+  server.await_attempts(2);
+  server.hold(false);
+  EXPECT_EQ(first.get().state, 1U);
+  EXPECT_EQ(second.get().state, 1U);
+}
+
+}  // namespace
+}  // namespace millrace::services::mail
