@@ -5,6 +5,8 @@
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/commands/record/record.hpp"
+#include "tools/commands/vars/vars.hpp"
+#include "tools/commands/watch/watch.hpp"
 
 int main(int argc, char** argv) {
   using namespace millrace::tools;
@@ -20,6 +22,8 @@ int main(int argc, char** argv) {
   commands::operate::add_drain(app, chosen);
   commands::operate::add_answer(app, chosen);
   commands::operate::add_retry(app, chosen);
+  commands::watch::add_watch(app, chosen);
+  commands::vars::add_vars(app, chosen);
   commands::add_record(app, chosen);
   commands::log::add_log(app, chosen);
   commands::add_completion(app, chosen);

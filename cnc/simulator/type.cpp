@@ -12,28 +12,12 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-struct TypeFacts {
-  std::uint32_t size;
-  std::string_view name;
-  nc::VariableType in_programs;
-};
-
 /// In the order of Type, from boolean.
-constexpr std::array<TypeFacts, 9> facts{{
-    {1, "BOOLEAN", nc::VariableType::boolean},
-    {1, "SGN08", nc::VariableType::sgn08},
-    {1, "UNS08", nc::VariableType::uns08},
-    {2, "SGN16", nc::VariableType::sgn16},
-    {2, "UNS16", nc::VariableType::uns16},
-    {4, "SGN32", nc::VariableType::sgn32},
-    {4, "UNS32", nc::VariableType::uns32},
-    {8, "REAL64", nc::VariableType::real64},
-    {0, "STRING", nc::VariableType::string},
-}};
-
-const TypeFacts& facts_of(Type type) {
-  return facts.at(static_cast<std::size_t>(type) - 1);
-}
+constexpr std::array<nc::VariableType, 9> in_programs{
+    nc::VariableType::boolean, nc::VariableType::sgn08,  nc::VariableType::uns08,
+    nc::VariableType::sgn16,   nc::VariableType::uns16,  nc::VariableType::sgn32,
+    nc::VariableType::uns32,   nc::VariableType::real64, nc::VariableType::string,
+};
 
 ads::Bytes text_bytes(std::uint32_t size, std::string_view text) {
   ads::Bytes bytes(size, 0);
@@ -62,24 +46,14 @@ ads::Bytes number_bytes(Type type, double number) {
 
 }  // namespace
 
-std::uint32_t size_of(Type type) {
-  return facts_of(type).size;
-}
-
-std::string_view name_of(Type type) {
-  return facts_of(type).name;
-}
-
 nc::VariableShape shape_of(ElementType element) {
   const std::size_t characters = element.type == Type::string ? element.size - 1 : 0;
-  return {facts_of(element.type).in_programs, characters, {}};
+  return {in_programs.at(static_cast<std::size_t>(element.type) - 1), characters, {}};
 }
 
 ElementType element_of(const nc::VariableShape& shape) {
-  const auto* const found = std::find_if(facts.begin(), facts.end(), [&](const TypeFacts& type) {
-    return type.in_programs == shape.type;
-  });
-  const Type type{static_cast<std::uint32_t>(found - facts.begin()) + 1};
+  const auto* const found = std::find(in_programs.begin(), in_programs.end(), shape.type);
+  const Type type{static_cast<std::uint32_t>(found - in_programs.begin()) + 1};
   return type == Type::string ? ElementType::text(static_cast<std::uint32_t>(shape.length))
                               : ElementType::number(type);
 }

@@ -17,15 +17,11 @@
 #include "cnc/nc/environment.hpp"
 #include "cnc/nc/variable_directory.hpp"
 #include "cnc/variables/layout.hpp"
+#include "cnc/variables/type.hpp"
 
 namespace millrace::cnc::simulator {
 
 using variables::Type;
-
-/// Bytes of a number; 0 for a string, whose size is its own.
-std::uint32_t size_of(Type type);
-/// "UNS32", as attribute 0x200 and the old functions (with V_ before it) name it.
-std::string_view name_of(Type type);
 
 /// What one element of a variable holds.
 struct ElementType {
@@ -33,7 +29,7 @@ struct ElementType {
   /// In bytes; for a string the whole buffer with its NUL.
   std::uint32_t size = 8;
 
-  static ElementType number(Type type) { return {type, size_of(type)}; }
+  static ElementType number(Type type) { return {type, variables::size_of(type)}; }
   /// `characters` and the NUL.
   static ElementType text(std::uint32_t characters) { return {Type::string, characters + 1}; }
 };

@@ -38,6 +38,17 @@ inline constexpr std::uint32_t write_by_name = 0x4A;
 inline constexpr std::uint32_t extended_description = 0x4B;
 /// ReadWrite: name in, description without name out (V3.1.3132.0 and V4.29 on).
 inline constexpr std::uint32_t description_by_name = 0x4C;
+/// The old functions that list program variables, all of them REAL64: Read of an UNS32 for how many
+/// there are; ReadWrite with an UNS32 index for a name of at most 96 bytes
+/// (IB/hmiviaads/15685577611.html and 15685595531.html, documented).
+inline constexpr std::uint32_t p_count = 0x02;
+inline constexpr std::uint32_t p_name = 0x1B;
+inline constexpr std::uint32_t vl_count = 0x03;
+inline constexpr std::uint32_t vl_name = 0x1E;
+inline constexpr std::uint32_t vp_count = 0x04;
+inline constexpr std::uint32_t vp_name = 0x21;
+inline constexpr std::uint32_t vs_count = 0x05;
+inline constexpr std::uint32_t vs_name = 0x24;
 }  // namespace offset
 
 /// Longest name with its NUL, longest input or output of a generic function (documented).

@@ -1,6 +1,7 @@
 #include "cnc/variables/channel.hpp"
 
 #include "cnc/ads/sum_commands.hpp"
+#include "cnc/variables/text.hpp"
 
 namespace millrace::cnc::variables {
 namespace {
@@ -35,6 +36,11 @@ asio::awaitable<Result<std::uint32_t>> as_number(asio::awaitable<Result<Bytes>> 
 asio::awaitable<Result<Description>> as_description(asio::awaitable<Result<Bytes>> answer) {
   const auto bytes = co_await std::move(answer);
   co_return bytes.and_then(decode_answer);
+}
+
+asio::awaitable<Result<std::string>> as_text(asio::awaitable<Result<Bytes>> answer) {
+  const auto bytes = co_await std::move(answer);
+  co_return bytes.map([](const Bytes& text) { return decode_text(text); });
 }
 
 asio::awaitable<Result<std::vector<Result<Bytes>>>> as_answers(
@@ -75,6 +81,22 @@ asio::awaitable<Result<Description>> Channel::describe(std::string_view name) {
 asio::awaitable<Result<std::uint32_t>> Channel::count(std::string_view kind) {
   constexpr std::uint32_t size = 4;
   return as_number(client_.read_write(port_, at(offset::count), size, encode_name(kind)));
+}
+
+asio::awaitable<Result<Description>> Channel::describe(const IndexStream& index) {
+  constexpr std::uint32_t size = max_stream;
+  return as_description(
+      client_.read_write(port_, at(offset::description_by_index), size, encode(index)));
+}
+
+asio::awaitable<Result<std::uint32_t>> Channel::old_count(std::uint32_t offset) {
+  constexpr std::uint32_t size = 4;
+  return as_number(client_.read(port_, at(offset), size));
+}
+
+asio::awaitable<Result<std::string>> Channel::old_name(std::uint32_t offset, std::uint32_t index) {
+  constexpr std::uint32_t size = 96;
+  return as_text(client_.read_write(port_, at(offset), size, ads::ByteWriter().u32(index).take()));
 }
 
 ads::SumItem Channel::item(std::string_view name, std::uint32_t length) const {

@@ -46,8 +46,16 @@ class Channel {
   boost::asio::awaitable<ads::Result<std::uint32_t>> handle(std::string_view name);
   /// Newer controllers only.
   boost::asio::awaitable<ads::Result<Description>> describe(std::string_view name);
+  /// The variable of a kind with this number, counted from 0, with its name.
+  boost::asio::awaitable<ads::Result<Description>> describe(const IndexStream& index);
   /// How many variables of a kind ("V.G", "V.E", "V.A", or "" for all) there are.
   boost::asio::awaitable<ads::Result<std::uint32_t>> count(std::string_view kind);
+
+  /// The old listing of a program's own variables, by the offsets of its two functions: how many,
+  /// and the name of one of them, an array with its largest index.
+  boost::asio::awaitable<ads::Result<std::uint32_t>> old_count(std::uint32_t offset);
+  boost::asio::awaitable<ads::Result<std::string>> old_name(std::uint32_t offset,
+                                                            std::uint32_t index);
 
   /// The same reads as items of a sum.
   [[nodiscard]] ads::SumItem item(std::string_view name, std::uint32_t length) const;

@@ -31,11 +31,16 @@ Process Chain::square_root(const Flags& flags) {
 }
 
 Process Chain::millrace(Flags command) const {
+  return Process(Chain::command(std::move(command)));
+}
+
+Flags Chain::command(Flags command) const {
   command.insert(command.begin(), binary("millrace"));
-  if (command.at(1) != "log") {
+  const std::string& what = command.at(1);
+  if (what != "log" && what != "vars" && what != "completion") {
     command.insert(command.end(), {"--domain", std::to_string(domain_.number())});
   }
-  return Process(std::move(command));
+  return command;
 }
 
 std::string Chain::program(int channel, const std::string& file) {

@@ -30,6 +30,8 @@ class Chain {
 
   /// The operator's command, on this domain where it uses one.
   [[nodiscard]] Process millrace(Flags command) const;
+  /// The same as a command line, for a test that starts it itself.
+  [[nodiscard]] Flags command(Flags command) const;
 
   /// "CHANNEL=FILE" for --run, FILE from tests/data/nc/chain.
   [[nodiscard]] static std::string program(int channel, const std::string& file);

@@ -43,12 +43,19 @@ std::string quoted(std::string_view cp1252) {
 }
 
 std::string safe(std::string_view utf8) {
-  // Whatever is no UTF-8, or has a C1 control in it, was no text of ours.
+  // Whatever is no UTF-8 was no text of ours.
   const bool is_text = idl::text::is_utf8(utf8);
   std::string out;
-  for (const char c : utf8) {
-    out += is_control(c) || (!is_text && static_cast<std::uint8_t>(c) >= 0x80) ? escaped(c)
-                                                                               : std::string(1, c);
+  for (std::size_t i = 0; i < utf8.size(); ++i) {
+    const char c = utf8[i];
+    const bool high = static_cast<std::uint8_t>(c) >= 0x80;
+    // C1 controls are U+0080 to U+009F: two bytes, C2 and their own number.
+    const bool c1 = is_text && c == '\xc2' && static_cast<std::uint8_t>(utf8[i + 1]) < 0xa0;
+    if (c1) {
+      out += escaped(utf8[++i]);
+    } else {
+      out += is_control(c) || (high && !is_text) ? escaped(c) : std::string(1, c);
+    }
   }
   return out;
 }

@@ -21,6 +21,8 @@ class FakeCnc : public ads::Device {
   std::map<std::string, Bytes> values;
   ads::ErrorCode unknown_name = ads::ErrorCode::symbol_not_found;
   bool knows_handles = true;
+  /// Newer controllers do.
+  bool describes_by_name = true;
   /// Handles become another number, as after a restart.
   std::uint32_t handle_base = 0x01020000;
   /// Answers every request with this.
@@ -57,6 +59,9 @@ class FakeCnc : public ads::Device {
     if (index.offset == offset::count) {
       return ads::ByteWriter().u32(static_cast<std::uint32_t>(values.size())).take();
     }
+    if (index.offset == offset::description_by_index) {
+      return describe(decode_index_stream(data)->index);
+    }
     const auto name = target(index.offset, data).first;
     const auto found = values.find(name);
     if (found == values.end()) {
@@ -90,7 +95,19 @@ class FakeCnc : public ads::Device {
     const bool by_handle = index.offset == offset::handle_by_name ||
                            index.offset == offset::read_by_handle ||
                            index.offset == offset::write_by_handle;
-    return by_handle && !knows_handles ? ads::ErrorCode::invalid_offset : ads::ErrorCode::none;
+    const bool unknown = (by_handle && !knows_handles) ||
+                         (index.offset == offset::description_by_name && !describes_by_name);
+    return unknown ? ads::ErrorCode::invalid_offset : ads::ErrorCode::none;
+  }
+  [[nodiscard]] ads::Result<Bytes> describe(std::uint32_t number) const {
+    if (number >= values.size()) {
+      return tl::make_unexpected(ads::ErrorCode::invalid_data);
+    }
+    const auto& [name, value] = *std::next(values.begin(), number);
+    const auto size = static_cast<std::uint32_t>(value.size());
+    return encode(
+        Description{handle_base + number, Type::uns32, Access::read_write, size, {}, name},
+        NameInDescription::yes);
   }
   [[nodiscard]] std::pair<std::string, BytesView> target(std::uint32_t function,
                                                          BytesView data) const {

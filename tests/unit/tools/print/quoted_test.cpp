@@ -23,5 +23,12 @@ TEST(Safe, KeepsUtf8AndEscapesWhatIsNone) {
   EXPECT_EQ(safe("Ma\xDF"), "Ma\\xdf");
 }
 
+TEST(Safe, EscapesControlsOfTheUpperHalf) {
+  // U+009B begins a control sequence as ESC [ does.
+  EXPECT_EQ(safe("a\xc2\x9b"
+                 "2Jß\xc2\xa0"),
+            "a\\x9b2Jß\xc2\xa0");
+}
+
 }  // namespace
 }  // namespace millrace::tools::print

@@ -1,0 +1,115 @@
+#include "cnc/variables/listing.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+
+#include "cnc/variables/type.hpp"
+
+namespace millrace::cnc::variables {
+namespace {
+
+namespace asio = boost::asio;
+using ads::ErrorCode;
+using ads::Result;
+using Descriptions = std::vector<Description>;
+
+struct OldListing {
+  std::string_view family;
+  std::uint32_t count;
+  std::uint32_t name;
+};
+
+constexpr std::array<OldListing, 4> old_listings{{
+    {"P", offset::p_count, offset::p_name},
+    {"V.P", offset::vp_count, offset::vp_name},
+    {"V.L", offset::vl_count, offset::vl_name},
+    {"V.S", offset::vs_count, offset::vs_name},
+}};
+
+const OldListing* old_listing(std::string_view family) {
+  const auto* const found = std::ranges::find(old_listings, family, &OldListing::family);
+  return found == old_listings.end() ? nullptr : found;
+}
+
+asio::awaitable<Result<Descriptions>> list_old(Channel& channel, const OldListing& listing) {
+  const auto count = co_await channel.old_count(listing.count);
+  if (!count) {
+    co_return tl::make_unexpected(count.error());
+  }
+  Descriptions found;
+  for (std::uint32_t i = 0; i < *count; ++i) {
+    auto name = co_await channel.old_name(listing.name, i);
+    if (!name) {
+      co_return tl::make_unexpected(name.error());
+    }
+    found.push_back({0, Type::real64, Access::read_write, size_of(Type::real64), {}, *name});
+  }
+  co_return found;
+}
+
+/// "V.E.TABLE" of "V.E.TABLE[1]".
+std::string_view without_indices(std::string_view name) {
+  return name.substr(0, name.find('['));
+}
+
+asio::awaitable<Result<Description>> look_up(Channel& channel, std::string_view name) {
+  const auto variables = co_await list(channel, family_of(name));
+  if (!variables) {
+    co_return tl::make_unexpected(variables.error());
+  }
+  const auto found = std::ranges::find_if(*variables, [&](const Description& each) {
+    return without_indices(each.name) == without_indices(name);
+  });
+  if (found == variables->end()) {
+    co_return tl::make_unexpected(ErrorCode::symbol_not_found);
+  }
+  co_return *found;
+}
+
+}  // namespace
+
+std::string_view family_of(std::string_view name) {
+  const auto found = std::ranges::find_if(families, [&](std::string_view family) {
+    if (name.size() <= family.size() || !name.starts_with(family)) {
+      return false;
+    }
+    const auto next = static_cast<unsigned char>(name[family.size()]);
+    return family == "P" ? std::isdigit(next) != 0 : next == '.';
+  });
+  return found == families.end() ? std::string_view() : *found;
+}
+
+asio::awaitable<Result<Descriptions>> list(Channel& channel, std::string_view family) {
+  if (const OldListing* listing = old_listing(family)) {
+    auto found = co_await list_old(channel, *listing);
+    co_return found;
+  }
+  const auto count = co_await channel.count(family);
+  if (!count) {
+    co_return tl::make_unexpected(count.error());
+  }
+  Descriptions found;
+  for (std::uint32_t i = 0; i < *count; ++i) {
+    const IndexStream index{i, family};
+    auto description = co_await channel.describe(index);
+    if (!description) {
+      co_return tl::make_unexpected(description.error());
+    }
+    found.push_back(std::move(*description));
+  }
+  co_return found;
+}
+
+asio::awaitable<Result<Description>> find(Channel& channel, std::string name) {
+  auto described = co_await channel.describe(without_indices(name));
+  const bool too_old = !described && (described.error() == ErrorCode::invalid_offset ||
+                                      described.error() == ErrorCode::service_not_supported);
+  if (too_old && !family_of(name).empty()) {
+    auto found = co_await look_up(channel, name);
+    co_return found;
+  }
+  co_return described;
+}
+
+}  // namespace millrace::cnc::variables

@@ -1,0 +1,43 @@
+// Values of variables between their bytes and what people write; pure.
+//
+//   auto elements = decode_elements(description, bytes);       // 3.5, or 1 2 3 of an array
+//   auto bytes = encode_elements(element_type(description), {"3.5"});
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "cnc/variables/layout.hpp"
+
+namespace millrace::cnc::variables {
+
+/// A BOOLEAN, an integer, a REAL64, or a STRING as CP1252 bytes without its NUL.
+using Element = std::variant<bool, std::int64_t, double, std::string>;
+
+/// What one element of a variable holds.
+struct ElementType {
+  Type type = Type::real64;
+  /// In bytes; for a string the whole buffer with its NUL.
+  std::uint32_t size = 8;
+  bool operator==(const ElementType&) const = default;
+};
+
+/// Of a scalar, or of each element of an array. The error says which numbers of the description do
+/// not go together; it comes from a controller.
+tl::expected<ElementType, std::string> element_type(const Description& description);
+
+/// One element after the other: all of an array, or the one that was asked for. A single string may
+/// be shorter than its buffer. The error says what does not fit.
+tl::expected<std::vector<Element>, std::string> decode_elements(ElementType type, BytesView bytes);
+
+/// The bytes of elements that somebody wrote: TRUE, FALSE, 1 or 0 for a BOOLEAN; a number, in its
+/// type's range; a text in CP1252 of at most 127 bytes, and no more than its variable holds. The
+/// error names the element and what was expected; nothing is cut or rounded.
+tl::expected<Bytes, std::string> encode_elements(ElementType type,
+                                                 const std::vector<std::string>& texts);
+
+}  // namespace millrace::cnc::variables

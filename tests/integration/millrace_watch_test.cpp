@@ -1,0 +1,85 @@
+// `millrace watch` beside the real programs, into a pipe and on a terminal.
+
+#include <algorithm>
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/integration/chain.hpp"
+#include "tests/support/terminal.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+class Watching : public testing::Test {
+ protected:
+  /// Programs of both channels that call all the time.
+  void start_calls() {
+    service.emplace(chain.square_root({"--name", "sq1"}));
+    cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc"), "--run",
+                           Chain::program(2, "endless_calls.nc")}));
+    gateway.emplace(chain.gateway());
+  }
+
+  Chain chain;
+  std::optional<Process> service;
+  std::optional<Process> cnc;
+  std::optional<Process> gateway;
+};
+
+TEST_F(Watching, PrintsALineForEachCallIntoAPipe) {
+  start_calls();
+  Process sut = chain.millrace({"watch", "--count", "20"});
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+  const std::string lines = sut.output();
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 20);
+  EXPECT_THAT(lines,
+              ContainsRegex("cnc/1  560aacbf-.*  \"2\" [0-9]+ -> \"1.414214\" 1  .*s  sq1 on "));
+  EXPECT_THAT(lines, HasSubstr("cnc/2"));
+  EXPECT_THAT(lines, Not(HasSubstr("\x1b")));
+}
+
+TEST_F(Watching, TakesOnlyTheCallsThatAreAskedFor) {
+  start_calls();
+  Process of_a_channel = chain.millrace({"watch", "--count", "10", "--channel", "2", "--json"});
+  EXPECT_EQ(of_a_channel.wait(), 0);
+  EXPECT_THAT(of_a_channel.output(), HasSubstr("\"channel\":2,"));
+  EXPECT_THAT(of_a_channel.output(), HasSubstr("\"name\":\"sq1\""));
+  EXPECT_THAT(of_a_channel.output(), Not(HasSubstr("\"channel\":1,")));
+
+  Process of_nobody = chain.millrace({"watch", "--uuid", "nobody", "--lines"});
+  Process of_all = chain.millrace({"watch", "--count", "10"});
+  EXPECT_EQ(of_all.wait(), 0);
+  of_nobody.signal(SIGINT);
+  EXPECT_EQ(of_nobody.wait(), 0);
+  EXPECT_EQ(of_nobody.output(), "");
+}
+
+TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
+  start_calls();
+  Terminal sut(chain.command({"watch"}), {.rows = 12, .columns = 160});
+  sut.await("CALLS/S");
+  sut.await("cnc/2");
+  sut.await("sq1 on");
+  sut.type("\x03");
+  EXPECT_EQ(sut.wait(), 0) << sut.output();
+  // The other screen, and back again.
+  EXPECT_THAT(sut.output(), testing::StartsWith("\x1b[?1049h"));
+  EXPECT_THAT(sut.output(), HasSubstr("\x1b[?25h\x1b[?1049l"));
+}
+
+TEST_F(Watching, PrintsLinesOnATerminalIfAskedTo) {
+  start_calls();
+  Terminal sut(chain.command({"watch", "--lines", "--count", "3"}), {});
+  EXPECT_EQ(sut.wait(), 0) << sut.output();
+  EXPECT_THAT(sut.output(), Not(HasSubstr("\x1b")));
+  EXPECT_EQ(std::count(sut.output().begin(), sut.output().end(), '\n'), 3);
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

@@ -1,0 +1,89 @@
+#include "tools/bus/context.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/recording/one_call.hpp"
+
+namespace millrace::tools::bus {
+namespace {
+
+using recording::Change;
+using recording::Entry;
+using recording::InstanceNews;
+using recording::Withdrawal;
+using recording::tests::one_call;
+using recording::tests::square_root;
+
+fabric::InstanceId instance(std::uint8_t byte) {
+  fabric::InstanceId id;
+  id.bytes.fill(byte);
+  return id;
+}
+
+Entry of(recording::Sample sample) {
+  return {.sample = std::move(sample)};
+}
+
+std::string uuid_after(Context& context, Entry entry) {
+  context.complete(entry);
+  return entry.uuid;
+}
+
+TEST(AContext, TakesTheUuidOfWhatNamesOneInCanonicalForm) {
+  Context sut;
+  EXPECT_EQ(uuid_after(sut, of(fabric::Request{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
+            square_root);
+  EXPECT_EQ(uuid_after(sut, of(fabric::Event{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
+            square_root);
+  EXPECT_EQ(uuid_after(sut, of(fabric::ChannelStatus{.uuid = square_root})), square_root);
+}
+
+TEST(AContext, KnowsTheServiceOfAReplyByItsCall) {
+  Context sut;
+  Entry request = one_call(17, 0)[1];
+  request.uuid.clear();
+  sut.complete(request);
+  Entry reply = one_call(17, 0)[3];
+  reply.uuid.clear();
+  EXPECT_EQ(uuid_after(sut, reply), square_root);
+}
+
+TEST(AContext, KnowsTheServiceOfALateReplyByItsInstance) {
+  Context sut;
+  Entry reply = one_call(17, 0)[3];
+  reply.uuid.clear();
+  EXPECT_EQ(uuid_after(sut, reply), "");
+  InstanceNews news{.change = Change::ready, .identity = {.id = instance(0x11)}};
+  news.identity.uuid = square_root;
+  Entry ready = of(news);
+  sut.complete(ready);
+  EXPECT_EQ(uuid_after(sut, reply), square_root);
+}
+
+TEST(AContext, KnowsWhoIsGone) {
+  Context sut;
+  InstanceNews news{.change = Change::ready, .identity = {.id = instance(0x11)}};
+  news.identity.uuid = square_root;
+  Entry ready = of(news);
+  sut.complete(ready);
+  Entry gone = of(InstanceNews{.change = Change::gone, .identity = {.id = instance(0x11)}});
+  EXPECT_EQ(uuid_after(sut, gone), square_root);
+  EXPECT_EQ(uuid_after(sut, of(fabric::InstanceStatus{.instance = instance(0x11)})), square_root);
+  EXPECT_EQ(uuid_after(sut, of(fabric::InstanceStatus{.instance = instance(0x22)})), "");
+}
+
+TEST(AContext, NamesTheCallThatIsTakenBack) {
+  Context sut;
+  Entry request = one_call(17, 0)[1];
+  sut.complete(request);
+  Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}});
+  sut.complete(withdrawal);
+  EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call.number, 17U);
+  EXPECT_EQ(withdrawal.uuid, square_root);
+  Entry other = of(Withdrawal{.key = {"cnc", 2}});
+  sut.complete(other);
+  EXPECT_EQ(std::get<Withdrawal>(other.sample).call, fabric::CallId{});
+}
+
+}  // namespace
+}  // namespace millrace::tools::bus

@@ -1,0 +1,76 @@
+#include "tools/bus/live.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::tools::bus {
+namespace {
+
+using recording::Change;
+using recording::Entry;
+using recording::InstanceNews;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+fabric::InstanceId instance(std::uint8_t byte) {
+  fabric::InstanceId id;
+  id.bytes.fill(byte);
+  return id;
+}
+
+Entry news(Change change, std::uint8_t byte, const std::string& name) {
+  InstanceNews what{.change = change, .identity = {.id = instance(byte)}};
+  what.identity.uuid = square_root;
+  what.identity.name = name;
+  return {.sample = what};
+}
+
+Entry load(std::uint8_t byte, std::uint64_t answered) {
+  return {.sample = fabric::InstanceStatus{.instance = instance(byte), .answered = answered}};
+}
+
+TEST(TheLivePicture, HasAnInstanceUntilItIsGone) {
+  Live sut;
+  sut.add(news(Change::ready, 1, "a"));
+  sut.add(news(Change::changed, 1, "b"));
+  EXPECT_EQ(sut.instances().at(instance(1)).identity.name, "b");
+  EXPECT_EQ(sut.instances().at(instance(1)).status, std::nullopt);
+  sut.add(news(Change::gone, 1, ""));
+  EXPECT_THAT(sut.instances(), IsEmpty());
+}
+
+TEST(TheLivePicture, KeepsWhatAnInstanceSaysBeforeDiscoveryShowsIt) {
+  Live sut;
+  sut.add(load(1, 5));
+  EXPECT_THAT(sut.instances(), IsEmpty());
+  sut.add(news(Change::ready, 1, "a"));
+  EXPECT_EQ(sut.instances().at(instance(1)).status->answered, 5U);
+  sut.add(load(1, 6));
+  EXPECT_EQ(sut.instances().at(instance(1)).status->answered, 6U);
+}
+
+TEST(TheLivePicture, FindsInstancesByUuidIdOrName) {
+  Live sut;
+  sut.add(news(Change::ready, 1, "a"));
+  sut.add(news(Change::ready, 2, "b"));
+  EXPECT_THAT(sut.instances_of("560AACBF-6335-44A9-895A-8B27F3ED5E47"), SizeIs(2));
+  EXPECT_THAT(sut.instances_of(instance(2).to_string()), SizeIs(1));
+  EXPECT_THAT(sut.instances_of("a"), SizeIs(1));
+  EXPECT_THAT(sut.instances_of("A"), IsEmpty());
+  EXPECT_THAT(sut.instances_of(""), SizeIs(2));
+}
+
+TEST(TheLivePicture, HasTheNewestOfChannelsAndMachines) {
+  Live sut;
+  for (const auto state : {fabric::ChannelState::running, fabric::ChannelState::idle}) {
+    sut.add({.sample = fabric::ChannelStatus{.key = {"cnc", 1}, .state = state}});
+  }
+  sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .connected = true}});
+  EXPECT_EQ(sut.channels().at({"cnc", 1}).state, fabric::ChannelState::idle);
+  EXPECT_TRUE(sut.machines().at("cnc").connected);
+}
+
+}  // namespace
+}  // namespace millrace::tools::bus

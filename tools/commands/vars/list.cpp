@@ -1,0 +1,84 @@
+// millrace vars MACHINE list: which variables a channel has.
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+
+#include "cnc/variables/listing.hpp"
+#include "cnc/variables/type.hpp"
+#include "idl/program/command_line.hpp"
+#include "tools/commands/vars/vars.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/table.hpp"
+
+namespace millrace::tools::commands::vars {
+
+namespace {
+
+namespace program = idl::program;
+using cnc::variables::Channel;
+using cnc::variables::Description;
+
+struct Options : VarsOptions {
+  using VarsOptions::VarsOptions;
+  std::vector<std::string> families;
+};
+
+void show(const Options& options, const std::vector<Description>& variables) {
+  if (options.json) {
+    boost::json::array out;
+    for (const Description& variable : variables) {
+      out.push_back(json_of(variable));
+    }
+    print::print_json(out);
+    return;
+  }
+  print::Table table({{"NAME"}, {"TYPE"}, {"BYTES", print::Align::right}, {"MODE"}});
+  for (const Description& variable : variables) {
+    table.add({print::safe(variable.name), type_text(variable), std::to_string(variable.size),
+               std::string(cnc::variables::name_of(variable.access))});
+  }
+  fmt::print("{}", table.text());
+}
+
+boost::asio::awaitable<int> list_families(const Options& options, Channel& channel) {
+  std::vector<Description> all;
+  int exit_code = program::exit_done;
+  for (const std::string_view family : cnc::variables::families) {
+    const bool wanted = options.families.empty() ||
+                        std::ranges::find(options.families, family) != options.families.end();
+    if (!wanted) {
+      continue;
+    }
+    auto found = co_await cnc::variables::list(channel, family);
+    if (!found) {
+      complain(options, fmt::format("cannot list {}", family), found.error());
+      exit_code = program::exit_failed;
+      continue;
+    }
+    all.insert(all.end(), found->begin(), found->end());
+  }
+  show(options, all);
+  co_return exit_code;
+}
+
+}  // namespace
+
+void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen) {
+  CLI::App& command = add_subcommand(vars, "list", "Every variable with its type and mode",
+                                     "millrace vars cnc list --family V.G --family V.E");
+  auto options = std::make_shared<Options>(command, machine);
+  command
+      .add_option("--family", options->families,
+                  "Only this family; may be given several times. V.CYC cannot be listed")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(std::vector<std::string>(cnc::variables::families.begin(),
+                                                     cnc::variables::families.end())));
+  command.callback([options, &chosen] {
+    chosen.run = [options] {
+      return on_channel(*options,
+                        [&](Channel& channel) { return list_families(*options, channel); });
+    };
+  });
+}
+
+}  // namespace millrace::tools::commands::vars

@@ -1,0 +1,16 @@
+// A call in one line, and as JSON.
+#pragma once
+
+#include <string>
+
+#include <boost/json/object.hpp>
+
+#include "tools/recording/call_follower.hpp"
+
+namespace millrace::tools::print {
+
+/// "07:00:00.123456  cnc/1  560aacbf-…  "2" 1 -> "1.414214" 1  2.40 ms  sq1 on vm  5f-17"
+std::string line_of(const recording::FollowedCall& call);
+boost::json::object json_of(const recording::FollowedCall& call);
+
+}  // namespace millrace::tools::print
