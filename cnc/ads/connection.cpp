@@ -36,10 +36,10 @@ tcp::endpoint endpoint_of(const tcp::socket& socket) {
 }  // namespace
 
 Connection::Connection(tcp::socket socket, Device& device, const ServerOptions& options,
-                       idl::program::Log log)
+                       Lingering* lingering, idl::program::Log log)
     : socket_(std::move(socket)),
       options_(options),
-      session_(device, options.session),
+      session_(device, options.session, lingering),
       reader_(options.max_frame),
       outbox_(socket_, options.max_output),
       due_(socket_.get_executor(), Clock::time_point::max()),
@@ -57,6 +57,7 @@ asio::awaitable<void> Connection::run() {
   asio::co_spawn(socket_.get_executor(), send_when_due(self), asio::detached);
   co_await receive();
   close();
+  session_.end();
 }
 
 asio::awaitable<void> Connection::write(std::shared_ptr<Connection> self) {

@@ -15,9 +15,10 @@ namespace millrace::cnc::ads {
 /// Not thread-safe. Keeps itself alive while its coroutines run.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  /// Device and options must outlive the connection; the faults among them may change.
+  /// Device and options must outlive the connection, `lingering` its run(); the faults among the
+  /// options may change.
   Connection(boost::asio::ip::tcp::socket socket, Device& device, const ServerOptions& options,
-             idl::program::Log log);
+             Lingering* lingering, idl::program::Log log);
 
   /// Serves until the connection ends.
   boost::asio::awaitable<void> run();

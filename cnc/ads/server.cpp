@@ -58,6 +58,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   std::uint16_t tcp_port;
   asio::steady_timer pause;
   std::list<std::shared_ptr<Connection>> connections;
+  Lingering lingering;
 };
 
 asio::awaitable<void> Server::Impl::accept(std::shared_ptr<Impl> self) {
@@ -79,7 +80,9 @@ asio::awaitable<void> Server::Impl::accept(std::shared_ptr<Impl> self) {
 }
 
 void Server::Impl::admit(tcp::socket socket) {
-  auto connection = std::make_shared<Connection>(std::move(socket), device, options, log);
+  auto connection =
+      std::make_shared<Connection>(std::move(socket), device, options,
+                                   options.notifications_survive ? &lingering : nullptr, log);
   log->debug("{}: connected", connection->peer());
   for (const auto& older : connections) {
     if (options.one_connection_per_address && older->address() == connection->address()) {

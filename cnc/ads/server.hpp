@@ -33,6 +33,9 @@ struct ServerOptions {
   /// A new connection closes the older ones from the same IP address, as a TwinCAT router does it
   /// (inferred from many reports): two clients on one host then throw each other out.
   bool one_connection_per_address = false;
+  /// Notifications of a lost connection go on when a client of the same NetId connects again, as
+  /// they do with a TwinCAT router (inferred from reports).
+  bool notifications_survive = false;
   Faults faults{};
 };
 

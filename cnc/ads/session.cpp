@@ -42,7 +42,24 @@ tl::expected<Bytes, ProtocolError> Session::react_to_ads(BytesView body, Moment 
   if (header.target.net_id != options_.net_id) {
     return react_to_foreign_target(header);
   }
+  recognise(header.source.net_id, now);
   return answer(*packet, now);
+}
+
+void Session::recognise(const NetId& client, Moment now) {
+  if (lingering_ == nullptr || client_) {
+    return;
+  }
+  client_ = client;
+  if (auto kept = lingering_->take(client)) {
+    subscriptions_.adopt(std::move(*kept), now);
+  }
+}
+
+void Session::end() {
+  if (lingering_ != nullptr && client_) {
+    lingering_->keep(*client_, subscriptions_.give_up());
+  }
 }
 
 tl::expected<Bytes, ProtocolError> Session::react_to_foreign_target(const Header& header) const {

@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "cnc/ads/lingering.hpp"
 #include "cnc/ads/subscriptions.hpp"
 
 namespace millrace::cnc::ads {
@@ -30,10 +31,12 @@ struct SessionOptions {
 /// One per connection. Executes each frame exactly once, in the order of arrival.
 class Session {
  public:
-  Session(Device& device, SessionOptions options)
+  /// With `lingering`, which outlives the session, notifications survive a lost connection.
+  Session(Device& device, SessionOptions options, Lingering* lingering = nullptr)
       : device_(device),
         options_(std::move(options)),
-        subscriptions_(device, options_.subscriptions) {}
+        subscriptions_(device, options_.subscriptions),
+        lingering_(lingering) {}
 
   /// The frames to send for a frame that came in; an error means that the connection must be
   /// closed.
@@ -44,18 +47,25 @@ class Session {
   [[nodiscard]] std::optional<Subscriptions::Time> next_due() const {
     return subscriptions_.next_due();
   }
+  /// The connection is lost.
+  void end();
 
  private:
   tl::expected<Bytes, ProtocolError> react_to_ads(BytesView body, Moment now);
   [[nodiscard]] tl::expected<Bytes, ProtocolError> react_to_foreign_target(
       const Header& header) const;
   Bytes react_to_router(const Frame& frame);
+  /// Who speaks: goes on with what an earlier connection of this client has left.
+  void recognise(const NetId& client, Moment now);
   Bytes answer(const Packet& request, Moment now);
   [[nodiscard]] bool has_route_to(const NetId& client) const;
 
   Device& device_;
   SessionOptions options_;
   Subscriptions subscriptions_;
+  Lingering* lingering_;
+  /// Of the first frame.
+  std::optional<NetId> client_;
   // Where AMS routers begin to number the ports they hand out.
   std::uint16_t next_port_ = 32768;
 };

@@ -1,6 +1,7 @@
 #include "cnc/ads/subscriptions.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace millrace::cnc::ads {
 namespace {
@@ -47,6 +48,21 @@ Result<void> Subscriptions::remove(std::uint32_t handle) {
   }
   std::erase_if(collected_, [](const auto& entry) { return entry.second.samples.empty(); });
   return {};
+}
+
+Subscriptions::Kept Subscriptions::give_up() {
+  collected_.clear();
+  return {std::exchange(subscriptions_, {}), next_handle_};
+}
+
+void Subscriptions::adopt(Kept kept, Moment now) {
+  for (auto& [handle, subscription] : kept.subscriptions) {
+    if (subscriptions_.size() < limits_.handles) {
+      subscription.next_sample = now.steady;
+      subscriptions_.emplace(handle, std::move(subscription));
+    }
+  }
+  next_handle_ = std::max(next_handle_, kept.next_handle);
 }
 
 Bytes Subscriptions::poll(Moment now) {

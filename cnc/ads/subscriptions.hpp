@@ -42,21 +42,6 @@ class Subscriptions {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  Subscriptions(Device& device, const SubscriptionLimits& limits)
-      : device_(device), limits_(limits) {}
-
-  /// A new handle for the sender of `header`. Fails with what a read of the value fails with,
-  /// transmission_not_supported, or no_more_handles.
-  Result<std::uint32_t> add(const Header& header, const AddNotificationRequest& request,
-                            Moment now);
-  Result<void> remove(std::uint32_t handle);
-  [[nodiscard]] std::size_t size() const { return subscriptions_.size(); }
-
-  /// Takes the samples that are due; the frames that are due.
-  Bytes poll(Moment now);
-  /// When poll() is needed next.
-  [[nodiscard]] std::optional<Time> next_due() const;
-
  private:
   // From an AMS port of ours to a subscriber.
   struct Route {
@@ -73,6 +58,35 @@ class Subscriptions {
     // The value could not be read any more; the subscriber has been told.
     bool invalid = false;
   };
+
+ public:
+  /// What of them can outlive a connection (lingering.hpp).
+  struct Kept {
+    std::map<std::uint32_t, Subscription> subscriptions;
+    std::uint32_t next_handle = 1;
+  };
+
+  Subscriptions(Device& device, const SubscriptionLimits& limits)
+      : device_(device), limits_(limits) {}
+
+  /// A new handle for the sender of `header`. Fails with what a read of the value fails with,
+  /// transmission_not_supported, or no_more_handles.
+  Result<std::uint32_t> add(const Header& header, const AddNotificationRequest& request,
+                            Moment now);
+  Result<void> remove(std::uint32_t handle);
+  [[nodiscard]] std::size_t size() const { return subscriptions_.size(); }
+
+  /// Takes the samples that are due; the frames that are due.
+  Bytes poll(Moment now);
+  /// When poll() is needed next.
+  [[nodiscard]] std::optional<Time> next_due() const;
+
+  /// All that there are; none are left.
+  Kept give_up();
+  /// Goes on with them under their old handles, as far as there is room.
+  void adopt(Kept kept, Moment now);
+
+ private:
   struct CollectedSample {
     std::uint64_t filetime = 0;
     std::uint32_t handle = 0;

@@ -18,8 +18,8 @@ struct Channel::State {
         messages(options.messages_read_at_once),
         interpolator(options.axes.size(), messages, *timers),
         system(options.axes, motion, interpolator, *timers),
-        decoder({memory, macros, motion, queue, interpolator, messages, *timers, system},
-                options.skipped_levels) {}
+        decoder({memory, macros, motion, queue, interpolator, messages, *timers, stream, system},
+                options.stream_program) {}
 
   /// Why no program can start now.
   std::string refusal() const;
@@ -34,6 +34,7 @@ struct Channel::State {
   run::MotionState motion;
   run::Queue queue;
   run::MessageBox messages;
+  run::Stream stream;
   run::Interpolator interpolator;
   run::SystemVariables system;
   run::Decoder decoder;
@@ -51,14 +52,20 @@ tl::expected<void, std::vector<Diagnostic>> Channel::start(const std::string& fi
   if (state_->state != ChannelState::idle) {
     return tl::make_unexpected(std::vector<Diagnostic>{{{file, 0, 0, 0}, 0, state_->refusal()}});
   }
-  auto program = syntax::parse_program(file, text);
+  const bool streamed = !file.empty() && file == state_->options.stream_program;
+  auto program = syntax::parse_program(file, streamed ? "" : text);
   if (!program) {
     return tl::make_unexpected(std::move(program.error()));
   }
   state_->memory.start_program();
   state_->motion.reset(state_->interpolator.position());
   state_->interpolator.start_program();
-  state_->decoder.start(std::make_shared<const syntax::Program>(std::move(*program)));
+  if (streamed) {
+    state_->decoder.start_stream(state_->options.skipped_levels);
+  } else {
+    state_->decoder.start(std::make_shared<const syntax::Program>(std::move(*program)),
+                          state_->options.skipped_levels);
+  }
   state_->state = ChannelState::active;
   return {};
 }
@@ -87,6 +94,7 @@ void Channel::State::abort(Fault fault, const run::Tick& tick) {
 
 void Channel::reset() {
   state_->stop();
+  state_->stream.clear();
   if (!state_->decoder.restart_needed()) {
     state_->state = ChannelState::idle;
   }
@@ -97,6 +105,43 @@ void Channel::resume() {
     state_->interpolator.resume();
     state_->state = ChannelState::active;
   }
+}
+
+void Channel::set_feed_override(double factor) {
+  state_->interpolator.set_feed_override(factor);
+}
+
+double Channel::feed_override() const {
+  return state_->interpolator.feed_override();
+}
+
+void Channel::set_single_step(SingleStep step) {
+  state_->interpolator.set_single_step(step);
+}
+
+SingleStep Channel::single_step() const {
+  return state_->interpolator.single_step();
+}
+
+void Channel::set_optional_stop(bool on) {
+  state_->options.optional_stop = on;
+  state_->motion.set_optional_stop(on);
+}
+
+bool Channel::optional_stop() const {
+  return state_->options.optional_stop;
+}
+
+void Channel::set_skipped_levels(std::uint16_t levels) {
+  state_->options.skipped_levels = levels;
+}
+
+std::uint16_t Channel::skipped_levels() const {
+  return state_->options.skipped_levels;
+}
+
+tl::expected<void, Fault> Channel::stream(std::string packet) {
+  return state_->stream.write(std::move(packet));
 }
 
 void Channel::read_messages(std::uint64_t number) {
@@ -142,6 +187,10 @@ std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& envi
   return events;
 }
 
+const ChannelOptions& Channel::options() const {
+  return state_->options;
+}
+
 ChannelState Channel::state() const {
   return state_->state;
 }
@@ -153,8 +202,10 @@ bool Channel::active() const {
 std::vector<AxisPosition> Channel::axes() const {
   std::vector<AxisPosition> axes;
   const std::vector<double>& position = state_->interpolator.position();
+  const std::vector<double>& target = state_->interpolator.target();
+  const std::vector<double> velocities = state_->interpolator.velocities();
   for (std::size_t axis = 0; axis < position.size(); ++axis) {
-    axes.push_back({state_->options.axes[axis], position[axis]});
+    axes.push_back({state_->options.axes[axis], position[axis], target[axis], velocities[axis]});
   }
   return axes;
 }

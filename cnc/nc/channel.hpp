@@ -53,6 +53,9 @@ struct ChannelOptions {
   bool optional_stop = false;
   /// Blocks marked with / or /n are skipped if bit n-1 is set (level 1 to 10; / alone is 1).
   std::uint16_t skipped_levels = 0;
+  /// The program or subprogram of this name is read from Channel::stream; none if it is empty
+  /// (P-CHAN-00158, IB/tf5200_data_streaming/222568459, documented).
+  std::string stream_program;
 };
 
 enum class ChannelState { idle, active, held, error };
@@ -61,6 +64,10 @@ enum class ChannelState { idle, active, held, error };
 struct AxisPosition {
   std::string name;
   double position = 0;
+  /// At the end of the block in execution.
+  double target = 0;
+  /// In mm/s or degrees/s.
+  double velocity = 0;
 };
 
 class Channel {
@@ -78,8 +85,22 @@ class Channel {
   /// not help after an error that needs a restart (AbortedEvent::restart_needed): make a new
   /// channel.
   void reset();
-  /// Goes on after M00 or M01.
+  /// Goes on after M00, M01 or a single step.
   void resume();
+  /// Factor on the feed of all motions, rapid ones too (our choice); 1 is 100 %, 0 stops them.
+  void set_feed_override(double factor);
+  [[nodiscard]] double feed_override() const;
+  void set_single_step(SingleStep step);
+  [[nodiscard]] SingleStep single_step() const;
+  /// As in the options: M01 from the next block on, the skipped levels from the next start on.
+  void set_optional_stop(bool on);
+  [[nodiscard]] bool optional_stop() const;
+  void set_skipped_levels(std::uint16_t levels);
+  [[nodiscard]] std::uint16_t skipped_levels() const;
+  /// Adds a packet of whole blocks, each ended by CR and LF, to what the streaming program reads.
+  /// $ statements that belong together stand in one packet (our choice). Fault 11012 if there is no
+  /// room now.
+  tl::expected<void, Fault> stream(std::string packet);
   /// A receiver has read the messages up to this number (MessageEvent::number).
   void read_messages(std::uint64_t number);
   /// The operator acknowledges a message; this also reads it.
@@ -88,6 +109,7 @@ class Channel {
   /// Advances decoder and interpolator to `now` (any monotonic origin).
   std::vector<Event> tick(std::chrono::nanoseconds now, Environment& environment);
 
+  [[nodiscard]] const ChannelOptions& options() const;
   [[nodiscard]] ChannelState state() const;
   /// A program runs or is held.
   [[nodiscard]] bool active() const;

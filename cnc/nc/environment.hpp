@@ -33,6 +33,13 @@ class Environment {
   /// before a block that touches it, as is the vendor's default
   /// (IB/tf5200_external_variables/112461195).
   virtual bool synchronous(std::string_view /*name*/) { return true; }
+  /// #INIT: an external variable, an element of one, or all of an array becomes zero or "" again
+  /// (IB/tf5200_programming_manual/207988747, documented).
+  virtual tl::expected<void, Fault> initialise(std::string_view name) {
+    return read(name).and_then([&](const Value& value) {
+      return write(name, std::holds_alternative<double>(value) ? Value(0.0) : Value(std::string()));
+    });
+  }
   /// The text of a global subprogram or cycle, by the name written in the program.
   virtual tl::expected<std::string, Fault> load(std::string_view program) = 0;
 };

@@ -36,9 +36,12 @@ struct MachineFunctionEvent {
   int number = 0;
 };
 
-/// M00, or M01 with the optional stop enabled: the program waits for Channel::resume.
+/// M00, M01 with the optional stop enabled, or a single step: the program waits for
+/// Channel::resume.
 struct HeldEvent {
   Place place;
+  /// A single step, which stands before its block.
+  bool single_step = false;
 };
 
 /// Something is doubtful; the program goes on (error class 0 or 1 of the kernel).

@@ -20,7 +20,10 @@ class Timers {
   using Time = std::chrono::nanoseconds;
   static constexpr std::size_t count = 128;
 
-  /// Runs on, from where it was stopped (documented is only that it runs; to resume is our choice).
+  /// A timer that is started again resumes where it was stopped, or begins at zero (documented is
+  /// only that it runs).
+  explicit Timers(bool resume = true) : resume_(resume) {}
+
   void start(std::size_t id, Time now);
   void stop(std::size_t id, Time now);
   /// Stops it at zero; what was read stays until the next read.
@@ -37,6 +40,7 @@ class Timers {
     std::optional<Time> running_since;
     std::uint32_t latched = 0;
   };
+  bool resume_;
   std::array<Timer, count> timers_;
 };
 

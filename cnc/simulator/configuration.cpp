@@ -132,6 +132,7 @@ nc::ChannelOptions programs(const config::CncPrograms& from, const std::string& 
   options.messages_read_at_once = from.messages_read();
   options.optional_stop = from.optional_stop();
   options.decoder_budget = from.decoder_budget();
+  options.stream_program = from.stream_program();
   for (const std::uint32_t level : from.skipped_level()) {
     check_range(where + ": skipped_level", level, 1U, highest_level);
     options.skipped_levels = static_cast<std::uint16_t>(options.skipped_levels | 1U << (level - 1));
@@ -158,6 +159,8 @@ ConnectionSettings connections(const config::CncConnections& from, const std::st
           routes(from, where),
           from.one_per_address(),
           from.sum_commands(),
+          from.symbols(),
+          from.notifications_survive(),
           {std::chrono::milliseconds(from.delay_ms()), from.drop_every(), from.out_of_order(),
            from.segment(), from.refuse()}};
 }
@@ -172,10 +175,13 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
                       service.reset_clears_states()};
   const auto& answers = config.answers();
   settings.answers = {answers.whole_string_buffer(),
-                      static_cast<ads::ErrorCode>(answers.unknown_variable())};
+                      static_cast<ads::ErrorCode>(answers.unknown_variable()),
+                      answers.old_groups()};
   constexpr double slowest = 1;
   constexpr double fastest = 1e6;
   settings.program = programs(config.programs(), name + ": programs");
+  settings.timers_resume = config.programs().timers_resume();
+  settings.quoted_reports = config.programs().quoted_reports();
   check_range(name + ": rapid_feed", config.rapid_feed(), slowest, fastest);
   settings.program.rapid_feed = config.rapid_feed();
   check_range(name + ": cycle_us", config.cycle_us(), 250U, 100'000U);

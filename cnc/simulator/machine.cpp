@@ -7,7 +7,10 @@
 namespace millrace::cnc::simulator {
 
 Machine::Machine(Settings settings, const Surroundings& surroundings)
-    : settings_(std::move(settings)), clock_(surroundings.clock), born_(clock_()) {
+    : settings_(std::move(settings)),
+      clock_(surroundings.clock),
+      born_(clock_()),
+      common_{{}, std::make_shared<nc::Timers>(settings_.timers_resume)} {
   for (const Declaration& declaration : settings_.externals) {
     if (declaration.external->global) {
       common_.externals.push_back(std::make_shared<Variable>(declaration));
@@ -20,6 +23,25 @@ Machine::Machine(Settings settings, const Surroundings& surroundings)
 
 VirtualChannel* Machine::channel(std::uint32_t number) {
   return number >= 1 && number <= channels_.size() ? channels_[number - 1].get() : nullptr;
+}
+
+std::optional<Machine::Axis> Machine::axis(std::uint32_t number) {
+  for (const auto& channel : channels_) {
+    const auto count = static_cast<std::uint32_t>(channel->axes().size());
+    if (number >= 1 && number <= count) {
+      return Axis{channel.get(), number};
+    }
+    number -= number == 0 ? 0 : count;
+  }
+  return std::nullopt;
+}
+
+std::uint32_t Machine::first_axis(std::uint32_t channel) const {
+  std::uint32_t first = 1;
+  for (std::uint32_t before = 1; before < channel; ++before) {
+    first += static_cast<std::uint32_t>(channels_[before - 1]->axes().size());
+  }
+  return first;
 }
 
 std::uint32_t Machine::axes() const {

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "cnc/simulator/settings.hpp"
@@ -33,6 +34,16 @@ class Machine {
   [[nodiscard]] VirtualChannel* channel(std::uint32_t number);
   /// Of all channels.
   [[nodiscard]] std::uint32_t axes() const;
+  /// An axis by its logical number in the CNC, from 1: the axes of channel 1 come first (our
+  /// choice).
+  struct Axis {
+    VirtualChannel* channel = nullptr;
+    /// In the channel, from 1.
+    std::uint32_t number = 0;
+  };
+  [[nodiscard]] std::optional<Axis> axis(std::uint32_t number);
+  /// The logical number of a channel's first axis.
+  [[nodiscard]] std::uint32_t first_axis(std::uint32_t channel) const;
   /// How long it has existed.
   [[nodiscard]] std::chrono::nanoseconds age() const { return clock_() - born_; }
 

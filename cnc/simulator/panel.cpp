@@ -6,11 +6,13 @@
 
 #include <fmt/format.h>
 
-#include "cnc/simulator/cp1252.hpp"
+#include "idl/text/cp1252.hpp"
 
 namespace millrace::cnc::simulator {
 
 namespace {
+
+using idl::text::to_utf8;
 
 /// A line of a channel on standard output, flushed, so that a reader sees it at once.
 void print_line(std::uint32_t channel, std::string_view text) {
@@ -26,7 +28,7 @@ struct Show {
   bool& failed;
 
   void operator()(const nc::MessageEvent& message) const {
-    print_line(channel, utf8_of_cp1252(message.text));
+    print_line(channel, to_utf8(message.text));
   }
   void operator()(const nc::SaveEvent& saved) const {
     if (const auto written = files.append(saved, std::chrono::system_clock::now()); !written) {
@@ -37,18 +39,18 @@ struct Show {
     log.debug("channel {}: M{:02}", channel, function.number);
   }
   void operator()(const nc::HeldEvent& held) const {
-    log.warn("channel {}: held by M00 or M01 at {}:{}", channel, held.place.file, held.place.line);
+    log.warn("channel {}: held by {} at {}:{}", channel,
+             held.single_step ? "single step" : "M00 or M01", held.place.file, held.place.line);
   }
   void operator()(const nc::WarningEvent& warning) const {
-    log.warn("channel {}: {}", channel, utf8_of_cp1252(warning.what.to_string()));
+    log.warn("channel {}: {}", channel, to_utf8(warning.what.to_string()));
   }
   void operator()(const nc::FinishedEvent& /*finished*/) const {
     log.info("channel {}: the program is done", channel);
   }
   void operator()(const nc::AbortedEvent& aborted) const {
     failed = true;
-    log.error("channel {}: the program was aborted: {}", channel,
-              utf8_of_cp1252(aborted.why.to_string()));
+    log.error("channel {}: the program was aborted: {}", channel, to_utf8(aborted.why.to_string()));
   }
 };
 
@@ -64,7 +66,7 @@ void Panel::show(const Happening& happening) {
 void Panel::show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes) {
   failed_ = true;
   for (const nc::Diagnostic& mistake : mistakes) {
-    log_->error("channel {}: not started: {}", channel, utf8_of_cp1252(mistake.to_string()));
+    log_->error("channel {}: not started: {}", channel, to_utf8(mistake.to_string()));
   }
 }
 
@@ -83,8 +85,8 @@ void Panel::report_cycles(const CycleCounts& cycles) const {
 void Panel::print_timings() const {
   for (const auto& [channel, call] : calls_) {
     const std::chrono::duration<double, std::milli> duration = call.duration;
-    print_line(channel, fmt::format("call {}: {}: {:.2f} ms", call.number,
-                                    utf8_of_cp1252(call.uuid), duration.count()));
+    print_line(channel, fmt::format("call {}: {}: {:.2f} ms", call.number, to_utf8(call.uuid),
+                                    duration.count()));
   }
 }
 

@@ -80,6 +80,9 @@ tl::expected<Program, Refusal> ProgramControl::chosen_program() {
   const auto to_refusal = [this](const std::string& reason) { return refusal(reason); };
   switch (mode_) {
     case Mode::automatic:
+      if (!parameter_.empty() && parameter_ == channel_.options().stream_program) {
+        return Program{parameter_, ""};
+      }
       return programs_.load(parameter_).map_error(to_refusal);
     case Mode::mdi:
       return Program{"MDI", parameter_};

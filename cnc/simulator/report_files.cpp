@@ -26,7 +26,8 @@ bool leaves_its_folder(const std::filesystem::path& file) {
 
 }  // namespace
 
-ReportFiles::ReportFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
+ReportFiles::ReportFiles(std::filesystem::path folder, bool quoted)
+    : folder_(std::move(folder)), quoted_(quoted) {}
 
 tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
                                                     std::chrono::system_clock::time_point now) {
@@ -36,7 +37,9 @@ tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
                                       saved.file, folder_.string()));
   }
   std::ofstream out(file, std::ios::binary | std::ios::app);
-  out << (saved.time_stamp ? stamp(now) : "") << saved.text << (saved.line_end ? "\n" : "");
+  const char* const quote = quoted_ ? "\"" : "";
+  out << (saved.time_stamp ? stamp(now) : "") << quote << saved.text << quote
+      << (saved.line_end ? "\n" : "");
   out.flush();
   if (!out) {
     return tl::unexpected(

@@ -18,7 +18,8 @@ namespace millrace::cnc::simulator {
 
 class ReportFiles {
  public:
-  explicit ReportFiles(std::filesystem::path folder);
+  /// With `quoted`, texts stand in quotation marks.
+  explicit ReportFiles(std::filesystem::path folder, bool quoted = false);
 
   /// Appends what the program wrote, in CP1252 as it wrote it; the reason if that failed. A file
   /// outside the folder is refused (our choice). The time stamp is local time; its form is our
@@ -28,6 +29,7 @@ class ReportFiles {
 
  private:
   std::filesystem::path folder_;
+  bool quoted_;
 };
 
 }  // namespace millrace::cnc::simulator

@@ -24,6 +24,8 @@ struct AnswerRules {
   bool whole_string_buffer = true;
   /// The answer to the name of a variable that does not exist.
   ads::ErrorCode unknown_variable = ads::ErrorCode::symbol_not_found;
+  /// Index groups without 0x100000 are those with it; otherwise they are invalid.
+  bool old_groups = true;
 };
 
 /// How the AMS router and its network behave.
@@ -33,6 +35,10 @@ struct ConnectionSettings {
   std::vector<ads::NetId> routes;
   bool one_per_address = false;
   bool sum_commands = true;
+  /// Handles and values by name (0xF003 to 0xF009).
+  bool symbols = true;
+  /// Notifications go on when their client connects again.
+  bool notifications_survive = false;
   ads::Faults faults;
 };
 
@@ -57,6 +63,10 @@ struct Settings {
   AnswerRules answers;
   /// Of every channel; axes and limits are filled in from those below.
   nc::ChannelOptions program;
+  /// #TIMER START goes on where the timer was stopped.
+  bool timers_resume = true;
+  /// #MSG SAVE writes the text in quotation marks.
+  bool quoted_reports = false;
   /// Where programs and subprograms are searched, in this order.
   std::vector<std::filesystem::path> folders;
   /// Of every channel that is not in channel_axes.

@@ -19,6 +19,7 @@ ads::ServerOptions server_options(const Setup& setup) {
   options.session.foreign_target = connections.foreign_target;
   options.session.routes = connections.routes;
   options.session.subscriptions.task_cycle = setup.settings.cycle;
+  options.notifications_survive = connections.notifications_survive;
   options.one_connection_per_address = connections.one_per_address;
   options.faults = connections.faults;
   return options;
@@ -37,16 +38,22 @@ Station::Station(boost::asio::any_io_executor executor, const Setup& setup, Pane
                                       const AnsweredCall& call) { panel_.remember(channel, call); },
                 .on_command = [this] { cycle_.wake(); }}),
       device_(machine_),
-      with_sums_(device_),
+      symbol_names_(machine_, device_.catalogue()),
+      with_symbols_(device_, symbol_names_),
+      with_sums_(named_device(setup.settings)),
       server_(executor, served_device(setup.settings), server_options(setup), log),
       cycle_(executor, setup.settings.cycle,
              [this](std::chrono::nanoseconds now) { return advance(now); }) {}
 
-ads::Device& Station::served_device(const Settings& settings) {
-  if (settings.connections.sum_commands) {
-    return with_sums_;
+ads::Device& Station::named_device(const Settings& settings) {
+  if (settings.connections.symbols) {
+    return with_symbols_;
   }
   return device_;
+}
+
+ads::Device& Station::served_device(const Settings& settings) {
+  return settings.connections.sum_commands ? with_sums_ : named_device(settings);
 }
 
 void Station::start(const std::vector<Run>& runs, const std::vector<Program>& programs) {

@@ -16,6 +16,7 @@
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/simulator/cycle.hpp"
 #include "cnc/simulator/machine.hpp"
+#include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/options.hpp"
 #include "cnc/simulator/panel.hpp"
 #include "cnc/simulator/program_folders.hpp"
@@ -42,6 +43,8 @@ class Station {
   void start(const std::vector<Run>& runs, const std::vector<Program>& programs);
 
  private:
+  /// The device with its symbols, if it has any.
+  ads::Device& named_device(const Settings& settings);
   ads::Device& served_device(const Settings& settings);
   /// One cycle; true while there are more to come.
   bool advance(std::chrono::nanoseconds now);
@@ -51,6 +54,8 @@ class Station {
   ProgramFolders folders_;
   Machine machine_;
   VirtualDevice device_;
+  objects::SymbolNames symbol_names_;
+  ads::Symbols with_symbols_;
   ads::SumCommands with_sums_;
   ads::Server server_;
   Cycle cycle_;

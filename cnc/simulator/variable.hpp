@@ -24,8 +24,8 @@ enum class Writer { program, ads };
 struct External {
   /// Shared by all channels.
   bool global = false;
-  /// What ADS clients are told; a program here waits in either case until everything before is
-  /// executed.
+  /// A program that uses it waits until everything before is executed
+  /// (IB/tf5200_external_variables/112461195, documented).
   bool synchronised = true;
   /// Of the first byte, in the memory of its scope.
   std::uint32_t address = 0;

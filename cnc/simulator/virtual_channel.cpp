@@ -81,6 +81,13 @@ void VirtualChannel::command_parameter(std::string parameter) {
   control_.set_parameter(std::move(parameter));
 }
 
+tl::expected<void, Refusal> VirtualChannel::command_stream(std::string packet) {
+  return told(program_.stream(std::move(packet)).map_error([this](const nc::Fault& fault) {
+    return Refusal{
+        nc::Diagnostic{{program_.options().stream_program, 0, 0, 0}, fault.id, fault.text}};
+  }));
+}
+
 tl::expected<void, Refusal> VirtualChannel::told(tl::expected<void, Refusal> outcome) {
   if (!outcome) {
     for (const nc::Diagnostic& reason : outcome.error()) {
@@ -109,6 +116,29 @@ tl::expected<nc::Value, nc::Fault> VirtualChannel::read(std::string_view name) {
 tl::expected<void, nc::Fault> VirtualChannel::write(std::string_view name, const nc::Value& value) {
   return element(name).and_then(
       [&](const Selection& found) { return found.variable->assign(*found.element, value); });
+}
+
+bool VirtualChannel::synchronous(std::string_view name) {
+  const Variable* const variable = store_.family(Kind::external).find(name);
+  return variable == nullptr || variable->declaration().external->synchronised;
+}
+
+tl::expected<void, nc::Fault> VirtualChannel::initialise(std::string_view name) {
+  const auto found = store_.find(name);
+  if (!found) {
+    return tl::unexpected(nc::Fault{0, fmt::format("unknown variable {}", name)});
+  }
+  const Declaration& declaration = found->variable->declaration();
+  const nc::Value nothing =
+      declaration.element.type == Type::string ? nc::Value(std::string()) : nc::Value(0.0);
+  const std::uint32_t first = found->element.value_or(0);
+  const std::uint32_t end = found->element ? first + 1 : declaration.elements();
+  for (std::uint32_t element = first; element < end; ++element) {
+    if (auto assigned = found->variable->assign(element, nothing); !assigned) {
+      return assigned;
+    }
+  }
+  return {};
 }
 
 tl::expected<std::string, nc::Fault> VirtualChannel::load(std::string_view program) {

@@ -36,7 +36,7 @@ struct Surroundings {
 struct Common {
   /// V.E. variables of scope GLOBAL.
   std::vector<std::shared_ptr<Variable>> externals;
-  std::shared_ptr<nc::Timers> timers = std::make_shared<nc::Timers>();
+  std::shared_ptr<nc::Timers> timers;
 };
 
 class VirtualChannel : private nc::Environment {
@@ -48,6 +48,8 @@ class VirtualChannel : private nc::Environment {
   [[nodiscard]] std::uint32_t number() const { return number_; }
   [[nodiscard]] const Store& store() const { return store_; }
   [[nodiscard]] const nc::Channel& program() const { return program_; }
+  /// For what an operator adjusts: override, single step and the like.
+  [[nodiscard]] nc::Channel& program() { return program_; }
   /// P, V.P, V.L, V.S and V.CYC of the program.
   [[nodiscard]] nc::VariableDirectory& program_variables() { return program_.variables(); }
   [[nodiscard]] const std::vector<AxisSettings>& axes() const { return axes_; }
@@ -62,6 +64,8 @@ class VirtualChannel : private nc::Environment {
   tl::expected<void, Refusal> command_mode(Mode mode);
   tl::expected<void, Refusal> command_state(ProcessState state);
   void command_parameter(std::string parameter);
+  /// A packet for the streaming program.
+  tl::expected<void, Refusal> command_stream(std::string packet);
 
   /// Advances the program to `now`.
   std::vector<nc::Event> tick(std::chrono::nanoseconds now);
@@ -69,6 +73,8 @@ class VirtualChannel : private nc::Environment {
  private:
   tl::expected<nc::Value, nc::Fault> read(std::string_view name) override;
   tl::expected<void, nc::Fault> write(std::string_view name, const nc::Value& value) override;
+  bool synchronous(std::string_view name) override;
+  tl::expected<void, nc::Fault> initialise(std::string_view name) override;
   tl::expected<std::string, nc::Fault> load(std::string_view program) override;
 
   tl::expected<Selection, nc::Fault> element(std::string_view name) const;

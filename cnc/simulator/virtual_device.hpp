@@ -21,6 +21,8 @@ class VirtualDevice : public ads::Device {
   /// The machine must outlive the device.
   explicit VirtualDevice(Machine& machine);
 
+  [[nodiscard]] const objects::Catalogue& catalogue() const { return catalogue_; }
+
   [[nodiscard]] bool has_port(std::uint16_t port) const override;
   ads::Result<ads::DeviceInfo> info(std::uint16_t port) override;
   ads::Result<ads::DeviceState> state(std::uint16_t port) override;

@@ -2,20 +2,27 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
 #include "cnc/nc/diagnostic.hpp"
 #include "cnc/nc/event.hpp"
+#include "cnc/nc/run/circle.hpp"
 #include "cnc/nc/run/tick.hpp"
 #include "cnc/nc/syntax/statement.hpp"
 
 namespace millrace::cnc::nc::run {
 
-/// Axes go straight to a position, in the order of the channel's axes.
+/// Axes go to a position, in the order of the channel's axes: straight, or two of them on an arc.
 struct Motion {
   std::vector<double> target;
+  /// At an override of 100 %.
   Duration duration{};
+  /// Its length in mm.
+  double path = 0;
+  std::optional<Arc> arc;
 };
 
 /// Nothing moves: G04, #TIME, and the short stop of #FLUSH.
@@ -50,6 +57,10 @@ struct Block {
       std::variant<Motion, Dwell, MachineFunction, SynchronousMessage, TimerOrder, Hold, End>;
   Action action;
   Place place;
+  /// Routines above the one it stands in.
+  std::size_t level = 0;
+  /// Blocks the decoder had read by then, counted from the program's start.
+  std::uint64_t count = 0;
 };
 
 }  // namespace millrace::cnc::nc::run

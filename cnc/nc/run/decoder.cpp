@@ -4,10 +4,12 @@
 #include <utility>
 
 #include "cnc/nc/run/execution.hpp"
+#include "cnc/nc/syntax/program_parser.hpp"
 
 namespace millrace::cnc::nc::run {
 namespace {
 
+using values::fault;
 using values::Result;
 
 constexpr const char* default_report_file = "message.txt";
@@ -22,6 +24,16 @@ bool synchronises(const syntax::Operation& operation, Environment& environment) 
 
 }  // namespace
 
+Frame streamed_frame(const std::string& name) {
+  auto nothing = std::make_shared<syntax::Program>();
+  nothing->file = name;
+  Frame frame;
+  frame.program = std::move(nothing);
+  frame.routine = &frame.program->main;
+  frame.streamed = true;
+  return frame;
+}
+
 Place DecoderState::place() const {
   if (frames.empty()) {
     return {};
@@ -33,12 +45,22 @@ Place DecoderState::place() const {
   return {top.program->file, operation().line, operation().column, top.block_number};
 }
 
-void Decoder::start(std::shared_ptr<const syntax::Program> program) {
+void Decoder::start(std::shared_ptr<const syntax::Program> program, std::uint16_t skipped_levels) {
   Frame frame;
   frame.program = std::move(program);
   frame.routine = &frame.program->main;
+  start(std::move(frame), skipped_levels);
+}
+
+void Decoder::start_stream(std::uint16_t skipped_levels) {
+  start(streamed_frame(state_.stream_name), skipped_levels);
+}
+
+void Decoder::start(Frame main, std::uint16_t skipped_levels) {
+  skipped_levels_ = skipped_levels;
   state_.frames.clear();
-  state_.frames.push_back(std::move(frame));
+  state_.frames.push_back(std::move(main));
+  state_.blocks_read = 0;
   state_.library.clear();
   state_.report_file = default_report_file;
   state_.awaited_message.reset();
@@ -49,12 +71,41 @@ bool Decoder::skips(const syntax::Operation& operation) const {
   return operation.skip_level > 0 && (skipped_levels_ >> (operation.skip_level - 1U) & 1U) != 0;
 }
 
-Result<bool> Decoder::step(const Tick& tick) {
-  Execution execution(state_, tick);
-  if (state_.frame().position >= state_.frame().routine->operations.size()) {
-    state_.frames.size() == 1 ? execution.finish_program() : execution.leave_routine();
-    return true;
+Result<bool> Decoder::read_stream() {
+  Stream& stream = state_.around.stream;
+  if (stream.empty()) {
+    return false;
   }
+  const auto packet = stream.take();
+  if (!packet) {
+    return tl::make_unexpected(packet.error());
+  }
+  auto program = syntax::parse_program(state_.stream_name, *packet);
+  if (!program) {
+    const Diagnostic& mistake = program.error().front();
+    return fault(mistake.id, "in the packet, " + mistake.to_string());
+  }
+  Frame& frame = state_.frame();
+  frame.program = std::make_shared<const syntax::Program>(std::move(*program));
+  frame.routine = &frame.program->main;
+  frame.position = 0;
+  return true;
+}
+
+Result<bool> Decoder::reach_end(const Tick& tick) {
+  if (state_.frame().streamed) {
+    return read_stream();
+  }
+  Execution execution(state_, tick);
+  state_.frames.size() == 1 ? execution.finish_program() : execution.leave_routine();
+  return true;
+}
+
+Result<bool> Decoder::step(const Tick& tick) {
+  if (state_.frame().position >= state_.frame().routine->operations.size()) {
+    return reach_end(tick);
+  }
+  Execution execution(state_, tick);
   const syntax::Operation& operation = state_.operation();
   if (skips(operation)) {
     ++state_.frame().position;
@@ -71,6 +122,7 @@ Result<bool> Decoder::step(const Tick& tick) {
   if (outcome && *outcome == Outcome::done) {
     ++state_.frame().position;
   }
+  state_.blocks_read += outcome && *outcome != Outcome::again ? 1U : 0U;
   return outcome.map([](Outcome what) { return what != Outcome::again; });
 }
 

@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <utility>
 
 #include "cnc/nc/run/decoder_state.hpp"
 #include "cnc/nc/run/tick.hpp"
@@ -13,11 +15,15 @@ namespace millrace::cnc::nc::run {
 
 class Decoder {
  public:
-  /// Blocks marked with /n are skipped if bit n-1 is set.
-  Decoder(Surroundings surroundings, std::uint16_t skipped_levels)
-      : state_{surroundings, {}, {}, {}, {}, false, false}, skipped_levels_(skipped_levels) {}
+  /// A program or subprogram of the name `stream_name`, if it is not empty, is read from the
+  /// stream.
+  Decoder(Surroundings surroundings, std::string stream_name)
+      : state_{surroundings, {}, std::move(stream_name), {}, 0, {}, {}, false, false} {}
 
-  void start(std::shared_ptr<const syntax::Program> program);
+  /// Blocks marked with /n are skipped if bit n-1 is set.
+  void start(std::shared_ptr<const syntax::Program> program, std::uint16_t skipped_levels);
+  /// The main program comes from the stream.
+  void start_stream(std::uint16_t skipped_levels);
   void stop() { state_.frames.clear(); }
   /// A program is being decoded.
   [[nodiscard]] bool running() const { return !state_.frames.empty(); }
@@ -31,12 +37,16 @@ class Decoder {
   values::Result<std::size_t> run(std::size_t budget, const Tick& tick);
 
  private:
+  void start(Frame main, std::uint16_t skipped_levels);
   [[nodiscard]] bool skips(const syntax::Operation& operation) const;
+  /// The routine in hand has no more blocks.
+  values::Result<bool> reach_end(const Tick& tick);
+  values::Result<bool> read_stream();
   /// True if the decoder may go on, false if it must wait for the next tick.
   values::Result<bool> step(const Tick& tick);
 
   DecoderState state_;
-  std::uint16_t skipped_levels_;
+  std::uint16_t skipped_levels_ = 0;
 };
 
 }  // namespace millrace::cnc::nc::run

@@ -14,6 +14,7 @@
 #include "cnc/nc/run/message_box.hpp"
 #include "cnc/nc/run/motion.hpp"
 #include "cnc/nc/run/queue.hpp"
+#include "cnc/nc/run/stream.hpp"
 #include "cnc/nc/run/system_variables.hpp"
 #include "cnc/nc/syntax/program.hpp"
 #include "cnc/nc/timers.hpp"
@@ -37,7 +38,12 @@ struct Frame {
   /// N number of the block in hand.
   long block_number = 0;
   std::optional<ModalCycle> modal;
+  /// Its blocks come from the stream, packet by packet.
+  bool streamed = false;
 };
+
+/// A routine that waits for its first packet.
+[[nodiscard]] Frame streamed_frame(const std::string& name);
 
 /// The rest of the channel, which outlives the decoder.
 struct Surroundings {
@@ -48,14 +54,19 @@ struct Surroundings {
   const Interpolator& interpolator;
   MessageBox& messages;
   Timers& timers;
+  Stream& stream;
   const SystemVariables& system;
 };
 
 struct DecoderState {
   Surroundings around;
   Library library;
+  /// The name that stands for the stream; none if it is empty.
+  std::string stream_name;
   /// The main program first; empty if nothing runs.
   std::vector<Frame> frames;
+  /// Blocks read since the program's start, repeated ones each time.
+  std::uint64_t blocks_read = 0;
   /// #FILE NAME
   std::string report_file;
   /// A #MSG ACK in hand waits for the acknowledge of this message.

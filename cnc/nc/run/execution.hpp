@@ -49,6 +49,7 @@ class Execution {
   values::Result<Outcome> operator()(const syntax::Deletion& deletion);
   values::Result<Outcome> operator()(const syntax::UserError& error);
   values::Result<Outcome> operator()(const syntax::ForgetMacros& forget);
+  values::Result<Outcome> operator()(const syntax::InitExternals& init);
 
   values::Result<Outcome> operator()(const syntax::Message& message);
   values::Result<Outcome> operator()(const syntax::SaveMessage& save);
@@ -86,7 +87,10 @@ class Execution {
   values::Result<std::string> text_of(const syntax::FormattedText& text);
   Outcome send(MessageEvent message);
 
-  void push(Block::Action action) { state_.around.queue.push({std::move(action), state_.place()}); }
+  void push(Block::Action action) {
+    state_.around.queue.push(
+        {std::move(action), state_.place(), state_.frames.size() - 1, state_.blocks_read + 1});
+  }
   void warn(std::string text, int id = 0);
 
   DecoderState& state_;

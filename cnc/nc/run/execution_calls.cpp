@@ -21,6 +21,9 @@ Result<Frame> Execution::routine_of(const syntax::Name& name, bool local) {
     return tl::make_unexpected(written.error());
   }
   Frame frame;
+  if (!local && !written->empty() && *written == state_.stream_name) {
+    return streamed_frame(*written);
+  }
   if (!local) {
     auto program = state_.library.find(*written, tick_.environment);
     if (!program) {

@@ -126,6 +126,17 @@ Result<Outcome> Execution::operator()(const syntax::ForgetMacros& /*forget*/) {
   return Outcome::done;
 }
 
+Result<Outcome> Execution::operator()(const syntax::InitExternals& init) {
+  for (const syntax::Reference& variable : init.variables) {
+    auto done = evaluator_.name_of(variable).and_then(
+        [this](const std::string& name) { return tick_.environment.initialise(name); });
+    if (!done) {
+      return tl::make_unexpected(done.error());
+    }
+  }
+  return Outcome::done;
+}
+
 Result<Outcome> Execution::operator()(const syntax::UserError& error) {
   long id = 0;
   long recovery_class = error_class;

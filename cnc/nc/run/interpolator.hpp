@@ -31,16 +31,28 @@ class Interpolator {
   void resume() { held_ = false; }
   /// Drops the current block; axes stay where they are.
   void reset();
-  /// Path and blocks are counted from here.
+  /// The path is counted from here.
   void start_program();
+  /// Factor on the feed of every motion from the last tick on, 0 or more (1 = 100 %).
+  void set_feed_override(double factor);
+  [[nodiscard]] double feed_override() const { return override_; }
+  /// Stops before blocks until it is resumed, one after the other.
+  void set_single_step(SingleStep step) { step_ = step; }
+  [[nodiscard]] SingleStep single_step() const { return step_; }
 
   /// Where the axes are, also while they move.
   [[nodiscard]] const std::vector<double>& position() const { return position_; }
   [[nodiscard]] MotionStatus status() const;
+  /// Where they go in the current block, and how fast each of them is, in mm/s.
+  [[nodiscard]] const std::vector<double>& target() const;
+  [[nodiscard]] std::vector<double> velocities() const;
   /// The block in execution, or the last one.
   [[nodiscard]] const Place& place() const { return place_; }
 
  private:
+  /// False while it must stop before this block.
+  bool may_begin(const Block& block, const Tick& tick);
+  [[nodiscard]] bool stops_before(const Block& block) const;
   void begin(Block block);
   /// Executes the current block as far as it gets; true if it is done, at time_.
   bool execute(const Tick& tick);
@@ -51,8 +63,12 @@ class Interpolator {
   bool execute(const TimerOrder& order, const Tick& tick);
   bool execute(const Hold& hold, const Tick& tick);
   bool execute(const End& end, const Tick& tick);
+  /// Of the current motion or dwell, at an override of 100 %: what is done of it by a time.
+  [[nodiscard]] Duration done_by(Duration time, double factor) const;
   /// True if a block of this duration ends up to now; then that is the time.
-  bool passes(Duration duration, const Tick& tick);
+  bool passes(Duration duration, double factor, const Tick& tick);
+  /// Puts the axes where they are at a share of the motion, 0 to 1.
+  void go_to(const Motion& motion, double part);
   /// True if what the block waits for has come; then, if it had to wait, the time is now.
   bool waits_for(bool condition, const Tick& tick);
 
@@ -66,13 +82,23 @@ class Interpolator {
   std::optional<std::uint64_t> sent_;
   /// Of the last tick.
   Duration now_{};
-  /// What the motions and blocks before the current one have done.
+  /// Of the motions before the current one, in mm.
   double path_ = 0;
-  std::uint64_t blocks_ = 0;
-  /// Simulated time that is done, and the beginning of the current block.
+  /// Share of the current motion that is done.
+  double part_ = 0;
+  /// Simulated time that is done.
   Duration time_{};
-  Duration started_{};
+  /// The current block began here, or its override changed: `done_` was done by then.
+  Duration since_{};
+  Duration done_{};
+  double override_ = 1;
   Place place_;
+  std::uint64_t count_ = 0;
+  SingleStep step_;
+  /// It has stopped before the next block.
+  bool step_announced_ = false;
+  /// Of the block it has stopped before last, or of the last one.
+  std::size_t level_ = 0;
   /// The current block could not be done at once.
   bool waited_ = false;
   bool hold_announced_ = false;

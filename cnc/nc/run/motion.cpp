@@ -1,11 +1,10 @@
-#include "cnc/nc/run/motion.hpp"
-
+// Reading the words of a block; what they make the axes do is in motion_path.cpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 
+#include "cnc/nc/run/motion_draft.hpp"
 #include "cnc/nc/values/conversion.hpp"
 
 namespace millrace::cnc::nc::run {
@@ -16,10 +15,9 @@ using values::Result;
 
 constexpr double longest_seconds = 1e9;
 constexpr double largest_position = 1e9;
-// G functions that change nothing the simulation shows: planes, tool radius off, zero offsets,
-// exact stop and path mode, feed per minute.
-constexpr std::array<int, 15> ignored_g = {17, 18, 19, 40, 53, 54, 55, 56,
-                                           57, 58, 59, 60, 64, 71, 94};
+// G functions that change nothing the simulation shows: tool radius off, zero offsets, exact stop
+// and path mode, feed per minute.
+constexpr std::array<int, 12> ignored_g = {40, 53, 54, 55, 56, 57, 58, 59, 60, 64, 71, 94};
 
 // Spindle, tool and correction have no effect on the simulated path.
 constexpr std::array<std::string_view, 5> ignored_addresses = {"S", "@S", "T", "D", "H"};
@@ -35,31 +33,17 @@ bool is_ignored(int number) {
 
 }  // namespace
 
-double path_length(const std::vector<double>& from, const std::vector<double>& to) {
-  double square = 0;
-  for (std::size_t axis = 0; axis < from.size(); ++axis) {
-    square += (to[axis] - from[axis]) * (to[axis] - from[axis]);
-  }
-  return std::sqrt(square);
-}
-
-// A block while its words are read.
-struct MotionState::Draft {
-  std::vector<std::pair<std::size_t, double>> axes;
-  std::vector<int> functions;
-  std::optional<double> dwell;
-  bool is_dwell = false;
-  bool hold = false;
-  BlockEnd end = BlockEnd::none;
-};
-
 MotionState::MotionState(MotionOptions options)
     : options_(std::move(options)), position_(options_.axes.size()) {}
 
 void MotionState::reset(const std::vector<double>& position) {
   position_ = position;
-  rapid_ = true;
+  way_ = Way::rapid;
+  plane_ = Plane::xy;
   incremental_ = false;
+  absolute_centre_ = false;
+  corrected_centre_ = true;
+  radius_.reset();
   feed_ = 0;
 }
 
@@ -68,31 +52,57 @@ Duration MotionState::scaled(double seconds) const {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(limited));
 }
 
-Result<void> MotionState::read_g(double number, Draft& draft) {
-  switch (const int function = number == std::floor(number) && number >= 0 && number < 1000
-                                   ? static_cast<int>(number)
-                                   : -1) {
+bool MotionState::read_modal_g(int function) {
+  switch (function) {
     case 0:
-      rapid_ = true;
-      return {};
+      way_ = Way::rapid;
+      return true;
     case 1:
-      rapid_ = false;
-      return {};
-    case 4:
-      draft.is_dwell = true;
-      return {};
+      way_ = Way::line;
+      return true;
+    case 2:
+      way_ = Way::clockwise;
+      return true;
+    case 3:
+      way_ = Way::counterclockwise;
+      return true;
+    case 17:
+      plane_ = Plane::xy;
+      return true;
+    case 18:
+      plane_ = Plane::zx;
+      return true;
+    case 19:
+      plane_ = Plane::yz;
+      return true;
     case 90:
-      incremental_ = false;
-      return {};
     case 91:
-      incremental_ = true;
-      return {};
+      incremental_ = function == 91;
+      return true;
+    case 161:
+    case 162:
+      absolute_centre_ = function == 161;
+      return true;
+    case 164:
+    case 165:
+      corrected_centre_ = function == 165;
+      return true;
     default:
-      if (is_ignored(function)) {
-        return {};
-      }
-      return fault(20131, "unknown G function G" + values::display(number));
+      return false;
   }
+}
+
+Result<void> MotionState::read_g(double number, Draft& draft) {
+  const int function =
+      number == std::floor(number) && number >= 0 && number < 1000 ? static_cast<int>(number) : -1;
+  if (function == 4) {
+    draft.is_dwell = true;
+    return {};
+  }
+  if (read_modal_g(function) || is_ignored(function)) {
+    return {};
+  }
+  return fault(20131, "unknown G function G" + values::display(number));
 }
 
 Result<void> MotionState::read_m(double number, Draft& draft) const {
@@ -143,6 +153,35 @@ Result<void> MotionState::read_axis(const WordValue& word, Draft& draft) const {
   return {};
 }
 
+Result<void> MotionState::read_feed(double feed) {
+  if (!(feed > 0)) {
+    return fault(0, "the feed F" + values::display(feed) + " is not above zero");
+  }
+  feed_ = feed;
+  return {};
+}
+
+Result<bool> MotionState::read_circle_word(const WordValue& word, Draft& draft) {
+  if (find_axis(word.address) != options_.axes.size()) {
+    return false;
+  }
+  const char letter = word.address.empty() ? '\0' : word.address.back();
+  const bool of_cycle = word.address.size() == 2 && word.address.front() == '@';
+  if ((word.address.size() == 1 || of_cycle) && letter >= 'I' && letter <= 'K') {
+    draft.centre.at(static_cast<std::size_t>(letter - 'I')) = word.value;
+    return true;
+  }
+  if (word.address == "R" || word.address == "R1") {
+    radius_ = word.value;
+    draft.has_radius = true;
+    return true;
+  }
+  if (word.address.starts_with('R')) {
+    return fault(20188, "the only radius with a number is R1, not " + word.address);
+  }
+  return false;
+}
+
 Result<void> MotionState::read_word(const WordValue& word, Draft& draft) {
   if (word.address == "G") {
     return read_g(word.value, draft);
@@ -155,46 +194,14 @@ Result<void> MotionState::read_word(const WordValue& word, Draft& draft) {
     return {};
   }
   if (word.address == "F") {
-    if (!(word.value > 0)) {
-      return fault(0, "the feed F" + values::display(word.value) + " is not above zero");
-    }
-    feed_ = word.value;
-    return {};
+    return read_feed(word.value);
   }
   if (is_ignored_address(word.address)) {
     return {};
   }
-  return read_axis(word, draft);
-}
-
-Result<void> MotionState::check_limits(const std::vector<double>& target) const {
-  for (std::size_t axis = 0; axis < std::min(target.size(), options_.limits.size()); ++axis) {
-    const auto& [least, greatest] = options_.limits[axis];
-    if (!(target[axis] >= least && target[axis] <= greatest)) {
-      return fault(0, "axis " + options_.axes[axis] + " would leave its limits, " +
-                          values::display(least) + " to " + values::display(greatest) + ", for " +
-                          values::display(target[axis]));
-    }
-  }
-  return {};
-}
-
-Result<void> MotionState::move(const Draft& draft, Meaning& meaning) {
-  std::vector<double> target = position_;
-  for (const auto& [axis, value] : draft.axes) {
-    target[axis] = incremental_ ? target[axis] + value : value;
-  }
-  if (auto inside = check_limits(target); !inside) {
-    return inside;
-  }
-  if (!rapid_ && feed_ == 0) {
-    return fault(0, "G01 without a feed; program F before it");
-  }
-  const double feed = rapid_ ? options_.rapid_feed : feed_;
-  const double path = path_length(position_, target);
-  meaning.actions.emplace_back(Motion{target, scaled(60.0 * path / feed)});
-  position_ = std::move(target);
-  return {};
+  return read_circle_word(word, draft).and_then([&](bool done) {
+    return done ? Result<void>() : read_axis(word, draft);
+  });
 }
 
 Result<Meaning> MotionState::interpret(const std::vector<WordValue>& words) {
@@ -214,7 +221,10 @@ Result<Meaning> MotionState::interpret(const std::vector<WordValue>& words) {
       return fault(0, "G04 needs a time in seconds: G04 X2.5 or G04 2.5");
     }
     meaning.actions.emplace_back(dwell(*draft.dwell));
-  } else if (!draft.axes.empty()) {
+  } else if (const bool circle = way_ == Way::clockwise || way_ == Way::counterclockwise;
+             draft.has_centre() && !circle) {
+    return fault(0, "I, J and K are the centre of a circle, for which G02 or G03 is needed");
+  } else if (!draft.axes.empty() || draft.has_centre()) {
     if (auto moved = move(draft, meaning); !moved) {
       return tl::make_unexpected(moved.error());
     }

@@ -2,6 +2,7 @@
 // functions.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,7 +47,10 @@ class MotionState {
 
   /// A program starts with the axes here.
   void reset(const std::vector<double>& position);
-  /// Fault for an unknown word, an axis the channel does not have, a feed missing.
+  /// M01 stops from the next block on.
+  void set_optional_stop(bool on) { options_.optional_stop = on; }
+  /// Fault for an unknown word, an axis the channel does not have, a feed missing, a circle that
+  /// cannot be (circle.hpp).
   values::Result<Meaning> interpret(const std::vector<WordValue>& words);
   /// A pause, in the channel's time scale.
   [[nodiscard]] Dwell dwell(double seconds) const { return {scaled(seconds)}; }
@@ -54,21 +58,42 @@ class MotionState {
   [[nodiscard]] const std::vector<double>& position() const { return position_; }
 
  private:
+  /// G00, G01, G02, G03.
+  enum class Way { rapid, line, clockwise, counterclockwise };
   struct Draft;
+
+  // motion.cpp
   values::Result<void> read_word(const WordValue& word, Draft& draft);
   values::Result<void> read_g(double number, Draft& draft);
+  /// False if it is none of the functions that stay until another one of their group.
+  bool read_modal_g(int function);
   values::Result<void> read_m(double number, Draft& draft) const;
+  values::Result<void> read_feed(double feed);
   values::Result<void> read_axis(const WordValue& word, Draft& draft) const;
+  /// I, J, K and R, unless the channel has an axis of that name; false if it is none of these.
+  values::Result<bool> read_circle_word(const WordValue& word, Draft& draft);
   /// Index of an axis, or the number of axes if the channel does not have it.
   [[nodiscard]] std::size_t find_axis(const std::string& address) const;
-  values::Result<void> move(const Draft& draft, Meaning& meaning);
-  [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target) const;
   [[nodiscard]] Duration scaled(double seconds) const;
+  // motion_path.cpp
+  values::Result<void> move(const Draft& draft, Meaning& meaning);
+  [[nodiscard]] values::Result<std::optional<Arc>> arc_to(const std::vector<double>& target,
+                                                          const Draft& draft) const;
+  [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target) const;
+  [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target,
+                                                  const Arc& arc) const;
 
   MotionOptions options_;
   std::vector<double> position_;
-  bool rapid_ = true;
+  Way way_ = Way::rapid;
+  Plane plane_ = Plane::xy;
   bool incremental_ = false;
+  /// G161: I, J and K are coordinates; G162: from the beginning of the circle.
+  bool absolute_centre_ = false;
+  /// G165
+  bool corrected_centre_ = true;
+  /// R, which stays for the circles that follow.
+  std::optional<double> radius_;
   /// mm/min; 0 = none programmed yet.
   double feed_ = 0;
 };

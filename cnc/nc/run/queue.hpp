@@ -32,7 +32,10 @@ class Queue {
   /// Releases everything: #FLUSH and its relatives.
   void flush() { released_ = blocks_.size(); }
 
-  /// The next released block.
+  /// The next released block, null if there is none; valid until the queue changes.
+  [[nodiscard]] const Block* next() const { return released_ == 0 ? nullptr : &blocks_.front(); }
+
+  /// Takes it out.
   std::optional<Block> pop() {
     if (released_ == 0) {
       return std::nullopt;

@@ -143,7 +143,27 @@ Statement parse_error(Cursor& cursor) {
   return error;
 }
 
+// V.E.A, V.E.B[3]
+Statement parse_external_init(Cursor& cursor) {
+  InitExternals init;
+  do {
+    const Token token = cursor.peek();
+    const std::size_t known = cursor.externals().size();
+    if (at_reference(cursor)) {
+      init.variables.push_back(parse_reference(cursor));
+    }
+    if (cursor.externals().size() == known) {
+      cursor.fail_at(token, "#INIT takes external variables, V.E.NAME, or MACRO TAB");
+      break;
+    }
+  } while (cursor.accept(","));
+  return init;
+}
+
 Statement parse_init(Cursor& cursor) {
+  if (at_reference(cursor)) {
+    return parse_external_init(cursor);
+  }
   if (!cursor.accept_word("MAKRO")) {
     expect_word(cursor, "MACRO");
   }

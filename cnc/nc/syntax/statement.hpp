@@ -207,9 +207,14 @@ struct UserError {
 /// #INIT MACRO TAB
 struct ForgetMacros {};
 
+/// #INIT V.E.NAME, V.E.NAME …
+struct InitExternals {
+  std::vector<Reference> variables;
+};
+
 using Statement =
     std::variant<Words, Jump, Branch, For, EndFor, Switch, Goto, SubprogramCall, CycleCall,
                  EndModalCycle, Flush, WaitFor, Message, SaveMessage, ReportFile, TimerCommand,
-                 TimeCommand, Declarations, Deletion, UserError, ForgetMacros>;
+                 TimeCommand, Declarations, Deletion, UserError, ForgetMacros, InitExternals>;
 
 }  // namespace millrace::cnc::nc::syntax

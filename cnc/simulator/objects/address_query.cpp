@@ -1,14 +1,16 @@
 #include "cnc/simulator/objects/address_query.hpp"
 
 #include "cnc/ads/bytes.hpp"
+#include "cnc/simulator/objects/catalogue.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
 namespace {
 
-constexpr unsigned axis_shift = 16;
-
 bool exists(Machine& machine, GroupKind kind, std::uint32_t channel, std::uint32_t axis) {
+  if (kind == GroupKind::position_controller) {
+    return channel == 0 && machine.axis(axis).has_value();
+  }
   const VirtualChannel* const found = machine.channel(channel);
   if (found == nullptr) {
     return false;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "cnc/nc/characters.hpp"
 #include "cnc/simulator/objects/address_query.hpp"
 #include "cnc/simulator/objects/answers.hpp"
 #include "cnc/simulator/objects/axis_functions.hpp"
+#include "cnc/simulator/objects/axis_state.hpp"
 #include "cnc/simulator/objects/channel_state.hpp"
 #include "cnc/simulator/objects/commands.hpp"
 #include "cnc/simulator/objects/directory.hpp"
@@ -20,7 +22,6 @@ namespace {
 
 using ads::ErrorCode;
 
-constexpr unsigned axis_shift = 16;
 constexpr std::uint32_t offset_mask = 0xFFFF;
 
 /// Offset 0 of a group counts its objects (IB/hmiviaads/15685565323, documented): as the highest
@@ -40,10 +41,16 @@ ads::Result<std::pair<Scope, Context>> resolve(Machine& machine, Group group, st
   if (group.channel != 0 && at.channel == nullptr) {
     return tl::unexpected(ErrorCode::invalid_group);
   }
+  if (group.channel == 0 && axis != 0) {
+    const auto found = machine.axis(axis);
+    return found ? ads::Result<std::pair<Scope, Context>>(
+                       std::pair(Scope::cnc_axis, Context{machine, found->channel, found->number}))
+                 : tl::unexpected(ErrorCode::invalid_offset);
+  }
   if (axis == 0) {
     return std::pair(group.channel == 0 ? Scope::cnc : Scope::channel, at);
   }
-  return at.channel != nullptr && axis <= at.channel->axes().size()
+  return axis <= at.channel->axes().size()
              ? ads::Result<std::pair<Scope, Context>>(std::pair(Scope::axis, at))
              : tl::unexpected(ErrorCode::invalid_offset);
 }
@@ -62,6 +69,7 @@ Catalogue::Catalogue() {
   add_axis_functions(tables_[{sda_port, GroupKind::decoder, Scope::axis}]);
   add_interpolator_state(tables_[{geo_port, GroupKind::interpolator, Scope::channel}]);
   add_channel_state(tables_[{geo_port, GroupKind::channel_state, Scope::channel}]);
+  add_position_controller(tables_[{geo_port, GroupKind::position_controller, Scope::cnc_axis}]);
   for (auto& [key, table] : tables_) {
     table.add(0, number_of_objects(table));
     queries_.emplace(key.kind, address_query(key.kind));
@@ -71,6 +79,8 @@ Catalogue::Catalogue() {
   ObjectTable& platform = tables_[{com_port, GroupKind::com_channel, Scope::cnc}];
   add_commands(commands);
   add_platform(platform);
+  add_channel_axes(tables_[{com_port, GroupKind::com_channel, Scope::axis}]);
+  add_axes(tables_[{com_port, GroupKind::com_axis, Scope::cnc_axis}]);
   const Directory directory(platform, commands);
   directory.add_to(tables_[{com_port, GroupKind::com_directory, Scope::cnc}]);
   directory.add_to(tables_[{com_port, GroupKind::com_directory, Scope::channel}]);
@@ -79,6 +89,10 @@ Catalogue::Catalogue() {
 ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::Index index,
                                     std::uint32_t room) const {
   const auto group = Group::decode(index.group);
+  const bool old = (index.group & variables::new_group_bit) == 0;
+  if (old && !machine.settings().answers.old_groups) {
+    return tl::unexpected(ErrorCode::invalid_group);
+  }
   if (!group || !has_kind(port, group->kind)) {
     return tl::unexpected(ErrorCode::invalid_group);
   }
@@ -92,8 +106,9 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
   auto& [scope, at] = *resolved;
   const auto table = tables_.find({port, group->kind, scope});
   if (table == tables_.end()) {
-    return tl::unexpected(scope == Scope::axis ? ErrorCode::invalid_offset
-                                               : ErrorCode::invalid_group);
+    return tl::unexpected(scope == Scope::axis || scope == Scope::cnc_axis
+                              ? ErrorCode::invalid_offset
+                              : ErrorCode::invalid_group);
   }
   at.offset = index.offset & offset_mask;
   at.room = room;
@@ -113,6 +128,21 @@ ads::Result<Target> Catalogue::find_query(Machine& machine, Group group,
     return tl::unexpected(ErrorCode::invalid_offset);
   }
   return Target{&query->second, Context{machine}, Attribute::address};
+}
+
+std::optional<Catalogue::Place> Catalogue::find_by_name(std::uint16_t port, Scope scope,
+                                                        std::string_view name) const {
+  for (const auto& [key, table] : tables_) {
+    if (key.port != port || key.scope != scope) {
+      continue;
+    }
+    for (const auto& [offset, object] : table.all()) {
+      if ((object.read || object.write) && nc::same_word(object.name, name)) {
+        return Place{key.kind, offset, &object};
+      }
+    }
+  }
+  return std::nullopt;
 }
 
 bool Catalogue::has_kind(std::uint16_t port, GroupKind kind) const {

@@ -8,6 +8,8 @@
 #include <compare>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <string_view>
 
 #include "cnc/simulator/objects/group.hpp"
 #include "cnc/simulator/objects/object.hpp"
@@ -17,9 +19,12 @@ namespace millrace::cnc::simulator::objects {
 // Tasks of the CNC (IB/tf527x_kernelv_api/402275851, documented); the third is variables::sda_port.
 inline constexpr std::uint16_t geo_port = 551;
 inline constexpr std::uint16_t com_port = 553;
+/// The number of an axis stands in the upper half of an index offset (documented).
+inline constexpr unsigned axis_shift = 16;
 
-/// Objects of one kind of group exist once, per channel, or per axis.
-enum class Scope { cnc, channel, axis };
+/// Objects of one kind of group exist once, per channel, per axis of a channel, or per axis of the
+/// CNC.
+enum class Scope { cnc, channel, axis, cnc_axis };
 
 /// An object, how it was addressed, and what is asked about it.
 struct Target {
@@ -36,6 +41,16 @@ class Catalogue {
   /// that does not.
   [[nodiscard]] ads::Result<Target> find(Machine& machine, std::uint16_t port, ads::Index index,
                                          std::uint32_t room) const;
+
+  /// Where an object is, but for the channel and the axis.
+  struct Place {
+    GroupKind kind = GroupKind::decoder;
+    std::uint32_t offset = 0;
+    const Object* object = nullptr;
+  };
+  /// An object behind a port that can be read or written, by its name in any case.
+  [[nodiscard]] std::optional<Place> find_by_name(std::uint16_t port, Scope scope,
+                                                  std::string_view name) const;
 
  private:
   struct TableKey {

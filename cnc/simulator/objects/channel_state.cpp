@@ -56,6 +56,27 @@ Bytes dwell_left(const VirtualChannel& channel) {
   return encode_f64(left.count());
 }
 
+/// The mode of single steps (IB/tf5200_single_step_mode/306149899, documented).
+Object single_step_mode() {
+  return {.name = "single step mode",
+          .type = "UNS32",
+          .length = 4,
+          .read = [](const Context& at) -> Result<Bytes> {
+            return encode_u32(static_cast<std::uint32_t>(at.channel->program().single_step().mode));
+          },
+          .write = [](const Context& at, ads::BytesView in) -> Result<void> {
+            return decode_u32(in).and_then([&](std::uint32_t number) -> Result<void> {
+              const nc::SingleStep::Mode mode{number};
+              if (mode > nc::SingleStep::Mode::to_next_motion) {
+                return tl::unexpected(ads::ErrorCode::invalid_data);
+              }
+              nc::Channel& program = at.channel->program();
+              program.set_single_step({program.single_step().enabled, mode});
+              return {};
+            });
+          }};
+}
+
 Bytes block_count(const VirtualChannel& channel) {
   return encode_s32(static_cast<long>(channel.program().motion().blocks));
 }
@@ -75,6 +96,7 @@ void add_interpolator_state(ObjectTable& table) {
   table.add(0x1, value("number of axes", "UNS16", 2, number_of_axes));
   table.add(0x8, value("rest path", "REAL64", 8, rest_path, "0.1 um"));
   table.add(0x15, value("path velocity", "REAL64", 8, velocity, "um/s"));
+  table.add(0x1A, single_step_mode());
   table.add(0x21, value("block number", "SGN32", 4, block_number));
   table.add(0x22, value("rest of dwell", "REAL64", 8, dwell_left, "s"));
   table.add(0x2E, value("block count", "SGN32", 4, block_count));

@@ -1,7 +1,10 @@
 #include "cnc/simulator/objects/commands.hpp"
 
+#include <cmath>
 #include <string>
+#include <utility>
 
+#include "cnc/ads/bytes.hpp"
 #include "cnc/simulator/objects/answers.hpp"
 #include "cnc/variables/text.hpp"
 
@@ -55,10 +58,133 @@ Result<Bytes> block_count(const Context& at) {
   return encode_u32(static_cast<std::uint32_t>(at.channel->program().motion().blocks));
 }
 
+constexpr double micrometres_per_mm = 1e3;
+
 /// In µm/s.
 Result<Bytes> active_feedrate(const Context& at) {
-  constexpr double micrometres_per_mm = 1e3;
   return encode_f64(at.channel->program().motion().velocity * micrometres_per_mm);
+}
+
+Result<Bytes> command_feedrate(const Context& at) {
+  return encode_f64(at.channel->program().motion().programmed_velocity * micrometres_per_mm);
+}
+
+Result<Bytes> encode_bool(bool value) {
+  return Bytes{static_cast<std::uint8_t>(value ? 1 : 0)};
+}
+
+Result<bool> decode_bool(BytesView in) {
+  return in.size() == 1 ? Result<bool>(in[0] != 0) : tl::unexpected(ErrorCode::invalid_size);
+}
+
+/// 1000 is 100 %.
+constexpr double tenths_of_a_percent = 1e3;
+constexpr std::uint16_t highest_override = 2000;
+
+Result<void> write_override(const Context& at, BytesView in) {
+  ads::ByteReader reader(in);
+  const std::uint16_t factor = reader.u16();
+  if (!reader.exact()) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  if (factor > highest_override) {
+    return tl::unexpected(ErrorCode::invalid_data);
+  }
+  at.channel->program().set_feed_override(factor / tenths_of_a_percent);
+  return {};
+}
+
+Result<Bytes> feed_override(const Context& at) {
+  const double factor = at.channel->program().feed_override() * tenths_of_a_percent;
+  return ads::ByteWriter().u16(static_cast<std::uint16_t>(std::lround(factor))).take();
+}
+
+Result<void> write_single_block(const Context& at, BytesView in) {
+  return decode_bool(in).map([&](bool on) {
+    nc::Channel& program = at.channel->program();
+    program.set_single_step({on, program.single_step().mode});
+  });
+}
+
+Result<Bytes> single_block(const Context& at) {
+  return encode_bool(at.channel->program().single_step().enabled);
+}
+
+Result<void> write_optional_stop(const Context& at, BytesView in) {
+  return decode_bool(in).map([&](bool on) { at.channel->program().set_optional_stop(on); });
+}
+
+Result<Bytes> optional_stop(const Context& at) {
+  return encode_bool(at.channel->program().optional_stop());
+}
+
+/// Bit n - 1 is level n.
+Result<void> write_skipped_levels(const Context& at, BytesView in) {
+  constexpr std::uint32_t all_levels = 0x3FF;
+  return decode_u32(in).and_then([&](std::uint32_t levels) -> Result<void> {
+    if (levels > all_levels) {
+      return tl::unexpected(ErrorCode::invalid_data);
+    }
+    at.channel->program().set_skipped_levels(static_cast<std::uint16_t>(levels));
+    return {};
+  });
+}
+
+Result<Bytes> skipped_levels(const Context& at) {
+  return encode_u32(at.channel->program().skipped_levels());
+}
+
+Result<void> write_stream(const Context& at, BytesView in) {
+  if (in.empty() || in.size() > parameter_size) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
+  return to_ads(at.channel->command_stream(variables::decode_text(in)));
+}
+
+/// A pair of objects that many commands have: one to write, one to read what was written.
+void add_pair(ObjectTable& table, std::uint32_t write_at, std::uint32_t read_at,
+              const Object& both) {
+  Object command = both;
+  command.name += "_w";
+  command.read = {};
+  Object answer = both;
+  answer.name += "_r";
+  answer.write = {};
+  table.add(write_at, std::move(command));
+  table.add(read_at, std::move(answer));
+}
+
+void add_adjustments(ObjectTable& table) {
+  add_pair(table, 0x1, 0x3,
+           {.name = "mc_command_single_block",
+            .type = "BOOL",
+            .length = 1,
+            .read = single_block,
+            .write = write_single_block});
+  const Object override{.name = "mc_command_feed_override",
+                        .type = "WORD",
+                        .length = 2,
+                        .unit = "0.1 %",
+                        .read = feed_override,
+                        .write = write_override};
+  add_pair(table, 0x9, 0xA, override);
+  table.add(0xC, {.name = "mc_active_feed_override_r",
+                  .type = "WORD",
+                  .length = 2,
+                  .unit = "0.1 %",
+                  .read = feed_override});
+  add_pair(table, 0x210, 0x211,
+           {.name = "mc_command_block_ignore",
+            .type = "DWORD",
+            .length = 4,
+            .read = skipped_levels,
+            .write = write_skipped_levels});
+  add_pair(table, 0x212, 0x213,
+           {.name = "mc_command_M01_stop_enable",
+            .type = "BOOL",
+            .length = 1,
+            .read = optional_stop,
+            .write = write_optional_stop});
 }
 
 Result<Bytes> normal_execution(const Context& /*at*/) {
@@ -68,6 +194,11 @@ Result<Bytes> normal_execution(const Context& /*at*/) {
 }  // namespace
 
 void add_commands(ObjectTable& table) {
+  add_adjustments(table);
+  table.add(0x90, {.name = "mc_program_stream_w",
+                   .type = "STRING",
+                   .length = parameter_size,
+                   .write = write_stream});
   table.add(0x3F, {.name = "mc_command_execution_mode_w",
                    .type = "DINT",
                    .length = 4,
@@ -92,6 +223,9 @@ void add_commands(ObjectTable& table) {
   table.add(
       0x202,
       {.name = "mc_active_feedrate_r", .type = "LREAL", .length = 8, .read = active_feedrate});
+  table.add(
+      0x203,
+      {.name = "mc_command_feedrate_r", .type = "LREAL", .length = 8, .read = command_feedrate});
 }
 
 }  // namespace millrace::cnc::simulator::objects

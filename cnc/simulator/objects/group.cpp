@@ -9,12 +9,13 @@ constexpr unsigned attribute_shift = 8;
 constexpr std::uint32_t attribute_mask = 0xF;
 
 bool is_com(GroupKind kind) {
-  return kind == GroupKind::com_channel || kind == GroupKind::com_directory;
+  return kind == GroupKind::com_channel || kind == GroupKind::com_axis ||
+         kind == GroupKind::com_directory;
 }
 
 bool is_internal(GroupKind kind) {
-  return kind == GroupKind::interpolator || kind == GroupKind::decoder ||
-         kind == GroupKind::channel_state;
+  return kind == GroupKind::position_controller || kind == GroupKind::interpolator ||
+         kind == GroupKind::decoder || kind == GroupKind::channel_state;
 }
 
 /// Objects of the CNC's tasks: the attribute is added to the base, whose own digit there is 3.

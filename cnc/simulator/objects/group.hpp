@@ -18,8 +18,12 @@ namespace millrace::cnc::simulator::objects {
 enum class GroupKind : std::uint32_t {
   /// Commands and states of a channel, under the COM task.
   com_channel = 0x120100,
+  /// Axes of the whole CNC, under the COM task.
+  com_axis = 0x120200,
   /// The list of the COM objects (IB/tf5200_ads_access_to_cnc/855973643).
   com_directory = 0x130100,
+  /// Axes of the whole CNC, under the GEO task.
+  position_controller = 0x120300,
   interpolator = 0x121300,
   decoder = variables::decoder_group,
   /// State of the channel ("HLD").

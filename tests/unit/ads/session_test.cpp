@@ -120,5 +120,72 @@ TEST_F(SessionTest, SkipsOtherRouterFrames) {
   EXPECT_THAT(*react(encode_frame(FrameKind{0x1234}, {})), IsEmpty());
 }
 
+// Notifications of a client over several connections.
+class LingeringTest : public SessionTest {
+ protected:
+  static Frame frame_of(const Bytes& bytes) {
+    ByteReader in(bytes);
+    const FrameKind kind{in.u16()};
+    in.u32();
+    return {kind, in.rest()};
+  }
+  // A subscription of the client at `from`; the cyclic samples of one byte.
+  static Bytes subscribe(const Address& from) {
+    const Header header{controller,      from, Command::add_notification, flags::ads_command,
+                        ErrorCode::none, 7};
+    constexpr std::uint32_t cyclic = 3;
+    return encode_packet(header, ByteWriter()
+                                     .u32(0x122301)
+                                     .u32(0x48)
+                                     .u32(4)
+                                     .u32(cyclic)
+                                     .u32(0)
+                                     .u32(10'000)
+                                     .zeros(16)
+                                     .take());
+  }
+  static Bytes ask_for_state(const Address& from) {
+    return encode_packet(
+        {controller, from, Command::read_state, flags::ads_command, ErrorCode::none, 8}, {});
+  }
+
+  Lingering lingering;
+};
+
+TEST_F(LingeringTest, NotificationsGoOnWhenTheirClientComesBack) {
+  Session first(device, options, &lingering);
+  const Bytes subscription = subscribe(client);
+  ASSERT_TRUE(first.react(frame_of(subscription), {}));
+  const Bytes sample = first.poll({});
+  first.end();
+  Session sut(device, options, &lingering);
+  EXPECT_FALSE(sut.next_due());
+  const Bytes question = ask_for_state(client);
+  ASSERT_TRUE(sut.react(frame_of(question), {}));
+  EXPECT_EQ(sut.poll({}), sample);
+}
+
+TEST_F(LingeringTest, NotificationsAreNotForAnotherClient) {
+  Session first(device, options, &lingering);
+  const Bytes subscription = subscribe(client);
+  ASSERT_TRUE(first.react(frame_of(subscription), {}));
+  first.end();
+  Session sut(device, options, &lingering);
+  const Bytes question = ask_for_state({{{10, 0, 0, 9, 1, 1}}, 32750});
+  ASSERT_TRUE(sut.react(frame_of(question), {}));
+  EXPECT_FALSE(sut.next_due());
+}
+
+TEST_F(LingeringTest, NotificationsEndWithTheirConnectionOtherwise) {
+  Session first(device, options);
+  const Bytes subscription = subscribe(client);
+  ASSERT_TRUE(first.react(frame_of(subscription), {}));
+  first.end();
+  Session sut(device, options);
+  const Bytes question = ask_for_state(client);
+  ASSERT_TRUE(sut.react(frame_of(question), {}));
+  EXPECT_FALSE(sut.next_due());
+}
+
 }  // namespace
 }  // namespace millrace::cnc::ads

@@ -37,6 +37,8 @@ void set_option(ChannelOptions& options, const std::string& name, const std::str
     options.optional_stop = value == "on";
   } else if (name == "skipped_levels") {
     options.skipped_levels = static_cast<std::uint16_t>(std::stoul(value));
+  } else if (name == "stream_program") {
+    options.stream_program = value;
   } else if (name == "time_scale") {
     options.time_scale = std::stod(value);
   } else {
@@ -62,6 +64,10 @@ Setting read_setting(const std::filesystem::path& file) {
       words >> name >> std::ws;
       std::getline(words, value);
       setting.variables.emplace(name, parse_value(value));
+    } else if (word == "limits") {  // of all axes
+      AxisLimits limits;
+      words >> limits.least >> limits.greatest;
+      setting.options.limits.assign(setting.options.axes.size(), limits);
     } else if (word == "asynchronous") {
       std::string name;
       words >> name;
@@ -100,7 +106,9 @@ struct Writer {
         << (event.line_end ? "" : " without line end") << ": " << event.text << '\n';
   }
   void operator()(const MachineFunctionEvent& event) const { out << 'M' << event.number << '\n'; }
-  void operator()(const HeldEvent& event) const { out << "held in N" << event.place.block << '\n'; }
+  void operator()(const HeldEvent& event) const {
+    out << (event.single_step ? "stopped before N" : "held in N") << event.place.block << '\n';
+  }
   void operator()(const WarningEvent& event) const {
     out << event.what.to_string("warning") << '\n';
   }
@@ -121,7 +129,7 @@ class Run {
   }
 
   std::string operator()(const std::string& program) {
-    start(program);
+    start("program.nc", program);
     std::size_t next = 0;
     for (nanoseconds now{}; now <= setting_.until; now += milliseconds(1)) {
       for (; next < setting_.happenings.size() && setting_.happenings[next].time <= now; ++next) {
@@ -144,8 +152,8 @@ class Run {
   }
 
  private:
-  void start(const std::string& program) {
-    if (auto started = channel_.start("program.nc", program); !started) {
+  void start(const std::string& file, const std::string& program) {
+    if (auto started = channel_.start(file, program); !started) {
       for (const Diagnostic& mistake : started.error()) {
         out_ << mistake.to_string() << '\n';
       }
@@ -169,6 +177,22 @@ class Run {
     }
   }
 
+  static SingleStep single_step(const std::string& mode) {
+    const std::map<std::string, SingleStep::Mode> modes = {
+        {"into", SingleStep::Mode::into},
+        {"over", SingleStep::Mode::over},
+        {"out", SingleStep::Mode::out},
+        {"to_next_motion", SingleStep::Mode::to_next_motion}};
+    return mode == "off" ? SingleStep{} : SingleStep{true, modes.at(mode)};
+  }
+
+  void stream(const std::string& file, nanoseconds now) {
+    if (const auto written = channel_.stream(read_file(folder_ / file)); !written) {
+      stamp(now);
+      out_ << "not streamed: error " << written.error().id << '\n';
+    }
+  }
+
   void happen(const Happening& happening, nanoseconds now) {
     std::istringstream words(happening.argument);
     if (happening.action == "write") {
@@ -181,10 +205,16 @@ class Run {
       }
     } else if (happening.action == "resume") {
       channel_.resume();
+    } else if (happening.action == "override") {
+      channel_.set_feed_override(std::stod(happening.argument));
+    } else if (happening.action == "single_step") {
+      channel_.set_single_step(single_step(happening.argument));
+    } else if (happening.action == "stream") {
+      stream(happening.argument, now);
     } else if (happening.action == "reset") {
       channel_.reset();
     } else if (happening.action == "start") {
-      start(read_file(folder_ / happening.argument));
+      start(happening.argument, read_file(folder_ / happening.argument));
     } else if (happening.action == "acknowledge") {
       channel_.acknowledge(std::stoul(happening.argument));
     } else if (happening.action == "read") {

@@ -32,6 +32,7 @@ TEST(Configuration, ReadsEverySwitch) {
   EXPECT_TRUE(sut.service.reset_clears_states);
   EXPECT_FALSE(sut.answers.whole_string_buffer);
   EXPECT_EQ(sut.answers.unknown_variable, ads::ErrorCode::invalid_data);
+  EXPECT_FALSE(sut.answers.old_groups);
   EXPECT_THAT(sut.folders, ElementsAre(good / "cycles", "/opt/nc"));
 }
 
@@ -74,6 +75,15 @@ TEST(Configuration, ReadsHowProgramsAreExecuted) {
   EXPECT_TRUE(sut.optional_stop);
   EXPECT_EQ(sut.skipped_levels, 0b10'0000'0001);
   EXPECT_EQ(sut.decoder_budget, 50);
+  EXPECT_EQ(sut.stream_program, "stream.nc");
+}
+
+TEST(Configuration, ReadsWhatConcernsTimersAndReports) {
+  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
+  EXPECT_FALSE(sut.timers_resume);
+  EXPECT_TRUE(sut.quoted_reports);
+  EXPECT_TRUE(parse_settings("", "empty").timers_resume);
+  EXPECT_FALSE(parse_settings("", "empty").quoted_reports);
 }
 
 TEST(Configuration, ReadsHowConnectionsBehave) {
@@ -82,6 +92,8 @@ TEST(Configuration, ReadsHowConnectionsBehave) {
   EXPECT_THAT(sut.routes, ElementsAre(ads::NetId{{127, 0, 0, 1, 2, 1}}));
   EXPECT_TRUE(sut.one_per_address);
   EXPECT_FALSE(sut.sum_commands);
+  EXPECT_FALSE(sut.symbols);
+  EXPECT_TRUE(sut.notifications_survive);
   EXPECT_EQ(sut.faults.delay, std::chrono::milliseconds(5));
   EXPECT_EQ(sut.faults.drop_every, 10);
   EXPECT_TRUE(sut.faults.out_of_order);

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "cnc/simulator/cp1252.hpp"
 #include "cnc/simulator/program_folders.hpp"
 #include "cnc/simulator/report_files.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -85,14 +84,16 @@ TEST_F(ReportFile, StaysInItsFolder) {
   }
 }
 
+TEST_F(ReportFile, StandsInQuotationMarksIfAskedTo) {
+  ReportFiles quoted(folder_.path(), true);
+  ASSERT_TRUE(quoted.append({"message.txt", "one", false, true}, now_));
+  EXPECT_EQ(text_of(folder_.path() / "message.txt"), "\"one\"\n");
+}
+
 TEST_F(ReportFile, ThatCannotBeWrittenIsReported) {
   const auto written = sut_.append({"no_such_folder/message.txt", "one", false, true}, now_);
   EXPECT_THAT(written.error(),
               HasSubstr("message.txt cannot be written: No such file or directory"));
-}
-
-TEST(Utf8OfCp1252, ConvertsEveryKindOfCharacter) {
-  EXPECT_EQ(utf8_of_cp1252("a\xe4\x80\x9f\x81~\xff"), "aä€Ÿ\uFFFD~ÿ");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "cnc/simulator/configuration.hpp"
 #include "cnc/simulator/machine.hpp"
+#include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/virtual_device.hpp"
 
 namespace millrace::cnc::simulator {
@@ -192,13 +193,13 @@ class Player {
     const ads::Index index{hex(group), hex(offset)};
     const Bytes data = parse_bytes(in);
     if (verb == "read") {
-      return device_.read(port, index, room);
+      return served_.read(port, index, room);
     }
     if (verb == "write") {
-      return device_.write(port, index, data).map([] { return Bytes{}; });
+      return served_.write(port, index, data).map([] { return Bytes{}; });
     }
     if (verb == "read_write") {
-      return device_.read_write(port, index, room, data);
+      return served_.read_write(port, index, room, data);
     }
     throw std::runtime_error("unknown step " + verb);
   }
@@ -207,6 +208,10 @@ class Player {
   WrittenPrograms programs_;
   Machine machine_;
   VirtualDevice device_{machine_};
+  objects::SymbolNames symbols_{machine_, device_.catalogue()};
+  ads::Symbols names_{device_, symbols_};
+  ads::Device& served_ =
+      machine_.settings().connections.symbols ? static_cast<ads::Device&>(names_) : device_;
   std::optional<Result<Bytes>> answer_;
   bool checked_ = false;
 };

@@ -1,5 +1,4 @@
 N10 "A" =
 N20 "A" = 5
 N30 #INIT MACRO
-N40 #INIT V.E.X
 M30

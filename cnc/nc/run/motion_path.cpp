@@ -1,0 +1,112 @@
+// Lines and circles: where a block leads, whether that can be, and how long it takes.
+#include <cmath>
+
+#include "cnc/nc/run/motion_draft.hpp"
+#include "cnc/nc/values/conversion.hpp"
+
+namespace millrace::cnc::nc::run {
+
+using values::fault;
+using values::Result;
+
+double path_length(const std::vector<double>& from, const std::vector<double>& to) {
+  double square = 0;
+  for (std::size_t axis = 0; axis < from.size(); ++axis) {
+    square += (to[axis] - from[axis]) * (to[axis] - from[axis]);
+  }
+  return std::sqrt(square);
+}
+
+Result<void> MotionState::check_limits(const std::vector<double>& target) const {
+  for (std::size_t axis = 0; axis < std::min(target.size(), options_.limits.size()); ++axis) {
+    const auto& [least, greatest] = options_.limits[axis];
+    if (!(target[axis] >= least && target[axis] <= greatest)) {
+      return fault(0, "axis " + options_.axes[axis] + " would leave its limits, " +
+                          values::display(least) + " to " + values::display(greatest) + ", for " +
+                          values::display(target[axis]));
+    }
+  }
+  return {};
+}
+
+Result<void> MotionState::check_limits(const std::vector<double>& target, const Arc& arc) const {
+  for (const Point& extreme : arc.extremes()) {
+    std::vector<double> position = target;
+    position[arc.axes[0]] = extreme[0];
+    position[arc.axes[1]] = extreme[1];
+    if (auto inside = check_limits(position); !inside) {
+      return inside;
+    }
+  }
+  return {};
+}
+
+Result<std::optional<Arc>> MotionState::arc_to(const std::vector<double>& target,
+                                               const Draft& draft) const {
+  if (way_ == Way::rapid || way_ == Way::line) {
+    return std::optional<Arc>();
+  }
+  const auto axes = axes_of(plane_);
+  if (std::max(axes[0], axes[1]) >= options_.axes.size()) {
+    return fault(21907, "the channel does not have both axes of the plane for a circle");
+  }
+  if (draft.has_centre() && draft.has_radius) {
+    return fault(21024, "a circle has a centre (I, J, K) or a radius (R), not both");
+  }
+  const auto in_plane = [axes](const std::vector<double>& position) {
+    return Point{position[axes[0]], position[axes[1]]};
+  };
+  const ArcEnds ends{axes, in_plane(position_), in_plane(target), way_ == Way::clockwise};
+  if (!draft.has_centre() && radius_) {
+    return arc_of_radius(ends, *radius_).map([](const Arc& arc) { return std::optional(arc); });
+  }
+  Point centre{};
+  for (std::size_t i = 0; i < centre.size(); ++i) {
+    centre.at(i) =
+        draft.centre.at(axes.at(i)).value_or(0) + (absolute_centre_ ? 0 : ends.begin.at(i));
+  }
+  const std::size_t other = 3 - axes[0] - axes[1];
+  if (draft.centre.at(other)) {
+    return fault(
+        0, std::string("the centre of a circle lies in its plane; take away the ") + "IJK"[other]);
+  }
+  return arc_around(ends, centre, corrected_centre_).map([](const Arc& arc) {
+    return std::optional(arc);
+  });
+}
+
+// The axes that are not on the arc go along with it, evenly (documented).
+Result<void> MotionState::move(const Draft& draft, Meaning& meaning) {
+  std::vector<double> target = position_;
+  for (const auto& [axis, value] : draft.axes) {
+    target[axis] = incremental_ ? target[axis] + value : value;
+  }
+  if (auto inside = check_limits(target); !inside) {
+    return inside;
+  }
+  if (way_ != Way::rapid && feed_ == 0) {
+    return fault(0, "a motion without a feed; program F in its block or before it");
+  }
+  const auto arc = arc_to(target, draft);
+  if (!arc) {
+    return tl::make_unexpected(arc.error());
+  }
+  Motion motion{target, {}, path_length(position_, target), *arc};
+  if (*arc) {
+    if (auto inside = check_limits(target, **arc); !inside) {
+      return inside;
+    }
+    std::vector<double> beside = target;
+    for (const std::size_t axis : (*arc)->axes) {
+      beside[axis] = position_[axis];
+    }
+    motion.path = std::hypot((*arc)->length(), path_length(position_, beside));
+  }
+  const double feed = way_ == Way::rapid ? options_.rapid_feed : feed_;
+  motion.duration = scaled(60.0 * motion.path / feed);
+  meaning.actions.emplace_back(std::move(motion));
+  position_ = std::move(target);
+  return {};
+}
+
+}  // namespace millrace::cnc::nc::run

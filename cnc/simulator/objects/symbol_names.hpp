@@ -1,0 +1,33 @@
+// Names for the objects of fixed address, for clients that use handles and symbols: which objects
+// have a name there is not documented, so the names are our choice.
+//
+//   cnc_version_r                     an object of the whole CNC
+//   CH[2].mc_command_mode_w           an object of channel 2
+//   CH[2].AX[1].actual position       of its first axis
+//
+// Behind each AMS port stand its own objects, by the names that the object directory or attribute
+// 0x100 tells; upper and lower case are the same.
+#pragma once
+
+#include "cnc/ads/symbols.hpp"
+#include "cnc/simulator/objects/catalogue.hpp"
+
+namespace millrace::cnc::simulator::objects {
+
+class SymbolNames : public ads::SymbolDirectory {
+ public:
+  /// Both outlive this object.
+  SymbolNames(Machine& machine, const Catalogue& catalogue)
+      : machine_(machine), catalogue_(catalogue) {}
+
+  [[nodiscard]] std::optional<ads::Symbol> find(std::uint16_t port,
+                                                std::string_view name) const override;
+  /// The objects never change.
+  [[nodiscard]] std::uint8_t version(std::uint16_t /*port*/) const override { return 1; }
+
+ private:
+  Machine& machine_;
+  const Catalogue& catalogue_;
+};
+
+}  // namespace millrace::cnc::simulator::objects

@@ -1,0 +1,4 @@
+#INIT P1
+#INIT
+#INIT V.E.A, V.P.B
+M30
