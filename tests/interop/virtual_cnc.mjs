@@ -9,6 +9,9 @@ if (!bin) {
   throw new Error('MILLRACE_BIN must name the folder of the built programs');
 }
 
+/** tests/data */
+export const testData = process.env.MILLRACE_TEST_DATA;
+
 /** Resolves, once the program has said that it is ready, with its port and a function that ends it. */
 export function startVirtualCnc(...flags) {
   const dir = mkdtempSync(join(tmpdir(), 'millrace-interop-'));
