@@ -73,7 +73,7 @@ TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
   Process service = chain.square_root();
   Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
   Process gateway = chain.gateway({"--log-level", "debug"});
-  gateway.await_error("cnc/1");
+  gateway.await_error("answered");
   service.signal(SIGSTOP);
   const Process answer = run({"answer", "cnc/1", "1.5", "--state", "7"});
   EXPECT_THAT(answer.output(), HasSubstr("of cnc/1: ")) << answer.error_output();
