@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   commands::look::add_channels(app, chosen);
   commands::look::add_machines(app, chosen);
   commands::operate::add_ping(app, chosen);
+  commands::operate::add_health(app, chosen);
   commands::operate::add_drain(app, chosen);
   commands::operate::add_answer(app, chosen);
   commands::operate::add_retry(app, chosen);

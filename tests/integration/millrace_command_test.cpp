@@ -62,6 +62,18 @@ TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
   EXPECT_EQ(exit_code, 1);
 }
 
+TEST_F(TheCommand, KnowsWhetherTheServicesOfAHostAreWell) {
+  Process service = chain.square_root({"--name", "first"});
+  EXPECT_THAT(run({"health"}).output(), HasSubstr("first"));
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(run({"health", "--host", "elsewhere"}).error_output(), HasSubstr("'elsewhere'"));
+  EXPECT_EQ(exit_code, 1);
+  service.signal(SIGSTOP);
+  run({"health"});
+  EXPECT_EQ(exit_code, 1);
+  service.signal(SIGCONT);
+}
+
 TEST_F(TheCommand, HasAnInstanceLeave) {
   Process service = chain.square_root({"--name", "first"});
   run({"drain", "first"});

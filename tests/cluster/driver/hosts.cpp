@@ -2,22 +2,35 @@
 
 #include <stdexcept>
 
+#include "tests/cluster/driver/containers.hpp"
 #include "tests/cluster/driver/namespaces.hpp"
 
 namespace millrace::tests::cluster {
+
+std::vector<Backend> backends_here() {
+  return {Containers::obstacle().empty() ? Backend::containers : Backend::namespaces};
+}
 
 std::unique_ptr<Hosts> make_hosts(Backend backend, const std::vector<std::string>& names,
                                   std::uint64_t seed) {
   if (const std::string reason = obstacle(backend); !reason.empty()) {
     throw std::runtime_error(reason);
   }
-  return std::make_unique<Namespaces>(names, seed);
+  switch (backend) {
+    case Backend::namespaces:
+      return std::make_unique<Namespaces>(names, seed);
+    case Backend::containers:
+      return std::make_unique<Containers>(names, seed);
+  }
+  return {};
 }
 
 std::string obstacle(Backend backend) {
   switch (backend) {
     case Backend::namespaces:
       return Namespaces::obstacle();
+    case Backend::containers:
+      return Containers::obstacle();
   }
   return {};
 }

@@ -1,5 +1,5 @@
 // The driver under all scenarios: hosts on a network of their own that can be cut and made bad.
-// The back end: driver/namespaces.hpp.
+// The back ends: driver/namespaces.hpp, driver/containers.hpp.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +31,11 @@ class Hosts {
 };
 
 /// Where the hosts come from.
-enum class Backend { namespaces };
+enum class Backend { namespaces, containers };
+
+/// The back ends to be tested here: containers where docker/test has made an engine, else
+/// namespaces.
+std::vector<Backend> backends_here();
 
 /// Throws std::runtime_error if the hosts cannot be made.
 std::unique_ptr<Hosts> make_hosts(Backend backend, const std::vector<std::string>& names,

@@ -14,6 +14,8 @@ namespace millrace::tests::cluster {
 namespace {
 
 const std::filesystem::path all_namespaces = "/run/netns";
+/// Of each host, as the profiles name it.
+constexpr const char* device = "eth0";
 
 /// A process in a network namespace: `ip netns exec` becomes the program, so its id is the
 /// program's.
@@ -67,7 +69,7 @@ Namespaces::Namespaces(const std::vector<std::string>& names, std::uint64_t seed
     for (const std::string& name : names) {
       make_namespace(name);
       addresses_[name] = fmt::format("10.77.0.{}", ports.size() + 1);
-      ports.push_back({name, all_namespaces / network_namespace(name)});
+      ports.push_back({name, all_namespaces / network_namespace(name), device});
     }
     network_.emplace(std::move(ports), seed);
     for (const std::string& name : names) {
@@ -95,8 +97,8 @@ void Namespaces::make_namespace(const std::string& host) {
 void Namespaces::configure(const std::string& host) {
   const std::string name = network_namespace(host);
   run({"ip", "-n", name, "link", "set", "lo", "up"});
-  run({"ip", "-n", name, "address", "add", address(host) + "/24", "dev", Network::device});
-  run({"ip", "-n", name, "link", "set", Network::device, "up"});
+  run({"ip", "-n", name, "address", "add", address(host) + "/24", "dev", device});
+  run({"ip", "-n", name, "link", "set", device, "up"});
 }
 
 void Namespaces::remove_all() noexcept {

@@ -18,7 +18,7 @@ struct Network::Impl {
   Impl(std::vector<Port> own_ports, std::uint64_t seed)
       : ports(std::move(own_ports)), middle(ports.size(), seed), stop(::eventfd(0, EFD_CLOEXEC)) {
     for (const Port& port : ports) {
-      taps.emplace_back(port.network_namespace, device);
+      taps.emplace_back(port.network_namespace, port.device);
     }
     pump = std::thread([this] { run(); });
   }

@@ -20,13 +20,12 @@ struct Port {
   std::string host;
   /// Its network namespace, as a file.
   std::filesystem::path network_namespace;
+  /// The device that is made there; down and without an address.
+  std::string device = "eth0";
 };
 
 class Network {
  public:
-  /// The device in each namespace; down and without an address.
-  static constexpr const char* device = "eth0";
-
   /// Throws std::system_error if a device cannot be made.
   Network(std::vector<Port> ports, std::uint64_t seed);
   ~Network();

@@ -1,11 +1,12 @@
-// What the scenarios share: each runs on every back end that this machine has.
+// What the scenarios share: each runs on network namespaces, and on containers when docker/test
+// starts it.
 #pragma once
 
-#include <array>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -36,12 +37,14 @@ class Scenario : public testing::TestWithParam<Backend> {
   std::unique_ptr<Plant> plant_;
 };
 
-inline constexpr std::array backends{Backend::namespaces};
+inline const std::vector<Backend> backends = backends_here();
 
 inline std::string name_of(const testing::TestParamInfo<Backend>& info) {
   switch (info.param) {
     case Backend::namespaces:
       return "OnNamespaces";
+    case Backend::containers:
+      return "OnContainers";
   }
   return {};
 }

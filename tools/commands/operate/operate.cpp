@@ -54,15 +54,8 @@ fabric::Command new_command(fabric::CommandKind kind) {
           .at = std::chrono::system_clock::now()};
 }
 
-int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
-                   const std::string& what) {
-  const bus::Live live = bus::take_snapshot(options.fabric.options());
-  const auto instances = live.instances_of(what);
-  if (what.empty() || instances.empty()) {
-    fmt::print(stderr,
-               "millrace: no instance is, or serves, '{}'; 'millrace services' lists them\n", what);
-    return program::exit_failed;
-  }
+bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
+               const std::vector<const bus::LiveInstance*>& instances, boost::json::array& out) {
   std::vector<fabric::Command> commands;
   for (const bus::LiveInstance* instance : instances) {
     commands.push_back(new_command(kind));
@@ -70,7 +63,6 @@ int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
   }
   fabric::Participant participant(options.fabric.options());
   const auto heard = bus::issue(participant, commands, patience_of(options));
-  boost::json::array out;
   bool all_done = true;
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const auto word = heard.find(commands[i].id);
@@ -82,6 +74,20 @@ int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
       fmt::print("{}\n", line_of(instances[i]->identity, answer));
     }
   }
+  return all_done;
+}
+
+int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
+                   const std::string& what) {
+  const bus::Live live = bus::take_snapshot(options.fabric.options());
+  const auto instances = live.instances_of(what);
+  if (what.empty() || instances.empty()) {
+    fmt::print(stderr,
+               "millrace: no instance is, or serves, '{}'; 'millrace services' lists them\n", what);
+    return program::exit_failed;
+  }
+  boost::json::array out;
+  const bool all_done = tell_each(options, kind, instances, out);
   if (options.json) {
     print::print_json(out);
   }

@@ -1,8 +1,12 @@
-// Subcommands with which an operator acts: `ping`, `drain`, `answer`, `retry`. One source file
-// each.
+// Subcommands with which an operator acts: `ping`, `health`, `drain`, `answer`, `retry`. One
+// source file each.
 #pragma once
 
 #include <chrono>
+#include <string>
+#include <vector>
+
+#include <boost/json/array.hpp>
 
 #include "fabric/command_line.hpp"
 #include "tools/bus/live.hpp"
@@ -12,6 +16,7 @@
 namespace millrace::tools::commands::operate {
 
 void add_ping(CLI::App& app, Chosen& chosen);
+void add_health(CLI::App& app, Chosen& chosen);
 void add_drain(CLI::App& app, Chosen& chosen);
 void add_answer(CLI::App& app, Chosen& chosen);
 void add_retry(CLI::App& app, Chosen& chosen);
@@ -27,6 +32,11 @@ struct OperateOptions {
 
 /// A command from here, now.
 fabric::Command new_command(fabric::CommandKind kind);
+
+/// Sends a command to each of the instances. Prints what each says, or adds it to `out` for --json.
+/// True if all of them answer and do it.
+bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
+               const std::vector<const bus::LiveInstance*>& instances, boost::json::array& out);
 
 /// Sends a command to each instance that `what` names (its UUID, id or name) and prints what it
 /// says. Fails if there is none, or one does not answer or refuses.
