@@ -181,4 +181,12 @@ tl::expected<void, std::string> CallEnd::publish(const Event& event) {
   return impl_->events.write(event);
 }
 
+void CallEnd::let_go(const ChannelKey& key) {
+  impl_->channels.let_go(ChannelStatus{.key = key});
+}
+
+void CallEnd::let_go(const MachineStatus& status) {
+  impl_->machines.let_go(status);
+}
+
 }  // namespace millrace::fabric

@@ -56,6 +56,9 @@ class CallEnd {
   tl::expected<void, std::string> publish(const ChannelStatus& status);
   tl::expected<void, std::string> publish(const MachineStatus& status);
   tl::expected<void, std::string> publish(const Event& event);
+  /// The channel, or the machine, is not ours any more; another gateway may tell of it.
+  void let_go(const ChannelKey& key);
+  void let_go(const MachineStatus& status);
 
  private:
   struct Impl;

@@ -124,6 +124,9 @@ Encoded<millrace_MachineStatus> Codec<MachineStatus>::encode(const MachineStatus
   filler.string(filler.sample.reason, value.reason, "reason");
   filler.string(filler.sample.host, value.host, "host name");
   filler.string(filler.sample.version, value.version, "version");
+  put(filler.sample.gateway, value.gateway);
+  filler.sample.claimed = put(value.claimed);
+  filler.channels(filler.sample.claims, value.claims);
   filler.sample.connected = value.connected;
   filler.sample.since = put(value.since);
   filler.sample.channels = value.channels;
@@ -138,6 +141,9 @@ Encoded<millrace_MachineStatus> Codec<MachineStatus>::encode(const MachineStatus
 MachineStatus Codec<MachineStatus>::decode(const millrace_MachineStatus& sample) {
   return {
       .machine = sample.machine,
+      .gateway = get(sample.gateway),
+      .claimed = get(sample.claimed),
+      .claims = get(sample.claims),
       .connected = sample.connected,
       .since = get(sample.since),
       .address = sample.address,

@@ -135,14 +135,20 @@ struct ChannelStatus {
   std::uint64_t failed = 0;
 };
 
-/// The link between a gateway and one controller.
+/// The link between a gateway and one controller, and which of its channels the gateway claims.
 struct MachineStatus {
   std::string machine{};
+  /// Drawn when the gateway starts; two gateways may be set up for one machine.
+  InstanceId gateway{};
+  /// Since when it claims them: the earlier of two claims counts.
+  Time claimed{};
+  /// At most 255; empty = all that the controller has.
+  std::vector<std::uint16_t> claims{};
   bool connected = false;
   Time since{};
   /// TCP address and AMS NetId, as the configuration has them; at most 127 bytes.
   std::string address{};
-  /// Why it is not connected; empty when it is. At most 255 bytes.
+  /// Why it is not connected, or which channels another gateway serves. At most 255 bytes.
   std::string reason{};
   std::uint16_t channels = 0;
   /// Between two looks at an idle channel.

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <span>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -47,6 +48,19 @@ class Filler {
     sample.text._length = size;
     sample.text._maximum = size;
     sample.text._release = false;
+  }
+
+  void channels(millrace_ChannelList& field, const std::vector<std::uint16_t>& value) {
+    constexpr std::size_t most = 255;
+    if (value.size() > most) {
+      fail(fmt::format("{} channels are named, at most {} fit", value.size(), most));
+      return;
+    }
+    const auto size = static_cast<std::uint32_t>(value.size());
+    field._buffer = const_cast<std::uint16_t*>(value.data());
+    field._length = size;
+    field._maximum = size;
+    field._release = false;
   }
 
   Encoded<Sample> result() {
@@ -95,6 +109,11 @@ inline Time get(std::int64_t field) {
 inline std::string get(const millrace_CncText& field) {
   const std::span bytes(field._buffer, field._length);
   return {bytes.begin(), bytes.end()};
+}
+
+inline std::vector<std::uint16_t> get(const millrace_ChannelList& field) {
+  const std::span channels(field._buffer, field._length);
+  return {channels.begin(), channels.end()};
 }
 
 template <typename Sample>

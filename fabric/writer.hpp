@@ -27,6 +27,10 @@ class Writer {
   /// Takes the sample of this key back: who has it sees it disposed, who joins later sees nothing.
   void withdraw(const Value& value);
 
+  /// Has nothing more to say of this key: who has the sample sees it orphaned, unless another
+  /// writer has it too; who joins later sees nothing of ours.
+  void let_go(const Value& value);
+
   /// Handles of the readers that are matched, as in the samples of DCPSSubscription.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
 
@@ -63,6 +67,13 @@ template <typename Value>
 void Writer<Value>::withdraw(const Value& value) {
   if (const auto sample = Codec<Value>::encode(value)) {
     dds_dispose(writer_, &*sample);
+    dds_unregister_instance(writer_, &*sample);
+  }
+}
+
+template <typename Value>
+void Writer<Value>::let_go(const Value& value) {
+  if (const auto sample = Codec<Value>::encode(value)) {
     dds_unregister_instance(writer_, &*sample);
   }
 }

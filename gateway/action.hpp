@@ -84,6 +84,11 @@ struct Show {
 
 enum class Level : std::uint8_t { debug, info, warn, error };
 
+/// The channel is not ours any more: take its status back. The session is over.
+struct Hide {
+  bool operator==(const Hide&) const = default;
+};
+
 /// A line for the log; the channel's name goes before it.
 struct Say {
   Level level = Level::info;
@@ -92,7 +97,7 @@ struct Say {
 };
 
 using Action = std::variant<Read, Write, WakeAt, Offer, Record, Publish, Withdraw, Resume, Freed,
-                            Tell, Show, Say>;
+                            Tell, Show, Hide, Say>;
 using Actions = std::vector<Action>;
 
 /// How a write ended.

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace millrace::gateway {
 
 namespace {
@@ -29,7 +31,19 @@ ChannelActions Core::on_link_up(const std::string& machine,
                                 const std::vector<std::uint16_t>& channels, Moment now) {
   for (const std::uint16_t channel : channels) {
     ChannelSession& session = open({machine, channel});
-    run(session, session.on_link_up(now), now);
+    if (session.retired()) {
+      leaving_.erase(session.key());
+      run(session, session.keep(now), now);
+    }
+    if (!session.link_up()) {
+      run(session, session.on_link_up(now), now);
+    }
+  }
+  for (const fabric::ChannelKey& key : leaving_) {
+    ChannelSession& session = sessions_.at(key);
+    if (key.machine == machine && !session.link_up()) {
+      run(session, session.on_link_up(now), now);
+    }
   }
   return finish();
 }
@@ -44,36 +58,89 @@ ChannelActions Core::on_link_down(const std::string& machine, const std::string&
   return finish();
 }
 
-ChannelActions Core::on_wake(const fabric::ChannelKey& key, Moment now) {
-  ChannelSession& session = open(key);
-  run(session, session.on_wake(now), now);
+ChannelActions Core::on_link_dropped(const std::string& machine, const std::string& reason,
+                                     Moment now) {
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      run(session, session.on_link_dropped(reason, now), now);
+    }
+  }
   return finish();
 }
 
-ChannelActions Core::on_read(const fabric::ChannelKey& key, const Picture& picture, Moment now) {
-  ChannelSession& session = open(key);
-  run(session, session.on_read(picture, now), now);
+ChannelActions Core::retire(const fabric::ChannelKey& key, Moment now) {
+  if (ChannelSession* session = find(key)) {
+    leaving_.insert(key);
+    run(*session, session->retire(now), now);
+  }
   return finish();
+}
+
+ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
+  if (ChannelSession* session = find(key)) {
+    leaving_.insert(key);
+    run(*session, session->release(reason, now), now);
+  }
+  return finish();
+}
+
+void Core::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
+  inherited_.insert_or_assign(key, std::move(inheritance));
+}
+
+std::vector<std::uint16_t> Core::channels_of(const std::string& machine) const {
+  std::vector<std::uint16_t> channels;
+  for (const auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      channels.push_back(key.channel);
+    }
+  }
+  return channels;
+}
+
+ChannelActions Core::change(std::map<std::string, Pace> paces, Policies policies, Moment now) {
+  options_.paces = std::move(paces);
+  options_.policies = std::move(policies);
+  for (auto& [key, session] : sessions_) {
+    session.set_pace(pace_of(key.machine));
+  }
+  reconsider(now);
+  return finish();
+}
+
+template <typename Step>
+ChannelActions Core::step(const fabric::ChannelKey& key, Moment now, Step step) {
+  if (ChannelSession* session = find(key)) {
+    run(*session, step(*session), now);
+  }
+  return finish();
+}
+
+ChannelActions Core::on_wake(const fabric::ChannelKey& key, Moment now) {
+  return step(key, now, [&](ChannelSession& session) { return session.on_wake(now); });
+}
+
+ChannelActions Core::on_read(const fabric::ChannelKey& key, const Picture& picture, Moment now) {
+  if (!inherited_.empty() && picture.has(Variable::request_state) && picture.request_state == 0) {
+    inherited_.erase(key);
+  }
+  return step(key, now, [&](ChannelSession& session) { return session.on_read(picture, now); });
 }
 
 ChannelActions Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reason,
                                     Moment now) {
-  ChannelSession& session = open(key);
-  run(session, session.on_read_failed(reason, now), now);
-  return finish();
+  return step(key, now,
+              [&](ChannelSession& session) { return session.on_read_failed(reason, now); });
 }
 
 ChannelActions Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                               const std::string& reason, Moment now) {
-  ChannelSession& session = open(key);
-  run(session, session.on_write(outcome, reason, now), now);
-  return finish();
+  return step(key, now,
+              [&](ChannelSession& session) { return session.on_write(outcome, reason, now); });
 }
 
 ChannelActions Core::on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket, Moment now) {
-  ChannelSession& session = open(key);
-  run(session, session.on_recorded(ticket, now), now);
-  return finish();
+  return step(key, now, [&](ChannelSession& session) { return session.on_recorded(ticket, now); });
 }
 
 ChannelActions Core::on_instance_ready(const fabric::InstanceIdentity& identity, Moment now) {
@@ -139,9 +206,12 @@ ChannelSession* Core::find(const fabric::ChannelKey& key) {
 }
 
 ChannelSession& Core::open(const fabric::ChannelKey& key) {
-  const auto pace = options_.paces.find(key.machine);
-  return sessions_.try_emplace(key, key, pace == options_.paces.end() ? Pace{} : pace->second)
-      .first->second;
+  return sessions_.try_emplace(key, key, pace_of(key.machine)).first->second;
+}
+
+Pace Core::pace_of(const std::string& machine) const {
+  const auto pace = options_.paces.find(machine);
+  return pace == options_.paces.end() ? Pace{} : pace->second;
 }
 
 void Core::run(ChannelSession& session, Actions actions, Moment now) {
@@ -161,13 +231,13 @@ void Core::run(ChannelSession& session, Actions actions, Moment now) {
 void Core::carry_out(const Decisions& decisions, Moment now) {
   for (const Decision& decision : decisions) {
     if (const auto* give = std::get_if<Give>(&decision)) {
-      ChannelSession& session = open(give->key);
+      ChannelSession& session = sessions_.at(give->key);
       run(session, session.assign(give->assignment, now), now);
     } else if (const auto* back = std::get_if<TakeBack>(&decision)) {
-      ChannelSession& session = open(back->key);
+      ChannelSession& session = sessions_.at(back->key);
       run(session, session.suspend(back->reason, back->held, now), now);
     } else if (const auto* explain = std::get_if<Explain>(&decision)) {
-      ChannelSession& session = open(explain->key);
+      ChannelSession& session = sessions_.at(explain->key);
       run(session, session.explain(explain->reason, now), now);
     }
   }
@@ -180,10 +250,13 @@ void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now)
     return;
   }
   const auto unserved = dispatcher_.why_unserved(offer.request.uuid, session.key());
+  if (!unserved && hold_inherited(session, offer, policy, now)) {
+    return;
+  }
   if (!unserved) {
     run(session, session.claim(next_id(session.key()), policy, now), now);
     carry_out(dispatcher_.add(*session.call()), now);
-  } else if (offer.out_of_patience && policy.unserved->response_state != 0) {
+  } else if (offer.out_of_patience && policy.unserved && policy.unserved->response_state != 0) {
     run(session, session.claim(next_id(session.key()), policy, now), now);
     const Settlement settlement{"millrace: served by nobody", policy.unserved->response_state,
                                 "the gateway"};
@@ -191,6 +264,24 @@ void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now)
   } else {
     run(session, session.leave(*unserved, policy, now), now);
   }
+}
+
+bool Core::hold_inherited(ChannelSession& session, const Offer& offer, const Policy& policy,
+                          Moment now) {
+  const auto inherited = inherited_.extract(session.key());
+  const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
+  if (inherited.empty() || fabric::canonical_uuid(inherited.mapped().uuid) != uuid ||
+      dispatcher_.delivery_of(uuid) != fabric::Delivery::at_most_once) {
+    return false;
+  }
+  run(session, session.claim(next_id(session.key()), policy, now), now);
+  run(session,
+      session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
+                               "twice: an operator must answer or retry it",
+                               inherited.mapped().from),
+                   now),
+      now);
+  return true;
 }
 
 ChannelSession* Core::find_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -230,6 +321,15 @@ fabric::CallId Core::next_id(const fabric::ChannelKey& key) {
 }
 
 ChannelActions Core::finish() {
+  for (auto it = leaving_.begin(); it != leaving_.end();) {
+    if (sessions_.at(*it).is_over()) {
+      out_.push_back({*it, Hide{}});
+      sessions_.erase(*it);
+      it = leaving_.erase(it);
+    } else {
+      ++it;
+    }
+  }
   return std::exchange(out_, {});
 }
 

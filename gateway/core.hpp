@@ -10,6 +10,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,14 @@ struct Verdict {
   std::string detail;
 };
 
-/// One of Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Say, for one channel.
+/// What another gateway had done with a channel's request when it was gone.
+struct Inheritance {
+  std::string uuid;
+  /// The other gateway, for people.
+  std::string from;
+};
+
+/// One of Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say, for one channel.
 struct ChannelAction {
   fabric::ChannelKey key;
   Action action;
@@ -45,10 +53,25 @@ class Core {
   /// `ledger` is what the journal adds up to; its numbers must have an epoch.
   Core(CoreOptions options, const journal::Ledger& ledger);
 
-  /// The controller answers; these are the channels to serve.
+  /// The controller answers; these are the channels to serve, and those that are leaving. Again
+  /// when there are more to serve.
   ChannelActions on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels,
                             Moment now);
   ChannelActions on_link_down(const std::string& machine, const std::string& reason, Moment now);
+
+  /// The link was taken away: what was asked of it is not answered any more.
+  ChannelActions on_link_dropped(const std::string& machine, const std::string& reason, Moment now);
+
+  /// The channel is not in the configuration any more: its call under way is finished first.
+  ChannelActions retire(const fabric::ChannelKey& key, Moment now);
+  /// Another gateway serves the channel: its call under way is the other's now.
+  ChannelActions release(const fabric::ChannelKey& key, const std::string& reason, Moment now);
+  /// The other gateway is gone, and this is what it has left in the channel.
+  void inherit(const fabric::ChannelKey& key, Inheritance inheritance);
+  /// The channels of a machine that have a session, also those that are leaving.
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const;
+  /// New paces at once, new policies for calls that are claimed from now on.
+  ChannelActions change(std::map<std::string, Pace> paces, Policies policies, Moment now);
 
   ChannelActions on_wake(const fabric::ChannelKey& key, Moment now);
   ChannelActions on_read(const fabric::ChannelKey& key, const Picture& picture, Moment now);
@@ -82,7 +105,13 @@ class Core {
  private:
   ChannelSession* find(const fabric::ChannelKey& key);
   ChannelSession& open(const fabric::ChannelKey& key);
+  /// Nothing if the channel has no session any more.
+  template <typename Step>
+  ChannelActions step(const fabric::ChannelKey& key, Moment now, Step step);
+  [[nodiscard]] Pace pace_of(const std::string& machine) const;
   void run(ChannelSession& session, Actions actions, Moment now);
+  bool hold_inherited(ChannelSession& session, const Offer& offer, const Policy& policy,
+                      Moment now);
   void carry_out(const Decisions& decisions, Moment now);
   void answer_offer(ChannelSession& session, const Offer& offer, Moment now);
   ChannelSession* find_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -95,6 +124,9 @@ class Core {
   CoreOptions options_;
   Dispatcher dispatcher_;
   std::map<fabric::ChannelKey, ChannelSession> sessions_;
+  /// Sessions that are retired or released, until they are over.
+  std::set<fabric::ChannelKey> leaving_;
+  std::map<fabric::ChannelKey, Inheritance> inherited_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;
   std::uint64_t next_number_ = 0;

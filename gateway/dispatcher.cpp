@@ -125,6 +125,14 @@ std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
   return explain_unserved(uuid, known_uuids());
 }
 
+fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
+  const bool once = std::ranges::any_of(instances_, [&](const auto& one) {
+    return one.second.identity.uuid == uuid &&
+           one.second.identity.delivery == fabric::Delivery::at_most_once;
+  });
+  return once ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+}
+
 Decisions Dispatcher::add(const Call& call) {
   forget(call.id);
   Job job;

@@ -74,6 +74,9 @@ class Dispatcher {
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const;
 
+  /// How often a call of this canonical UUID may run: at most once if any instance says so.
+  [[nodiscard]] fabric::Delivery delivery_of(const std::string& uuid) const;
+
   /// A call to give out: one that was just claimed, or one that an operator wants given out once
   /// more, as a new attempt and wherever it is; he takes the responsibility if it may run at most
   /// once.

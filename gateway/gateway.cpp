@@ -1,18 +1,22 @@
 #include "gateway/gateway.hpp"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include <boost/asio/ip/host_name.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "fabric/call_end.hpp"
 #include "fabric/command_end.hpp"
+#include "fabric/gateway_watch.hpp"
 #include "fabric/participant.hpp"
 #include "gateway/core.hpp"
 #include "gateway/journal/journal.hpp"
-#include "gateway/machine_link.hpp"
+#include "gateway/machines.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::gateway {
@@ -27,13 +31,19 @@ Moment moment_now() {
           std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
 }
 
-CoreOptions core_options(const Settings& settings) {
-  CoreOptions options;
-  options.policies = settings.policies;
+std::map<std::string, Pace> paces_of(const Settings& settings) {
+  std::map<std::string, Pace> paces;
   for (const MachineSettings& machine : settings.machines) {
-    options.paces[machine.name] = machine.pace;
+    paces[machine.name] = machine.pace;
   }
-  return options;
+  return paces;
+}
+
+GatewayIdentity identity_of(const journal::Journal& journal) {
+  boost::system::error_code unnamed;
+  return {fabric::InstanceId::random(), asio::ip::host_name(unnamed),
+          static_cast<std::uint32_t>(::getpid()), MILLRACE_VERSION,
+          journal.ledger().numbers().epoch};
 }
 
 std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& executor,
@@ -64,62 +74,140 @@ spdlog::level::level_enum level_of(Level level) {
 
 }  // namespace
 
-struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, LinkEvents {
-  Impl(const asio::any_io_executor& the_executor, const Settings& settings,
-       idl::program::Log the_log)
+struct Gateway::Impl final : fabric::CallEndListener,
+                             fabric::CommandListener,
+                             fabric::GatewayWatchListener,
+                             MachinesListener {
+  Impl(const asio::any_io_executor& the_executor, Settings the_settings, idl::program::Log the_log)
       : executor(the_executor),
         log(std::move(the_log)),
+        settings(std::move(the_settings)),
         journal(open_journal(executor, settings, log)),
-        core(core_options(settings), journal->ledger()),
+        core({.paces = paces_of(settings), .policies = settings.policies}, journal->ledger()),
         timer(executor),
         last_chance(executor),
+        pulse(executor),
+        own(identity_of(*journal)),
         participant(settings.join),
         call_end(participant, executor, *this),
-        command_end(participant, executor, *this) {
-    for (const MachineSettings& machine : settings.machines) {
-      links.try_emplace(machine.name, executor, machine, *this, log);
+        command_end(participant, executor, *this),
+        watch(participant, executor, *this),
+        machines(
+            executor, own, *this, [this] { return now(); }, log) {
+    journal->on_trouble(
+        [this](const std::string& trouble) { carry_out(core.set_obstacle(trouble, now())); });
+  }
+
+  /// Notices when this process stood still for so long that others may have taken it for gone: its
+  /// lease was renewed last up to 0.8 of its time before (Cyclone).
+  Moment now() {
+    const Moment moment = moment_now();
+    const auto late = pulse_due ? moment.steady - *pulse_due : SteadyTime::duration(0);
+    if (late > settings.join.lease / 4) {
+      pulse_due = moment.steady;
+      if (machines.stood_still() || late > settings.join.lease) {
+        log->warn("this gateway stood still for {:.1f} s",
+                  std::chrono::duration<double>(late).count());
+      }
     }
-    journal->on_trouble([this](const std::string& trouble) {
-      carry_out(core.set_obstacle(trouble, moment_now()));
+    return moment;
+  }
+
+  void beat() {
+    const Moment moment = now();
+    pulse_due = moment.steady + settings.join.lease / 4;
+    pulse.expires_at(*pulse_due);
+    pulse.async_wait([this](boost::system::error_code error) {
+      if (!error) {
+        beat();
+      }
     });
+  }
+
+  void start() {
+    for (const Call& call : journal->ledger().open_calls()) {
+      const bool configured = std::ranges::any_of(
+          settings.machines, [&](const auto& machine) { return machine.name == call.key.machine; });
+      if (!configured) {
+        log->warn("call {} of {} stays in the journal: the configuration has no such machine",
+                  call.id.to_string(), call.key.to_string());
+      }
+    }
+    machines.set(settings.machines);
+    beat();
+  }
+
+  void change(const Settings& wanted) {
+    if (wanted.journal != settings.journal) {
+      log->warn("the journal stays as it is until this gateway is started anew");
+    }
+    settings.machines = wanted.machines;
+    settings.policies = wanted.policies;
+    carry_out(core.change(paces_of(settings), settings.policies, now()));
+    machines.set(settings.machines);
   }
 
   // What happens on the machines.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
-    carry_out(core.on_link_up(machine, channels, moment_now()));
+    carry_out(core.on_link_up(machine, channels, now()));
   }
   void on_link_down(const std::string& machine, const std::string& reason) override {
-    carry_out(core.on_link_down(machine, reason, moment_now()));
+    carry_out(core.on_link_down(machine, reason, now()));
   }
+  void on_link_dropped(const std::string& machine, const std::string& reason) override {
+    carry_out(core.on_link_dropped(machine, reason, moment_now()));
+  }
+  void on_retired(const fabric::ChannelKey& key) override { carry_out(core.retire(key, now())); }
+  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override {
+    carry_out(core.release(key, reason, now()));
+  }
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
+    core.inherit(status.key, {status.uuid, from});
+  }
+  void on_contested() override { watch.watch_channels(); }
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override {
+    return core.channels_of(machine);
+  }
+  void on_machine_status(const fabric::MachineStatus& status) override {
+    if (const auto published = call_end.publish(status); !published) {
+      log->debug("{}: a status is lost: {}", status.machine, published.error());
+    }
+  }
+  void on_machine_left(const fabric::MachineStatus& status) override { call_end.let_go(status); }
   void on_read(const fabric::ChannelKey& key, const Picture& picture) override {
-    carry_out(core.on_read(key, picture, moment_now()));
+    carry_out(core.on_read(key, picture, now()));
   }
   void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override {
-    carry_out(core.on_read_failed(key, reason, moment_now()));
+    carry_out(core.on_read_failed(key, reason, now()));
   }
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                 const std::string& reason) override {
-    carry_out(core.on_write(key, outcome, reason, moment_now()));
+    carry_out(core.on_write(key, outcome, reason, now()));
   }
+
+  // What other gateways say.
+  void on_machine(const fabric::MachineStatus& status) override { machines.on_machine(status); }
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override {
+    machines.on_machine_gone(machine, gateway);
+  }
+  void on_channel(const fabric::ChannelStatus& status) override { machines.on_channel(status); }
 
   // What happens on the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
     log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(),
               instance.uuid, instance.name, instance.host, instance.pid);
-    carry_out(core.on_instance_ready(instance, moment_now()));
+    carry_out(core.on_instance_ready(instance, now()));
   }
   void on_instance_changed(const fabric::InstanceIdentity& instance) override {
     log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
               instance.draining ? ": it is draining" : "");
-    carry_out(core.on_instance_ready(instance, moment_now()));
+    carry_out(core.on_instance_ready(instance, now()));
   }
   void on_instance_gone(const fabric::InstanceId& instance) override {
     log->info("instance {} is gone", instance.to_string());
-    carry_out(core.on_instance_gone(instance, moment_now()));
+    carry_out(core.on_instance_gone(instance, now()));
   }
-  void on_reply(const fabric::Reply& reply) override {
-    carry_out(core.on_reply(reply, moment_now()));
-  }
+  void on_reply(const fabric::Reply& reply) override { carry_out(core.on_reply(reply, now())); }
   void on_ignored(const std::string& reason) override { log->warn("{}", reason); }
 
   // What an operator wants. Commands for channels of others are theirs.
@@ -132,7 +220,7 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
               command.kind == fabric::CommandKind::answer ? "answer" : "retry", command.issuer,
               verdict.detail);
     const auto published = command_end.publish(
-        {id, command.id, verdict.done, fit_reason(verdict.detail), moment_now().wall});
+        {own.id, command.id, verdict.done, fit_reason(verdict.detail), now().wall});
     if (!published) {
       log->warn("the outcome of a command cannot be told: {}", published.error());
     }
@@ -141,13 +229,12 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
   Verdict obey(const fabric::Command& command) {
     Verdict verdict;
     if (command.kind == fabric::CommandKind::retry) {
-      carry_out(core.on_retry(command.key, command.call, command.issuer, verdict, moment_now()));
+      carry_out(core.on_retry(command.key, command.call, command.issuer, verdict, now()));
     } else if (command.state == 0) {
       verdict.detail = "state 0 releases no program; name another one";
     } else {
       carry_out(core.on_answer(command.key, command.call,
-                               {command.text, command.state, command.issuer}, verdict,
-                               moment_now()));
+                               {command.text, command.state, command.issuer}, verdict, now()));
     }
     return verdict;
   }
@@ -172,14 +259,14 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
         std::exchange(finished, {})();
       }
     });
-    carry_out(core.set_obstacle("the gateway is ending", moment_now()));
+    carry_out(core.set_obstacle("the gateway is ending", now()));
   }
 
   void carry_out(const fabric::ChannelKey& key, const Read& action) {
-    links.at(key.machine).read(key.channel, action.look);
+    machines.read(key, action.look);
   }
   void carry_out(const fabric::ChannelKey& key, const Write& action) {
-    links.at(key.machine).write(key.channel, action.variable, action.value);
+    machines.write(key, action.variable, action.value);
   }
   void carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
     asio::steady_timer& wake = wakes.try_emplace(key, executor).first->second;
@@ -189,13 +276,13 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
     wake.expires_at(action.at);
     wake.async_wait([this, key](boost::system::error_code error) {
       if (!error) {
-        carry_out(core.on_wake(key, moment_now()));
+        carry_out(core.on_wake(key, now()));
       }
     });
   }
   void carry_out(const fabric::ChannelKey& key, const Record& action) {
     journal->append(action.entry, [this, key, ticket = action.ticket] {
-      carry_out(core.on_recorded(key, ticket, moment_now()));
+      carry_out(core.on_recorded(key, ticket, now()));
     });
   }
   void carry_out(const fabric::ChannelKey& key, const Publish& action) {
@@ -216,6 +303,11 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
     if (const auto published = call_end.publish(action.status); !published) {
       log->debug("{}: a status is lost: {}", key.to_string(), published.error());
     }
+  }
+  void carry_out(const fabric::ChannelKey& key, const Hide&) {
+    wakes.erase(key);
+    call_end.let_go(key);
+    machines.on_over(key);
   }
   void carry_out(const fabric::ChannelKey& key, const Say& action) {
     log->log(level_of(action.level), "{}: {}", key.to_string(), action.text);
@@ -239,13 +331,14 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
     timer.async_wait([this](boost::system::error_code error) {
       if (!error) {
         armed.reset();
-        carry_out(core.on_time(moment_now()));
+        carry_out(core.on_time(now()));
       }
     });
   }
 
   asio::any_io_executor executor;
   idl::program::Log log;
+  Settings settings;
   std::unique_ptr<journal::Journal> journal;
   Core core;
   asio::steady_timer timer;
@@ -253,12 +346,15 @@ struct Gateway::Impl final : fabric::CallEndListener, fabric::CommandListener, L
   asio::steady_timer last_chance;
   std::function<void()> finished;
   std::map<fabric::ChannelKey, asio::steady_timer> wakes;
+  /// Shows by its delay how long this process stood still.
+  asio::steady_timer pulse;
+  std::optional<SteadyTime> pulse_due;
+  GatewayIdentity own;
   fabric::Participant participant;
   fabric::CallEnd call_end;
   fabric::CommandEnd command_end;
-  /// Names this gateway in the outcomes of commands.
-  fabric::InstanceId id = fabric::InstanceId::random();
-  std::map<std::string, MachineLink> links;
+  fabric::GatewayWatch watch;
+  Machines machines;
 };
 
 Gateway::Gateway(asio::any_io_executor executor, const Settings& settings, idl::program::Log log)
@@ -271,9 +367,11 @@ void Gateway::finish(std::function<void()> finished) {
 }
 
 void Gateway::start() {
-  for (auto& [name, link] : impl_->links) {
-    link.start();
-  }
+  impl_->start();
+}
+
+void Gateway::change(const Settings& settings) {
+  impl_->change(settings);
 }
 
 }  // namespace millrace::gateway

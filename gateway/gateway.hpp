@@ -24,6 +24,9 @@ class Gateway {
   Gateway& operator=(const Gateway&) = delete;
 
   void start();
+  /// Takes over machines and policies; calls under way go on as they were accepted. The journal and
+  /// the fabric stay until the gateway is started anew.
+  void change(const Settings& settings);
   /// Takes no new call and calls `finished` once every answer at hand is written: at once, or after
   /// two seconds at the latest.
   void finish(std::function<void()> finished);

@@ -148,7 +148,7 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
       co_return;
     }
     for (const std::uint16_t channel : *channels) {
-      services.try_emplace(channel, client, channel).first->second.forget();
+      service(channel).forget();
     }
     complaint.clear();
     back_off.reset();
@@ -171,6 +171,10 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
+  cnc::variables::ServiceInterface& service(std::uint16_t channel) {
+    return services.try_emplace(channel, client, channel).first->second;
+  }
+
   /// Once for each reason, so that a controller that is off for a night fills no log.
   void complain(const std::string& reason) {
     if (complaint != reason) {
@@ -183,8 +187,8 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
   static asio::awaitable<void> read(std::shared_ptr<Impl> self, std::uint16_t channel, Look look) {
     const auto looked_at = variables_of(look);
     std::vector<Variable> variables(looked_at.begin(), looked_at.end());
-    const auto service = self->services.find(channel);
-    auto values = co_await service->second.read(std::move(variables));
+    auto& service = self->service(channel);
+    auto values = co_await service.read(std::move(variables));
     if (self->stopped) {
       co_return;
     }
@@ -203,8 +207,8 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
 
   static asio::awaitable<void> write(std::shared_ptr<Impl> self, std::uint16_t channel,
                                      Variable variable, Value value) {
-    const auto service = self->services.find(channel);
-    const auto written = co_await service->second.write(variable, std::move(value));
+    auto& service = self->service(channel);
+    const auto written = co_await service.write(variable, std::move(value));
     if (self->stopped) {
       co_return;
     }
@@ -255,6 +259,11 @@ void MachineLink::read(std::uint16_t channel, Look look) {
 
 void MachineLink::write(std::uint16_t channel, Variable variable, const Value& value) {
   asio::co_spawn(impl_->executor, Impl::write(impl_, channel, variable, value), asio::detached);
+}
+
+LinkLoad MachineLink::load() const {
+  const auto& counters = impl_->client.counters();
+  return {counters.requests, counters.answered, counters.waited};
 }
 
 }  // namespace millrace::gateway

@@ -13,6 +13,7 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "gateway/action.hpp"
+#include "gateway/machine_report.hpp"
 #include "gateway/settings.hpp"
 #include "idl/program/log.hpp"
 
@@ -46,6 +47,7 @@ class MachineLink {
   void start();
   void read(std::uint16_t channel, Look look);
   void write(std::uint16_t channel, Variable variable, const Value& value);
+  [[nodiscard]] LinkLoad load() const;
 
  private:
   struct Impl;

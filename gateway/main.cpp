@@ -68,10 +68,58 @@ std::string list_of(const std::vector<MachineSettings>& machines) {
   return words;
 }
 
-int serve(const Settings& settings, const program::Log& log) {
+/// SIGHUP: reads the configuration again; a bad one is refused and the old one stays.
+class Reload {
+ public:
+  Reload(boost::asio::io_context& io, const Options& options, millrace::gateway::Gateway& gateway,
+         program::Log log)
+      : signals_(io, SIGHUP), options_(options), gateway_(gateway), log_(std::move(log)) {
+    wait();
+  }
+
+ private:
+  void wait() {
+    signals_.async_wait([this](const boost::system::error_code& error, int) {
+      if (!error) {
+        reload();
+        wait();
+      }
+    });
+  }
+
+  void reload() {
+    if (options_.config.empty()) {
+      log_->warn("SIGHUP: there is no configuration file to read again (--config)");
+      return;
+    }
+    try {
+      const Settings settings = resolve(options_);
+      gateway_.change(settings);
+      log_->info("configuration {} read again: {}", options_.config.string(),
+                 list_of(settings.machines));
+    } catch (const program::UsageError& error) {
+      log_->error("the configuration stays as it was: {}", error.what());
+    }
+  }
+
+  boost::asio::signal_set signals_;
+  const Options& options_;
+  millrace::gateway::Gateway& gateway_;
+  program::Log log_;
+};
+
+/// A limit on the size of files (RLIMIT_FSIZE) is to be an error of a write, which the journal
+/// handles, not the end of the gateway.
+void survive_file_size_limit() {
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+int serve(const Settings& settings, const Options& options, const program::Log& log) {
+  survive_file_size_limit();
   boost::asio::io_context io(1);
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
   millrace::gateway::Gateway gateway(io.get_executor(), settings, log);
+  const Reload reload(io, options, gateway, log);
   const program::Watchdog watchdog(io.get_executor());
   signals.async_wait([&](const boost::system::error_code&, int) {
     program::tell_supervisor("STOPPING=1");
@@ -100,6 +148,6 @@ int main(int argc, char** argv) {
       fmt::print("{}\n", list_of(settings.machines));
       return program::exit_done;
     }
-    return serve(settings, program::make_log("gateway", options.log_level));
+    return serve(settings, options, program::make_log("gateway", options.log_level));
   });
 }

@@ -54,6 +54,19 @@ Actions ChannelSession::on_link_down(const std::string& reason, Moment now) {
   return finish(now);
 }
 
+Actions ChannelSession::on_link_dropped(const std::string& reason, Moment now) {
+  const Io io = std::exchange(io_, Io::none);
+  watch_.restart();
+  if (io == Io::answer && active_ && active_->writer) {
+    if (active_->writer->next() == AnswerWriter::Step::look) {
+      active_->writer->look_again();
+    } else {
+      active_->writer->on_unknown();
+    }
+  }
+  return on_link_down(reason, now);
+}
+
 Actions ChannelSession::on_wake(Moment now) {
   return finish(now);
 }
@@ -169,8 +182,29 @@ Actions ChannelSession::leave(const std::string& reason, const Policy& policy, M
 Actions ChannelSession::reconsider(Moment now) {
   if (watch_.ignored()) {
     watch_.reconsider();
+    out_of_patience_ = false;
     due_ = now.steady;
   }
+  return finish(now);
+}
+
+Actions ChannelSession::retire(Moment now) {
+  retired_ = true;
+  return finish(now);
+}
+
+Actions ChannelSession::release(const std::string& reason, Moment now) {
+  retired_ = true;
+  // An answer that has begun to release the program is brought to its end; nobody else can.
+  if (active_ && !active_->call.clearing) {
+    end(false, reason, now);
+  }
+  return finish(now);
+}
+
+Actions ChannelSession::keep(Moment now) {
+  retired_ = false;
+  due_ = now.steady;
   return finish(now);
 }
 
@@ -184,7 +218,7 @@ Actions ChannelSession::finish(Moment now) {
 }
 
 void ChannelSession::advance(Moment now) {
-  if (!link_up_ || io_ != Io::none) {
+  if (!link_up_ || io_ != Io::none || (retired_ && !active_)) {
     return;
   }
   if (now.steady < not_before_) {
@@ -201,6 +235,9 @@ void ChannelSession::advance(Moment now) {
 void ChannelSession::poll(const Picture& picture, Moment now) {
   if (active_) {
     poll_call(picture, now);
+    return;
+  }
+  if (retired_) {
     return;
   }
   const bool whole = now.steady >= whole_due_;

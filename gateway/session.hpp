@@ -63,6 +63,8 @@ class ChannelSession {
 
   Actions on_link_up(Moment now);
   Actions on_link_down(const std::string& reason, Moment now);
+  /// The link was taken away: what was asked of it is not answered any more.
+  Actions on_link_dropped(const std::string& reason, Moment now);
   Actions on_wake(Moment now);
   Actions on_read(const Picture& picture, Moment now);
   /// `reason` in words, with the code.
@@ -81,6 +83,8 @@ class ChannelSession {
   Actions assign(const Assignment& assignment, Moment now);
   /// Takes the call from its instance. It waits for another one, or, if `held`, for an operator.
   Actions suspend(const std::string& reason, bool held, Moment now);
+  /// Keeps a call that was just claimed for an operator: it may have run already.
+  Actions hold(const std::string& reason, Moment now);
   /// Why the call still waits.
   Actions explain(const std::string& reason, Moment now);
   Actions on_reply(const fabric::Reply& reply, Moment now);
@@ -88,6 +92,19 @@ class ChannelSession {
   Actions settle(const Settlement& settlement, Moment now);
   /// Takes the call from wherever it is; the dispatcher gives it out again.
   Actions retry(const std::string& by, Moment now);
+
+  /// The configuration or another gateway takes the channel away. Finishes the call under way, or
+  /// ends it at once, and takes no new one; then is_over().
+  Actions retire(Moment now);
+  Actions release(const std::string& reason, Moment now);
+  /// It is ours again, or still.
+  Actions keep(Moment now);
+  /// Nothing is left to do here, and nothing is on its way to the controller.
+  [[nodiscard]] bool is_over() const { return retired_ && !active_ && io_ == Io::none; }
+  [[nodiscard]] bool retired() const { return retired_; }
+  [[nodiscard]] bool link_up() const { return link_up_; }
+
+  void set_pace(const Pace& pace) { pace_ = pace; }
 
   [[nodiscard]] const fabric::ChannelKey& key() const { return key_; }
   /// The claimed call, or nullptr.
@@ -178,6 +195,7 @@ class ChannelSession {
   std::optional<fabric::ChannelStatus> shown_;
 
   bool link_up_ = false;
+  bool retired_ = false;
   std::string link_reason_ = "not connected yet";
   /// What the controller refused last; empty while it answers.
   std::string trouble_;

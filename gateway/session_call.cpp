@@ -55,6 +55,14 @@ Actions ChannelSession::suspend(const std::string& reason, bool held, Moment now
   return finish(now);
 }
 
+Actions ChannelSession::hold(const std::string& reason, Moment now) {
+  Call& call = active_->call;
+  call.delivery = fabric::Delivery::at_most_once;
+  // Opens the call in the journal; nobody was asked by us.
+  record(journal::Dispatched{call.id, key_, call.request, call.seen, call.delivery, 0, {}});
+  return suspend(reason, true, now);
+}
+
 Actions ChannelSession::explain(const std::string& reason, Moment now) {
   if (active_ && !active_->assignment && !active_->held) {
     active_->reason = reason;

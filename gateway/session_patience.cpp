@@ -42,7 +42,8 @@ Actions ChannelSession::retry(const std::string& by, Moment now) {
 
 void ChannelSession::check_patience(Moment now) {
   if (!active_) {
-    if (watch_.ignored() && !out_of_patience_ && over(policy_.unserved, left_at_, now)) {
+    if (!retired_ && watch_.ignored() && !out_of_patience_ &&
+        over(policy_.unserved, left_at_, now)) {
       // Read once more and offered with the note that its time is up.
       out_of_patience_ = true;
       watch_.reconsider();

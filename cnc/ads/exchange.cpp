@@ -41,6 +41,11 @@ void Exchange::time_out(Id id) {
   finish(id);
 }
 
+void Exchange::answered_after(std::chrono::nanoseconds time) {
+  ++counters_.answered;
+  counters_.waited += time;
+}
+
 void Exchange::give_up(Id id) {
   finish(id);
 }

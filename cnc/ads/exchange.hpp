@@ -8,6 +8,7 @@
 //   send(exchange.take_output());          // what waited for room, answers to the controller
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -27,6 +28,9 @@ struct ClientCounters {
   std::uint64_t late = 0;
   /// Frames addressed to someone else, mirrored frames, router notes, notifications.
   std::uint64_t foreign = 0;
+  /// Requests that were answered, also with an error, and how long that took all in all.
+  std::uint64_t answered = 0;
+  std::chrono::nanoseconds waited{};
 };
 
 class Exchange {
@@ -49,6 +53,8 @@ class Exchange {
   Id begin(std::uint16_t port, Command command, BytesView payload);
   /// The answer did not come in time; one that comes later is dropped.
   void time_out(Id id);
+  /// The answer came after this time: for the counters.
+  void answered_after(std::chrono::nanoseconds time);
   /// Nobody waits for the answer any more.
   void give_up(Id id);
   /// A packet from the connection: an answer, or what a controller asks on its own account. The

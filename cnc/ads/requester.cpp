@@ -24,6 +24,7 @@ constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 struct Requester::Waiter {
   asio::steady_timer timer;
   std::optional<Result<Bytes>> answer;
+  std::chrono::steady_clock::time_point asked;
 
   void wake(Result<Bytes> with) {
     answer = std::move(with);
@@ -65,7 +66,8 @@ asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> sel
   if (!self->link_) {
     co_return tl::make_unexpected(ErrorCode::link_down);
   }
-  Waiter waiter{asio::steady_timer(self->executor_, self->timeout_), std::nullopt};
+  Waiter waiter{asio::steady_timer(self->executor_, self->timeout_), std::nullopt,
+                std::chrono::steady_clock::now()};
   const auto id = self->exchange_.begin(port, command, payload);
   const Place place(*self, id, waiter);
   self->flush();
@@ -126,6 +128,7 @@ void Requester::receive(const Packet& packet) {
   if (completion) {
     const auto waiter = waiters_.extract(completion->id);
     assert(!waiter.empty());
+    exchange_.answered_after(std::chrono::steady_clock::now() - waiter.mapped()->asked);
     waiter.mapped()->wake(std::move(completion->response));
   }
   flush();

@@ -26,6 +26,7 @@ struct FileOptions {
   std::chrono::milliseconds period{1000};
   /// A longer file is written anew, with open calls only.
   std::size_t compact_at = std::size_t{1} << 20U;
+  bool operator==(const FileOptions&) const = default;
 };
 
 }  // namespace millrace::gateway::journal

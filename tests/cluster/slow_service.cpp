@@ -18,12 +18,17 @@ int main(int argc, char** argv) {
   });
   std::chrono::milliseconds work{0};
   std::string record;
+  std::uint32_t interim = 0;
   program.app().add_option("--work", work, "How long each call takes, in milliseconds");
   program.app().add_option("--record", record, "File to which each execution is added")->required();
+  program.app().add_option("--interim", interim, "Interim state to show first, 0 = none");
   return program.run(argc, argv, [&]() -> sdk::Handler {
     const auto log = std::make_shared<ExecutionLog>(record, program.options().name);
     return [=](const sdk::Call& call) -> sdk::Response {
       log->started(call.id(), call.attempt(), call.channel());
+      if (interim != 0) {
+        call.interim({.text = "busy", .state = interim});
+      }
       std::this_thread::sleep_for(work);
       log->finished(call.id(), call.attempt(), call.channel());
       return {.text = call.text()};

@@ -1,5 +1,7 @@
 #include "tests/integration/chain.hpp"
 
+#include <fstream>
+
 namespace millrace::tests::integration {
 
 Process Chain::start(const std::string& name, Flags command) {
@@ -22,6 +24,28 @@ Process Chain::gateway(const Flags& flags) {
                 "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1"};
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-gateway", std::move(command));
+}
+
+void Chain::configure(std::string configuration) {
+  const std::string mark = "@PORT@";
+  for (auto at = configuration.find(mark); at != std::string::npos; at = configuration.find(mark)) {
+    configuration.replace(at, mark.size(), port_);
+  }
+  std::ofstream(this->configuration()) << configuration;
+}
+
+Process Chain::configured_gateway(const std::string& configuration, const Flags& flags) {
+  configure(configuration);
+  Flags command{"--domain", std::to_string(domain_.number()), "--config",
+                this->configuration().string()};
+  command.insert(command.end(), flags.begin(), flags.end());
+  return start("millrace-gateway", std::move(command));
+}
+
+Process Chain::slow_service(const Flags& flags) {
+  Flags command{"--domain", std::to_string(domain_.number()), "--record", record().string()};
+  command.insert(command.end(), flags.begin(), flags.end());
+  return start("millrace-slow-service", std::move(command));
 }
 
 Process Chain::square_root(const Flags& flags) {

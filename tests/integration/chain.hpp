@@ -25,6 +25,10 @@ class Chain {
   Process cnc(const Flags& flags = {});
   /// A gateway of the last virtual CNC, ready.
   Process gateway(const Flags& flags = {});
+  /// A gateway with this configuration, in which @PORT@ is the port of the last virtual CNC.
+  Process configured_gateway(const std::string& configuration, const Flags& flags = {});
+  /// Changes the configuration that such a gateway reads.
+  void configure(std::string configuration);
   /// A square root service, ready.
   Process square_root(const Flags& flags = {});
 
@@ -32,6 +36,19 @@ class Chain {
   [[nodiscard]] Process millrace(Flags command) const;
   /// The same as a command line, for a test that starts it itself.
   [[nodiscard]] Flags command(Flags command) const;
+
+  /// A service that answers with its request, after a while; `record` collects what it ran.
+  Process slow_service(const Flags& flags = {});
+  [[nodiscard]] std::filesystem::path record() const { return folder_.path() / "executions"; }
+  [[nodiscard]] std::filesystem::path configuration() const {
+    return folder_.path() / "gateway.textproto";
+  }
+
+  [[nodiscard]] std::uint32_t domain() const { return domain_.number(); }
+  /// Of the last virtual CNC.
+  [[nodiscard]] std::uint16_t port() const { return static_cast<std::uint16_t>(std::stoi(port_)); }
+  /// The gateways started from now on find the machine here.
+  void serve_at(std::uint16_t port) { port_ = std::to_string(port); }
 
   /// "CHANNEL=FILE" for --run, FILE from tests/data/nc/chain.
   [[nodiscard]] static std::string program(int channel, const std::string& file);

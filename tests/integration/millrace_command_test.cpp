@@ -50,6 +50,32 @@ TEST_F(TheCommand, SaysWhatEachChannelDoes) {
   EXPECT_THAT(run({"channels"}).output(), HasSubstr("idle"));
 }
 
+TEST_F(TheCommand, SaysHowTheLinkToEachControllerIs) {
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  gateway.await_error("link up, channels 1, 2");
+  std::string machines;
+  // Requests are counted over a second.
+  for (int i = 0; i < 10 && machines.find("\"requests_per_second\":0,") != 0; ++i) {
+    machines = run({"machines", "--json"}).output();
+    EXPECT_EQ(exit_code, 0);
+    if (machines.find("\"requests_per_second\":0,") == std::string::npos) {
+      break;
+    }
+  }
+  EXPECT_THAT(machines, HasSubstr("\"machine\":\"cnc\",\"connected\":true"));
+  EXPECT_THAT(machines, HasSubstr("\"channels\":2,\"poll_ms\":1E1"));
+  EXPECT_THAT(machines, Not(HasSubstr("\"requests_per_second\":0,")));
+  EXPECT_THAT(machines, Not(HasSubstr("\"round_trip_ms\":0E0")));
+  EXPECT_THAT(machines, HasSubstr("\"gateway_pid\":" + std::to_string(gateway.pid())));
+  EXPECT_THAT(run({"machines"}).output(), HasSubstr("127.0.0.1.1.1"));
+  cnc.kill();
+  gateway.await_error("link down");
+  const std::string down = run({"machines"}).output();
+  EXPECT_THAT(down, HasSubstr("down"));
+  EXPECT_THAT(down, HasSubstr("127.0.0.1"));
+}
+
 TEST_F(TheCommand, ReachesEveryInstanceWithAPing) {
   Process first = chain.square_root({"--name", "first"});
   Process second = chain.square_root({"--name", "second"});

@@ -24,7 +24,7 @@ void Live::add(const recording::Entry& entry) {
   } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
     channels_.insert_or_assign(channel->key, *channel);
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    machines_.insert_or_assign(machine->machine, *machine);
+    machines_.insert_or_assign({machine->machine, machine->gateway}, *machine);
   }
 }
 

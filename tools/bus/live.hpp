@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/recording/entry.hpp"
@@ -29,9 +30,9 @@ class Live {
   [[nodiscard]] const std::map<fabric::ChannelKey, fabric::ChannelStatus>& channels() const {
     return channels_;
   }
-  [[nodiscard]] const std::map<std::string, fabric::MachineStatus>& machines() const {
-    return machines_;
-  }
+  /// By machine and gateway: two gateways may be set up for one machine.
+  using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
+  [[nodiscard]] const Machines& machines() const { return machines_; }
 
   /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
   /// two; all for an empty text.
@@ -40,7 +41,7 @@ class Live {
  private:
   std::map<fabric::InstanceId, LiveInstance> instances_;
   std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
-  std::map<std::string, fabric::MachineStatus> machines_;
+  Machines machines_;
   /// Status of instances that discovery has not shown yet.
   std::map<fabric::InstanceId, fabric::InstanceStatus> early_;
 };

@@ -54,8 +54,10 @@ std::optional<recording::Sample> sample_of(fabric::Taken<fabric::ChannelStatus>&
 
 std::optional<recording::Sample> sample_of(fabric::Taken<fabric::MachineStatus>&& taken) {
   if (taken.presence != Presence::alive) {
-    return fabric::MachineStatus{
-        .machine = std::move(taken.value.machine), .since = now(), .reason = gateway_gone};
+    return fabric::MachineStatus{.machine = std::move(taken.value.machine),
+                                 .gateway = taken.value.gateway,
+                                 .since = now(),
+                                 .reason = gateway_gone};
   }
   return std::move(taken.value);
 }

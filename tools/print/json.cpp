@@ -59,6 +59,10 @@ void put_machine(boost::json::object& out, const fabric::MachineStatus& status) 
   out["gateway_host"] = utf8(status.host);
   out["gateway_pid"] = status.pid;
   out["gateway_version"] = utf8(status.version);
+  out["gateway"] = status.gateway.to_string();
+  out["gateway_epoch"] = fmt::format("{:x}", status.epoch);
+  put_time(out, "claimed", status.claimed);
+  out["claims"] = boost::json::array(status.claims.begin(), status.claims.end());
 }
 
 void put_channel(boost::json::object& out, const fabric::ChannelStatus& status) {

@@ -107,8 +107,15 @@ fabric::InstanceStatus sample_of(const proto::InstanceStatus& message, Entry& en
 }
 
 fabric::MachineStatus sample_of(const proto::MachineStatus& message, Entry&) {
+  std::vector<std::uint16_t> claims;
+  for (const std::uint32_t channel : message.claims()) {
+    claims.push_back(static_cast<std::uint16_t>(channel));
+  }
   return {
       .machine = message.machine(),
+      .gateway = instance_of(message.gateway()),
+      .claimed = time_of(message.claimed()),
+      .claims = std::move(claims),
       .connected = message.connected(),
       .since = time_of(message.since()),
       .address = message.address(),

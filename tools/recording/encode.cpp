@@ -124,6 +124,9 @@ class ToMessage {
     message.set_pid(status.pid);
     message.set_version(status.version);
     message.set_epoch(status.epoch);
+    message.set_gateway(bytes_of(status.gateway));
+    message.set_claimed(nanoseconds(status.claimed));
+    message.mutable_claims()->Add(status.claims.begin(), status.claims.end());
     return message;
   }
 

@@ -131,6 +131,9 @@ TEST(Codec, RefusesWhatWouldBeCut) {
 
 TEST(MachineStatusCodec, KeepsEveryField) {
   const MachineStatus sut{.machine = "cnc",
+                          .gateway = {{1, 2, 3}},
+                          .claimed = Time(std::chrono::seconds(4)),
+                          .claims = {1, 3},
                           .connected = true,
                           .since = Time(std::chrono::seconds(5)),
                           .address = "192.168.0.5:48898, 5.1.2.3.1.1",

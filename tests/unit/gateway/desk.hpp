@@ -208,6 +208,7 @@ class Desk {
   void carry_out(const Freed&) { ++freed; }
   void carry_out(const Tell& one) { events.push_back(one.event); }
   void carry_out(const Show&) {}
+  void carry_out(const Hide&) {}
   void carry_out(const Say& one) { said.push_back(one.text); }
 
   void append(const Actions& actions) { todo_.insert(todo_.end(), actions.begin(), actions.end()); }

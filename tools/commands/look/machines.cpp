@@ -26,8 +26,8 @@ void print_text(const bus::Live& live) {
                       {"ROUND TRIP", Align::right},
                       {"GATEWAY"},
                       {"WHY"}});
-  for (const auto& [name, status] : live.machines()) {
-    table.add({print::safe(name), status.connected ? "up" : "down", ago(status.since),
+  for (const auto& [key, status] : live.machines()) {
+    table.add({print::safe(status.machine), status.connected ? "up" : "down", ago(status.since),
                print::safe(status.address), std::to_string(status.channels),
                print::duration_text(status.poll), std::to_string(status.requests_per_second),
                print::duration_text(status.round_trip),
@@ -42,7 +42,7 @@ int list(const LookOptions& options) {
   const bus::Live live = options.look();
   if (options.json) {
     boost::json::array out;
-    for (const auto& [name, status] : live.machines()) {
+    for (const auto& [key, status] : live.machines()) {
       boost::json::object object;
       print::put_machine(object, status);
       out.push_back(std::move(object));

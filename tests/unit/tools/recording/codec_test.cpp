@@ -140,6 +140,9 @@ TEST(RecordingCodec, KeepsCommandAndOutcome) {
 
 TEST(RecordingCodec, KeepsTheStatusOfAMachine) {
   const fabric::MachineStatus status{.machine = "cnc",
+                                     .gateway = instance(7),
+                                     .claimed = at(2),
+                                     .claims = {1, 3},
                                      .connected = true,
                                      .since = at(0),
                                      .address = "10.0.0.5:48898",

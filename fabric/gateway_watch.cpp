@@ -1,0 +1,104 @@
+#include "fabric/gateway_watch.hpp"
+
+#include <optional>
+
+#include "fabric/reader.hpp"
+#include "fabric/waker.hpp"
+
+namespace millrace::fabric {
+
+struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
+  Impl(Participant& own_participant, boost::asio::any_io_executor own_executor,
+       GatewayWatchListener& own_listener)
+      : participant(own_participant), executor(std::move(own_executor)), listener(&own_listener) {}
+
+  void open();
+  void watch_channels();
+  void close();
+  void drain_machines();
+  void drain_channels();
+
+  Participant& participant;
+  boost::asio::any_io_executor executor;
+  /// Null once the watch is closed.
+  GatewayWatchListener* listener;
+  // Before the readers that wake them.
+  std::optional<Waker> machine_waker;
+  std::optional<Waker> channel_waker;
+  std::optional<Reader<MachineStatus>> machines;
+  std::optional<Reader<ChannelStatus>> channels;
+};
+
+void GatewayWatch::Impl::open() {
+  machine_waker.emplace(executor, weak_from_this(), [this] { drain_machines(); });
+  const Listener on_machine(dds_create_listener(nullptr));
+  machine_waker->listen_for_data(on_machine.get());
+  machines.emplace(participant, participant.options().fabric, Keep::last,
+                   EndpointOptions{.listener = on_machine.get()});
+}
+
+void GatewayWatch::Impl::watch_channels() {
+  if (channels) {
+    return;
+  }
+  channel_waker.emplace(executor, weak_from_this(), [this] { drain_channels(); });
+  const Listener on_channel(dds_create_listener(nullptr));
+  channel_waker->listen_for_data(on_channel.get());
+  channels.emplace(participant, participant.options().fabric, Keep::last,
+                   EndpointOptions{.listener = on_channel.get()});
+}
+
+void GatewayWatch::Impl::close() {
+  listener = nullptr;
+  machines.reset();
+  channels.reset();
+}
+
+void GatewayWatch::Impl::drain_machines() {
+  // What they did last comes first: the end of a gateway is judged by it.
+  drain_channels();
+  // Each callback may close this watch.
+  while (listener != nullptr) {
+    const auto batch = machines->take();
+    if (batch.empty()) {
+      return;
+    }
+    for (const Taken<MachineStatus>& taken : batch) {
+      if (listener != nullptr && taken.valid && taken.presence == Presence::alive) {
+        listener->on_machine(taken.value);
+      } else if (listener != nullptr && taken.presence != Presence::alive) {
+        listener->on_machine_gone(taken.value.machine, taken.value.gateway);
+      }
+    }
+  }
+}
+
+void GatewayWatch::Impl::drain_channels() {
+  while (listener != nullptr && channels) {
+    const auto batch = channels->take();
+    if (batch.empty()) {
+      return;
+    }
+    for (const Taken<ChannelStatus>& taken : batch) {
+      if (listener != nullptr && taken.valid) {
+        listener->on_channel(taken.value);
+      }
+    }
+  }
+}
+
+GatewayWatch::GatewayWatch(Participant& participant, boost::asio::any_io_executor executor,
+                           GatewayWatchListener& listener)
+    : impl_(std::make_shared<Impl>(participant, std::move(executor), listener)) {
+  impl_->open();
+}
+
+GatewayWatch::~GatewayWatch() {
+  impl_->close();
+}
+
+void GatewayWatch::watch_channels() {
+  impl_->watch_channels();
+}
+
+}  // namespace millrace::fabric

@@ -1,0 +1,9 @@
+%one_slow_call
+(One call of the slow service; its answer is the request.)
+N10 V.G.SERVICE.UUID = "c0ffee00-0000-4000-8000-000000000001"
+N20 V.G.SERVICE.REQUEST = "first"
+N30 V.G.SERVICE.REQUEST_STATE = 1
+N40 #FLUSH CONTINUE
+N50 #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0
+N60 #MSG ["answer = %s, state = %u", V.G.SERVICE.RESPONSE, V.G.SERVICE.RESPONSE_STATE]
+N70 M30

@@ -1,0 +1,289 @@
+#include "tests/failures/ads_proxy.hpp"
+
+#include <array>
+#include <condition_variable>
+#include <cstring>
+#include <list>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace millrace::tests {
+
+namespace {
+
+constexpr std::size_t tcp_header = 6;
+constexpr std::size_t command_at = tcp_header + 16;
+constexpr std::uint8_t write_command = 3;
+
+sockaddr_in loopback(std::uint16_t port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(port);
+  return address;
+}
+
+bool matches(const Spot& spot, const std::string& frame) {
+  const std::string name = spot.variable + '\0';
+  if (frame.size() <= command_at || frame.find(name) == std::string::npos ||
+      (static_cast<std::uint8_t>(frame[command_at]) == write_command) != spot.write) {
+    return false;
+  }
+  std::uint32_t value = 0;
+  std::memcpy(&value, frame.data() + frame.size() - sizeof value, sizeof value);
+  return !spot.value || *spot.value == value;
+}
+
+bool send_all(int socket, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t sent = ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent <= 0) {
+      return false;
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return true;
+}
+
+/// Cuts whole AMS/TCP frames off the front of `bytes`.
+std::vector<std::string> frames_of(std::string& bytes) {
+  std::vector<std::string> frames;
+  while (bytes.size() >= tcp_header) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, bytes.data() + 2, sizeof length);
+    if (bytes.size() < tcp_header + length) {
+      break;
+    }
+    frames.push_back(bytes.substr(0, tcp_header + length));
+    bytes.erase(0, tcp_header + length);
+  }
+  return frames;
+}
+
+enum class Order { none, release, cut_before, cut_after, silence, silence_after };
+
+struct Connection {
+  int gateway = -1;
+  int controller = -1;
+  /// The gateway hears nothing any more.
+  bool deaf = false;
+  /// What the controller has sent since it is deaf.
+  bool answered = false;
+  /// Nothing is passed on in either direction.
+  bool silent = false;
+  std::thread to_controller;
+  std::thread to_gateway;
+
+  void shut() const {
+    ::shutdown(gateway, SHUT_RDWR);
+    ::shutdown(controller, SHUT_RDWR);
+  }
+};
+
+}  // namespace
+
+struct AdsProxy::Impl {
+  int listener = -1;
+  std::uint16_t port = 0;
+  std::uint16_t target = 0;
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::optional<Spot> spot;
+  bool held = false;
+  bool ending = false;
+  Order order = Order::none;
+  std::list<Connection> connections;
+  std::thread acceptor;
+
+  void accept();
+  void pass_to_controller(Connection& connection);
+  void pass_to_gateway(Connection& connection);
+  bool pass(Connection& connection, const std::string& frame);
+  bool hold(Connection& connection, const std::string& frame, std::unique_lock<std::mutex>& lock);
+
+  void command(Order what) {
+    const std::lock_guard lock(mutex);
+    order = what;
+    held = false;
+    changed.notify_all();
+  }
+};
+
+void AdsProxy::Impl::accept() {
+  while (true) {
+    const int gateway = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
+    if (gateway < 0) {
+      return;
+    }
+    const std::lock_guard lock(mutex);
+    const int controller = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const sockaddr_in address = loopback(target);
+    if (ending || target == 0 ||
+        ::connect(controller, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      ::close(gateway);
+      ::close(controller);
+      continue;
+    }
+    const int yes = 1;
+    ::setsockopt(gateway, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    ::setsockopt(controller, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
+    Connection& connection = connections.emplace_back();
+    connection.gateway = gateway;
+    connection.controller = controller;
+    connection.to_controller = std::thread([this, &connection] { pass_to_controller(connection); });
+    connection.to_gateway = std::thread([this, &connection] { pass_to_gateway(connection); });
+  }
+}
+
+void AdsProxy::Impl::pass_to_controller(Connection& connection) {
+  std::array<char, 4096> buffer{};
+  std::string bytes;
+  bool open = true;
+  while (open) {
+    const ssize_t got = ::recv(connection.gateway, buffer.data(), buffer.size(), 0);
+    if (got <= 0) {
+      break;
+    }
+    bytes.append(buffer.data(), static_cast<std::size_t>(got));
+    for (const std::string& frame : frames_of(bytes)) {
+      open = open && pass(connection, frame);
+    }
+  }
+  connection.shut();
+}
+
+void AdsProxy::Impl::pass_to_gateway(Connection& connection) {
+  std::array<char, 4096> buffer{};
+  while (true) {
+    const ssize_t got = ::recv(connection.controller, buffer.data(), buffer.size(), 0);
+    if (got <= 0) {
+      break;
+    }
+    const std::lock_guard lock(mutex);
+    if (connection.deaf || connection.silent) {
+      connection.answered = true;
+      changed.notify_all();
+    } else {
+      send_all(connection.gateway, {buffer.data(), static_cast<std::size_t>(got)});
+    }
+  }
+  bool silent = false;
+  {
+    const std::lock_guard lock(mutex);
+    silent = connection.silent;
+    connection.answered = true;
+    changed.notify_all();
+  }
+  if (!silent) {
+    connection.shut();
+  }
+}
+
+/// False if the connection is over.
+bool AdsProxy::Impl::pass(Connection& connection, const std::string& frame) {
+  std::unique_lock lock(mutex);
+  if (connection.silent) {
+    return true;
+  }
+  if (spot && matches(*spot, frame) && --spot->occurrence == 0) {
+    spot.reset();
+    return hold(connection, frame, lock);
+  }
+  return send_all(connection.controller, frame);
+}
+
+bool AdsProxy::Impl::hold(Connection& connection, const std::string& frame,
+                          std::unique_lock<std::mutex>& lock) {
+  held = true;
+  order = Order::none;
+  changed.notify_all();
+  changed.wait(lock, [&] { return order != Order::none || ending; });
+  const bool executed = order == Order::cut_after || order == Order::silence_after;
+  if (order == Order::release) {
+    return send_all(connection.controller, frame);
+  }
+  if (executed) {
+    connection.deaf = true;
+    send_all(connection.controller, frame);
+    changed.wait(lock, [&] { return connection.answered || ending; });
+  }
+  connection.silent = order == Order::silence || order == Order::silence_after;
+  return connection.silent;
+}
+
+AdsProxy::AdsProxy() : impl_(std::make_unique<Impl>()) {
+  impl_->listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address = loopback(0);
+  socklen_t size = sizeof address;
+  if (::bind(impl_->listener, reinterpret_cast<const sockaddr*>(&address), size) != 0 ||
+      ::listen(impl_->listener, 16) != 0 ||
+      ::getsockname(impl_->listener, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
+    throw std::runtime_error("the proxy has no port to listen on");
+  }
+  impl_->port = ntohs(address.sin_port);
+  impl_->acceptor = std::thread([this] { impl_->accept(); });
+}
+
+AdsProxy::~AdsProxy() {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->ending = true;
+    impl_->changed.notify_all();
+    for (const Connection& connection : impl_->connections) {
+      connection.shut();
+    }
+  }
+  ::shutdown(impl_->listener, SHUT_RDWR);
+  impl_->acceptor.join();
+  ::close(impl_->listener);
+  for (Connection& connection : impl_->connections) {
+    connection.to_controller.join();
+    connection.to_gateway.join();
+    ::close(connection.gateway);
+    ::close(connection.controller);
+  }
+}
+
+std::uint16_t AdsProxy::port() const {
+  return impl_->port;
+}
+
+void AdsProxy::lead_to(std::uint16_t port) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->target = port;
+}
+
+void AdsProxy::arm(Spot spot) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->spot = std::move(spot);
+}
+
+bool AdsProxy::await_held(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(impl_->mutex);
+  return impl_->changed.wait_for(lock, timeout, [&] { return impl_->held; });
+}
+
+void AdsProxy::release() {
+  impl_->command(Order::release);
+}
+void AdsProxy::cut_before() {
+  impl_->command(Order::cut_before);
+}
+void AdsProxy::cut_after() {
+  impl_->command(Order::cut_after);
+}
+void AdsProxy::go_silent() {
+  impl_->command(Order::silence);
+}
+void AdsProxy::go_silent_after() {
+  impl_->command(Order::silence_after);
+}
+
+}  // namespace millrace::tests

@@ -1,0 +1,73 @@
+// A TCP proxy between a gateway and a controller that stops at one chosen frame, so that a test can
+// break something at exactly that point of a call, and that breaks connections itself.
+//
+//   AdsProxy proxy;                                    // the gateway connects to proxy.port()
+//   proxy.lead_to(cnc_port);
+//   proxy.arm(write_of("V.G.SERVICE.RESPONSE"));
+//   ASSERT_TRUE(proxy.await_held());                   // the frame is here, and not yet there
+//   proxy.cut_before();                                // or release(), cut_after(), …
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tests/support/process.hpp"
+
+namespace millrace::tests {
+
+/// A frame from the gateway to its controller.
+struct Spot {
+  /// A write, or a read, of this variable.
+  bool write = false;
+  std::string variable{};
+  /// The value that is written, for states.
+  std::optional<std::uint32_t> value{};
+  /// 1 = the first such frame from now on.
+  int occurrence = 1;
+};
+
+inline Spot write_of(std::string variable, std::optional<std::uint32_t> value = {},
+                     int occurrence = 1) {
+  return {true, std::move(variable), value, occurrence};
+}
+inline Spot read_of(std::string variable, int occurrence = 1) {
+  return {false, std::move(variable), {}, occurrence};
+}
+
+/// All functions may be called from any thread. Connections made after a fault are healthy.
+class AdsProxy {
+ public:
+  /// Listens on a free port of the loopback interface.
+  AdsProxy();
+  ~AdsProxy();
+  AdsProxy(const AdsProxy&) = delete;
+  AdsProxy& operator=(const AdsProxy&) = delete;
+
+  [[nodiscard]] std::uint16_t port() const;
+  /// Where connections lead from now on; before, they are closed at once.
+  void lead_to(std::uint16_t port);
+
+  /// Holds the next such frame and all that follows it.
+  void arm(Spot spot);
+  /// True once the frame is held.
+  bool await_held(std::chrono::milliseconds timeout = patience);
+  /// What is held goes on its way.
+  void release();
+  /// The frame is lost, and the connection with it.
+  void cut_before();
+  /// The controller executes the frame, but the gateway does not hear of it: the connection is cut.
+  void cut_after();
+  /// From here on neither side hears of the other, but nobody closes the connection.
+  void go_silent();
+  /// The same after the controller has executed the frame.
+  void go_silent_after();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::tests

@@ -1,0 +1,70 @@
+// The connection between gateway and controller broken at each frame that matters.
+#include <gtest/gtest.h>
+
+#include "tests/failures/line.hpp"
+
+namespace millrace::tests::failures {
+namespace {
+
+struct Break {
+  const char* name;
+  Point point;
+  void (AdsProxy::*how)();
+};
+
+void PrintTo(const Break& one, std::ostream* out) {
+  *out << one.name;
+}
+
+class AConnection : public testing::TestWithParam<Break> {};
+
+TEST_P(AConnection, MayBreakAtAnyFrameOfACall) {
+  Line sut({.point = GetParam().point});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  (sut.proxy().*GetParam().how)();
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
+using enum Point;
+
+INSTANTIATE_TEST_SUITE_P(
+    Broken, AConnection,
+    testing::Values(
+        Break{"CutBeforeTheTextsAreRead", before_accept, &AdsProxy::cut_before},
+        Break{"CutAfterTheTextsAreRead", before_accept, &AdsProxy::cut_after},
+        Break{"CutBeforeAnInterimState", interim, &AdsProxy::cut_before},
+        Break{"CutAfterAnInterimState", interim, &AdsProxy::cut_after},
+        Break{"CutBeforeTheResponse", answered, &AdsProxy::cut_before},
+        Break{"CutAfterTheResponse", answered, &AdsProxy::cut_after},
+        Break{"CutBeforeTheRequestIsCleared", before_clear, &AdsProxy::cut_before},
+        Break{"CutAfterTheRequestIsCleared", before_clear, &AdsProxy::cut_after},
+        Break{"CutBeforeTheProgramIsReleased", before_release, &AdsProxy::cut_before},
+        Break{"CutAfterTheProgramIsReleased", before_release, &AdsProxy::cut_after},
+        Break{"HalfOpenBeforeTheTextsAreRead", before_accept, &AdsProxy::go_silent},
+        Break{"HalfOpenBeforeTheResponse", answered, &AdsProxy::go_silent},
+        Break{"HalfOpenAfterTheRequestIsCleared", before_clear, &AdsProxy::go_silent_after},
+        Break{"HalfOpenAfterTheProgramIsReleased", before_release, &AdsProxy::go_silent_after}),
+    [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+
+/// A frame that arrives after the gateway has given it up: nothing is written twice.
+class AStall : public testing::TestWithParam<Break> {};
+
+TEST_P(AStall, DelaysACallAndNothingElse) {
+  Line sut({.point = GetParam().point});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.gateway().await_error("may or may not have taken place|does not let us read");
+  sut.proxy().release();
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
+INSTANTIATE_TEST_SUITE_P(Slow, AStall,
+                         testing::Values(Break{"OfARead", before_accept, nullptr},
+                                         Break{"OfTheResponse", answered, nullptr},
+                                         Break{"OfTheClearedRequest", before_clear, nullptr},
+                                         Break{"OfTheRelease", before_release, nullptr}),
+                         [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+
+}  // namespace
+}  // namespace millrace::tests::failures

@@ -1,0 +1,49 @@
+// A journal that cannot be written any more.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "tests/failures/line.hpp"
+
+namespace millrace::tests::failures {
+namespace {
+
+/// The size to which a process may write files; what is beyond fails, as on a full disk.
+void limit_files(const Process& process, rlim_t bytes) {
+  rlimit limit{};
+  ASSERT_EQ(::prlimit(process.pid(), RLIMIT_FSIZE, nullptr, &limit), 0);
+  limit.rlim_cur = bytes;
+  ASSERT_EQ(::prlimit(process.pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
+}
+
+TEST(AJournalOnAFullDisk, StopsNewCallsAndLosesNone) {
+  Line sut({.point = Point::running});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  ASSERT_NO_FATAL_FAILURE(limit_files(sut.gateway(), 0));
+  sut.gateway().await_error(
+      "calls.journal cannot be written: .*; no new call is taken until it can be written");
+  ASSERT_NO_FATAL_FAILURE(limit_files(sut.gateway(), RLIM_INFINITY));
+  sut.gateway().await_error("calls.journal can be written again");
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
+TEST(AJournalOnAFullDisk, IsWholeForTheGatewayThatComesAfter) {
+  Line sut({.point = Point::running});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  ASSERT_NO_FATAL_FAILURE(limit_files(sut.gateway(), 0));
+  sut.gateway().await_error("no new call is taken until it can be written");
+  sut.kill(Victim::gateway);
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
+TEST(AGatewayWithoutAJournal, RepeatsACallThatRanWhenItWasKilled) {
+  Line sut({.point = Point::running, .journal = false});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.kill(Victim::gateway);
+  sut.expect_every_answer();
+}
+
+}  // namespace
+}  // namespace millrace::tests::failures

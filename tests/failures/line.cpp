@@ -1,0 +1,247 @@
+#include "tests/failures/line.hpp"
+
+#include <csignal>
+#include <map>
+#include <thread>
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/gateway_watch.hpp"
+#include "tests/cluster/history/execution_log.hpp"
+#include "tests/support/run_until.hpp"
+
+namespace millrace::tests::failures {
+
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr std::uint32_t interim_state = 7;
+
+/// Everything may take its time on a busy machine; a healthy run takes a second or two.
+constexpr std::chrono::seconds long_patience{100};
+
+std::optional<Spot> spot_of(Point point) {
+  switch (point) {
+    case Point::before_accept:
+      // Each call is read twice: when it is found and before it is answered.
+      return read_of("V.G.SERVICE.UUID", 3);
+    case Point::interim:
+      return write_of("V.G.SERVICE.RESPONSE_STATE", interim_state, 2);
+    case Point::answered:
+      return write_of("V.G.SERVICE.RESPONSE", {}, 2);
+    case Point::before_clear:
+      return write_of("V.G.SERVICE.REQUEST_STATE", 0, 2);
+    case Point::before_release:
+      return write_of("V.G.SERVICE.RESPONSE_STATE", 1, 2);
+    default:
+      return std::nullopt;
+  }
+}
+
+/// Whether a gateway is on the fabric, as another gateway sees it.
+class Watch final : public fabric::GatewayWatchListener {
+ public:
+  explicit Watch(std::uint32_t domain)
+      : participant_({.domain = domain}), watch_(participant_, context_.get_executor(), *this) {}
+
+  void on_machine(const fabric::MachineStatus&) override { there_ = true; }
+  void on_machine_gone(const std::string&, const fabric::InstanceId&) override { there_ = false; }
+  void on_channel(const fabric::ChannelStatus&) override {}
+
+  bool await(bool there) {
+    return run_until(
+        context_, [&] { return there_ == there; }, long_patience);
+  }
+
+ private:
+  bool there_ = false;
+  boost::asio::io_context context_;
+  fabric::Participant participant_;
+  fabric::GatewayWatch watch_;
+};
+
+}  // namespace
+
+Line::Line(LineOptions options) : options_(options) {}
+Line::~Line() = default;
+
+bool Line::at_a_frame() const {
+  return spot_of(options_.point).has_value();
+}
+
+void Line::start_service() {
+  integration::Flags flags{"--work", options_.point == Point::interim ? "50" : "200"};
+  if (options_.at_most_once) {
+    flags.insert(flags.end(), {"--delivery", "at-most-once"});
+  }
+  if (options_.point == Point::interim) {
+    flags.insert(flags.end(), {"--interim", std::to_string(interim_state)});
+  }
+  service_.emplace(chain_.slow_service(flags));
+}
+
+void Line::start_gateway() {
+  integration::Flags flags{"--log-level", "debug"};
+  if (options_.journal) {
+    flags.insert(flags.end(), {"--journal", chain_.folder() / "journal"});
+  }
+  gateway_.emplace(chain_.gateway(flags));
+}
+
+void Line::start_controller() {
+  const std::string program = MILLRACE_TEST_DATA "/nc/failures/counting.nc";
+  integration::Flags flags{"--exit-when-idle", "--run", "1=" + program};
+  if (options_.point == Point::accepted) {
+    flags.insert(flags.end(), {"--run", "2=" + program});
+  }
+  controller_.emplace(chain_.cnc(flags));
+  proxy_.lead_to(chain_.port());
+  chain_.serve_at(proxy_.port());
+}
+
+void Line::reach() {
+  if (const auto spot = spot_of(options_.point)) {
+    proxy_.arm(*spot);
+  }
+  start_service();
+  start_controller();
+  start_gateway();
+  switch (options_.point) {
+    case Point::accepted:
+      gateway_->await_error("cnc/2: call \\S+ seen", long_patience);
+      break;
+    case Point::dispatched:
+      gateway_->await_error("cnc/1: call \\S+ of \\S+ answered", long_patience);
+      service_->signal(SIGSTOP);
+      ASSERT_TRUE(await_said("given to", 2)) << gateway_->error_output();
+      break;
+    case Point::running:
+      await_executions(2);
+      break;
+    default:
+      ASSERT_TRUE(proxy_.await_held(long_patience)) << gateway_->error_output();
+  }
+}
+
+bool Line::await_said(const std::string& words, std::size_t times) {
+  const auto end = std::chrono::steady_clock::now() + long_patience;
+  while (std::chrono::steady_clock::now() < end) {
+    const std::string said = gateway_->error_output();
+    std::size_t found = 0;
+    for (auto at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) {
+      ++found;
+    }
+    if (found >= times) {
+      return true;
+    }
+    std::this_thread::yield();
+  }
+  return false;
+}
+
+void Line::await_executions(std::size_t count) {
+  const auto end = std::chrono::steady_clock::now() + long_patience;
+  std::size_t started = 0;
+  while (started < count && std::chrono::steady_clock::now() < end) {
+    std::this_thread::yield();
+    started = 0;
+    for (const auto& execution : cluster::read_executions(chain_.record())) {
+      started += execution.step == cluster::Step::started ? 1 : 0;
+    }
+  }
+  ASSERT_GE(started, count) << gateway_->error_output();
+}
+
+void Line::kill(Victim victim, bool held_frame_arrives) {
+  switch (victim) {
+    case Victim::gateway:
+      gateway_->kill();
+      held_frame_arrives ? proxy_.release() : proxy_.cut_before();
+      if (options_.point == Point::dispatched) {
+        service_->signal(SIGCONT);
+      }
+      start_gateway();
+      break;
+    case Victim::service:
+      service_->kill();
+      start_service();
+      if (at_a_frame()) {
+        // Else the next call could go to the dead one, whose lease still runs.
+        gateway_->await_error("instance \\S+ is gone", long_patience);
+      }
+      proxy_.release();
+      break;
+    case Victim::controller:
+      controller_->kill();
+      proxy_.release();
+      if (options_.point == Point::dispatched) {
+        service_->signal(SIGCONT);
+      }
+      start_controller();
+      break;
+  }
+}
+
+void Line::freeze(Victim victim) {
+  switch (victim) {
+    case Victim::gateway: {
+      Watch watch(chain_.domain());
+      ASSERT_TRUE(watch.await(true));
+      gateway_->signal(SIGSTOP);
+      ASSERT_TRUE(watch.await(false));
+      proxy_.release();
+      gateway_->signal(SIGCONT);
+      break;
+    }
+    case Victim::service:
+      service_->signal(SIGSTOP);
+      gateway_->await_error("instance \\S+ is gone", long_patience);
+      proxy_.release();
+      break;
+    case Victim::controller:
+      controller_->signal(SIGSTOP);
+      proxy_.release();
+      gateway_->await_error("may or may not have taken place|does not let us read", long_patience);
+      controller_->signal(SIGCONT);
+      break;
+  }
+  service_->signal(SIGCONT);
+}
+
+void Line::expect_every_answer() {
+  int code = -1;
+  ASSERT_NO_THROW(code = controller_->wait(long_patience)) << gateway_->error_output();
+  EXPECT_EQ(code, 0) << controller_->error_output();
+  EXPECT_THAT(controller_->output(), HasSubstr("[ch1] 3 calls answered"));
+  EXPECT_THAT(controller_->output(), Not(HasSubstr("wrong answer"))) << gateway_->error_output();
+  if (options_.point == Point::accepted) {
+    EXPECT_THAT(controller_->output(), HasSubstr("[ch2] 3 calls answered"));
+  }
+}
+
+void Line::expect_no_call_ran_twice() {
+  std::map<std::string, int> started;
+  for (const auto& execution : cluster::read_executions(chain_.record())) {
+    if (execution.step == cluster::Step::started) {
+      EXPECT_EQ(++started[execution.call], 1) << execution.call << " ran twice\n"
+                                              << gateway_->error_output();
+    }
+  }
+}
+
+void Line::answer_the_held_call() {
+  gateway_->await_error("must not run twice", long_patience);
+  // The call is numbered by its request, and so is its answer.
+  const std::string said = gateway_->error_output();
+  const std::size_t seen = said.rfind(" seen: ");
+  ASSERT_NE(seen, std::string::npos);
+  const std::string request = said.substr(said.find('"', seen) + 1, 1);
+  Process answer = chain_.millrace({"answer", "cnc/1", request, "--state", "1"});
+  EXPECT_EQ(answer.wait(long_patience), 0) << answer.error_output();
+}
+
+}  // namespace millrace::tests::failures

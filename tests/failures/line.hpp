@@ -1,0 +1,90 @@
+// The whole chain with real programs, a proxy between gateway and controller, and the means to stop
+// at a chosen point of a call and to break something there.
+//
+//   Line sut({.point = Point::running});
+//   sut.reach();                                  // the second of three calls is there
+//   sut.kill(Victim::gateway);
+//   sut.expect_every_answer();
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tests/failures/ads_proxy.hpp"
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::failures {
+
+/// How far the second call of the program is.
+enum class Point {
+  /// The gateway has seen REQUEST_STATE and asks for the texts.
+  before_accept,
+  /// Accepted, while the only instance is busy with another channel.
+  accepted,
+  /// Given to an instance, which has not begun (it is frozen).
+  dispatched,
+  /// The handler has begun.
+  running,
+  /// An interim state is about to be written.
+  interim,
+  /// The reply is in the gateway; RESPONSE is about to be written.
+  answered,
+  /// RESPONSE is written, REQUEST_STATE about to be cleared.
+  before_clear,
+  /// REQUEST_STATE is cleared; RESPONSE_STATE, which releases the program, is about to be written.
+  before_release,
+};
+
+enum class Victim { gateway, service, controller };
+
+struct LineOptions {
+  Point point = Point::running;
+  bool at_most_once = false;
+  bool journal = true;
+};
+
+class Line {
+ public:
+  explicit Line(LineOptions options);
+  ~Line();
+
+  /// Starts all programs and waits for the point.
+  void reach();
+  /// Whether a frame to the controller is held at this point.
+  [[nodiscard]] bool at_a_frame() const;
+
+  /// Ends the process as a crash does and starts another one; what is held is lost, or arrives.
+  void kill(Victim victim, bool held_frame_arrives = false);
+  /// Stops the process until the others have noticed, then lets it go on.
+  void freeze(Victim victim);
+
+  /// The programs get three answers each, and each is their own. For a killed controller those are
+  /// the programs that it has run since.
+  void expect_every_answer();
+  /// No handler began a call twice.
+  void expect_no_call_ran_twice();
+  /// Waits until the gateway holds the call, and answers it as an operator.
+  void answer_the_held_call();
+
+  AdsProxy& proxy() { return proxy_; }
+  Process& gateway() { return *gateway_; }
+  integration::Chain& chain() { return chain_; }
+
+ private:
+  void start_service();
+  void start_gateway();
+  void start_controller();
+  void await_executions(std::size_t count);
+  /// True once the gateway has logged these words so many times.
+  bool await_said(const std::string& words, std::size_t times);
+
+  LineOptions options_;
+  integration::Chain chain_;
+  AdsProxy proxy_;
+  std::optional<Process> service_;
+  std::optional<Process> gateway_;
+  std::optional<Process> controller_;
+};
+
+}  // namespace millrace::tests::failures

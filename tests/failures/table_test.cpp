@@ -1,0 +1,57 @@
+// docs/failures.md names a test for each of its rows: each of them must exist.
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+namespace millrace::tests {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+/// All test sources as one text.
+std::string sources() {
+  std::string all;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(MILLRACE_SOURCE "/tests")) {
+    if (entry.path().extension() == ".cpp") {
+      all += text_of(entry.path());
+    }
+  }
+  return all;
+}
+
+TEST(TheTableOfFailures, NamesOnlyTestsThatExist) {
+  const std::string all = sources();
+  std::istringstream lines(text_of(MILLRACE_SOURCE "/docs/failures.md"));
+  const std::regex test("`([A-Za-z]+)\\.([A-Za-z0-9]+)(?:/([A-Za-z0-9]+))?`");
+  int rows = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("| ") || line.starts_with("| what") || line.starts_with("|--")) {
+      continue;
+    }
+    ++rows;
+    // The last column.
+    const std::string names = line.substr(line.rfind('|', line.size() - 2));
+    int found = 0;
+    for (std::sregex_iterator it(names.begin(), names.end(), test), end; it != end; ++it, ++found) {
+      const std::regex declared("TEST(_F|_P)?\\(" + it->str(1) + ",\\s*" + it->str(2) + "\\)");
+      EXPECT_TRUE(std::regex_search(all, declared)) << it->str() << " in: " << line;
+      if ((*it)[3].matched) {
+        EXPECT_NE(all.find('"' + it->str(3) + '"'), std::string::npos)
+            << it->str() << " in: " << line;
+      }
+    }
+    EXPECT_GT(found, 0) << "no test is named in: " << line;
+  }
+  EXPECT_GT(rows, 20);
+}
+
+}  // namespace
+}  // namespace millrace::tests

@@ -1,0 +1,120 @@
+// Two gateways set up for one machine: one serves, the other stands by.
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/cluster/history/execution_log.hpp"
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string machine =
+    "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" ";
+
+std::string standing_by(const Process& first) {
+  return "cnc .*: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()) +
+         " on \\S+\\) serves it already; this gateway stands by";
+}
+
+TEST(ASecondGateway, RefusesTheMachineAndNamesTheOneThatServesIt) {
+  Chain sut;
+  Process service = sut.square_root();
+  Process cnc = sut.cnc();
+  Process first = sut.gateway();
+  first.await_error("link up");
+  Process second = sut.gateway();
+  second.await_error(standing_by(first));
+  EXPECT_THAT(second.error_output(), Not(HasSubstr("link up")));
+  Process machines = sut.millrace({"machines"});
+  EXPECT_EQ(machines.wait(), 0);
+  EXPECT_THAT(machines.output(), HasSubstr("(pid " + std::to_string(first.pid()) + " on "));
+  EXPECT_THAT(machines.output(), HasSubstr("serves it already"));
+}
+
+TEST(ASecondGateway, TakesOverWhenTheFirstIsKilled) {
+  Chain sut;
+  Process service = sut.square_root();
+  Process cnc = sut.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
+  Process first = sut.gateway();
+  first.await_error("link up");
+  Process second = sut.gateway();
+  second.await_error(standing_by(first));
+  first.kill();
+  second.await_error("taken over: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()));
+  Process third = sut.gateway();
+  third.await_error(standing_by(second));
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  EXPECT_THAT(cnc.output(), HasSubstr("[ch1] 200 calls, last 1.414214\n"));
+  EXPECT_THAT(cnc.output(), Not(HasSubstr("failed")));
+}
+
+TEST(ASecondGateway, TakesOverWhenTheFirstEnds) {
+  Chain sut;
+  Process cnc = sut.cnc();
+  Process first = sut.gateway();
+  first.await_error("link up");
+  Process second = sut.gateway();
+  second.await_error(standing_by(first));
+  first.terminate();
+  EXPECT_EQ(first.wait(), 0);
+  second.await_error("link up");
+}
+
+TEST(ASecondGateway, ServesTheChannelsThatTheFirstLeaves) {
+  Chain sut;
+  Process service = sut.square_root();
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--run",
+                         Chain::program(2, "square_root_of_3.nc"), "--exit-when-idle"});
+  Process first = sut.configured_gateway(machine + "channel: 1 }");
+  first.await_error("link up, channel 1");
+  Process second = sut.gateway();
+  second.await_error("channel 1 is served by gateway .* already; this gateway stands by for it");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  first.await_error("cnc/1: call .* answered");
+  second.await_error("cnc/2: call .* answered");
+  EXPECT_THAT(second.error_output(), Not(HasSubstr("cnc/1: call")));
+}
+
+TEST(ASecondGateway, GivesTheMachineBackToTheFirstThatWasOnlyFrozen) {
+  Chain sut;
+  Process service = sut.square_root();
+  Process cnc = sut.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
+  Process first = sut.gateway();
+  first.await_error("link up");
+  Process second = sut.gateway();
+  second.await_error(standing_by(first));
+  first.signal(SIGSTOP);
+  second.await_error("taken over");
+  second.await_error("link up");
+  first.signal(SIGCONT);
+  first.await_error("this gateway stood still");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  EXPECT_THAT(cnc.output(), HasSubstr("[ch1] 200 calls, last 1.414214\n"));
+  EXPECT_THAT(cnc.output(), Not(HasSubstr("failed")));
+}
+
+TEST(ASecondGateway, HoldsAnAtMostOnceCallThatTheFirstHadGivenOut) {
+  Chain sut;
+  Process service = sut.slow_service({"--work", "100000", "--delivery", "at-most-once"});
+  Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
+  Process first = sut.gateway({"--log-level", "debug"});
+  first.await_error("link up");
+  Process second = sut.gateway();
+  second.await_error(standing_by(first));
+  first.await_error("cnc/1: call .* given to");
+  first.kill();
+  second.await_error("cnc/1: call .*gateway .*, which is gone, may have given this call out");
+  Process answer = sut.millrace({"answer", "cnc/1", "by hand", "--state", "7"});
+  EXPECT_EQ(answer.wait(), 0) << answer.error_output();
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  EXPECT_THAT(cnc.output(), HasSubstr("answer = by hand, state = 7"));
+  EXPECT_EQ(cluster::read_executions(sut.record()).size(), 1U);
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration
