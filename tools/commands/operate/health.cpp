@@ -37,7 +37,7 @@ std::vector<const bus::LiveInstance*> instances_on(const bus::Live& live, const 
 /// down is no fault of the gateway. Returns how many machines it has.
 std::size_t show_machines(const Options& options, const bus::Live& live, boost::json::array& out) {
   std::size_t found = 0;
-  for (const auto& [name, status] : live.machines()) {
+  for (const auto& [key, status] : live.machines()) {
     if (status.host != options.host) {
       continue;
     }
@@ -47,7 +47,7 @@ std::size_t show_machines(const Options& options, const bus::Live& live, boost::
       print::put_machine(object, status);
       out.push_back(std::move(object));
     } else {
-      fmt::print("gateway of {} on {}: {}\n", print::safe(name), print::safe(status.host),
+      fmt::print("gateway of {} on {}: {}\n", print::safe(status.machine), print::safe(status.host),
                  status.connected ? "link up" : "link down: " + print::safe(status.reason));
     }
   }
