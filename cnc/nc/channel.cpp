@@ -1,12 +1,23 @@
 #include "cnc/nc/channel.hpp"
 
+#include <algorithm>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "cnc/nc/run/decoder.hpp"
 #include "cnc/nc/syntax/program_parser.hpp"
 
 namespace millrace::cnc::nc {
+
+namespace {
+
+// Of a millimetre of rapid motion.
+std::chrono::duration<double> rapid_time(const ChannelOptions& options) {
+  return std::chrono::duration<double>(60 / options.rapid_feed * options.time_scale);
+}
+
+}  // namespace
 
 struct Channel::State {
   State(ChannelOptions given, std::shared_ptr<Timers> shared)
@@ -16,7 +27,7 @@ struct Channel::State {
                 options.optional_stop}),
         queue(options.queue, options.withhold_last_motion),
         messages(options.messages_read_at_once),
-        interpolator(options.axes.size(), messages, *timers),
+        interpolator(options.axes.size(), rapid_time(options), messages, *timers),
         system(options.axes, motion, interpolator, *timers),
         decoder({memory, macros, motion, queue, interpolator, messages, *timers, stream, system},
                 options.stream_program) {}
@@ -38,6 +49,7 @@ struct Channel::State {
   run::Interpolator interpolator;
   run::SystemVariables system;
   run::Decoder decoder;
+  std::optional<long> search;
   ChannelState state = ChannelState::idle;
 };
 
@@ -61,10 +73,10 @@ tl::expected<void, std::vector<Diagnostic>> Channel::start(const std::string& fi
   state_->motion.reset(state_->interpolator.position());
   state_->interpolator.start_program();
   if (streamed) {
-    state_->decoder.start_stream(state_->options.skipped_levels);
+    state_->decoder.start_stream({state_->options.skipped_levels, state_->search});
   } else {
     state_->decoder.start(std::make_shared<const syntax::Program>(std::move(*program)),
-                          state_->options.skipped_levels);
+                          {state_->options.skipped_levels, state_->search});
   }
   state_->state = ChannelState::active;
   return {};
@@ -123,6 +135,14 @@ SingleStep Channel::single_step() const {
   return state_->interpolator.single_step();
 }
 
+void Channel::set_block_search(std::optional<long> block) {
+  state_->search = block;
+}
+
+bool Channel::searching() const {
+  return state_->decoder.searching();
+}
+
 void Channel::set_optional_stop(bool on) {
   state_->options.optional_stop = on;
   state_->motion.set_optional_stop(on);
@@ -172,7 +192,8 @@ bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
   return budget > 0 && (moved || decoded);
 }
 
-std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& environment) {
+std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& environment,
+                                 std::size_t operations) {
   std::vector<Event> events;
   if (!active()) {
     return events;
@@ -181,7 +202,7 @@ std::vector<Event> Channel::tick(std::chrono::nanoseconds now, Environment& envi
     events.push_back(std::move(event));
   };
   const run::Tick tick{now, environment, emit};
-  std::size_t budget = state_->options.decoder_budget;
+  std::size_t budget = std::min(state_->options.decoder_budget, operations);
   while (state_->step(tick, budget)) {
   }
   return events;

@@ -14,7 +14,9 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -92,6 +94,12 @@ class Channel {
   [[nodiscard]] double feed_override() const;
   void set_single_step(SingleStep step);
   [[nodiscard]] SingleStep single_step() const;
+  /// Block search from the next start on: the decoder does everything as always, but nothing moves,
+  /// no M function and no #MSG SYN comes, before the first block of this number; then the axes go
+  /// there by rapid motion (our choice). #FLUSH WAIT before it is fault 50748
+  /// (IB/tf5200_programming_manual/207042443, documented).
+  void set_block_search(std::optional<long> block);
+  [[nodiscard]] bool searching() const;
   /// As in the options: M01 from the next block on, the skipped levels from the next start on.
   void set_optional_stop(bool on);
   [[nodiscard]] bool optional_stop() const;
@@ -106,8 +114,10 @@ class Channel {
   /// The operator acknowledges a message; this also reads it.
   void acknowledge(std::uint64_t number);
 
-  /// Advances decoder and interpolator to `now` (any monotonic origin).
-  std::vector<Event> tick(std::chrono::nanoseconds now, Environment& environment);
+  /// Advances decoder and interpolator to `now` (any monotonic origin). The decoder does at most
+  /// `operations`, and never more than the options allow.
+  std::vector<Event> tick(std::chrono::nanoseconds now, Environment& environment,
+                          std::size_t operations = std::numeric_limits<std::size_t>::max());
 
   [[nodiscard]] const ChannelOptions& options() const;
   [[nodiscard]] ChannelState state() const;

@@ -180,6 +180,9 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
   constexpr double slowest = 1;
   constexpr double fastest = 1e6;
   settings.program = programs(config.programs(), name + ": programs");
+  check_range(name + ": programs: operations_per_cycle", config.programs().operations_per_cycle(),
+              100U, 1'000'000U);
+  settings.decoder_operations = config.programs().operations_per_cycle();
   settings.timers_resume = config.programs().timers_resume();
   settings.quoted_reports = config.programs().quoted_reports();
   check_range(name + ": rapid_feed", config.rapid_feed(), slowest, fastest);

@@ -6,6 +6,13 @@
 
 namespace millrace::cnc::simulator {
 
+namespace {
+
+// Of a decoder in a cycle, however many channels there are.
+constexpr std::size_t least_operations = 10;
+
+}  // namespace
+
 Machine::Machine(Settings settings, const Surroundings& surroundings)
     : settings_(std::move(settings)),
       clock_(surroundings.clock),
@@ -52,9 +59,14 @@ std::uint32_t Machine::axes() const {
 }
 
 std::vector<Happening> Machine::tick(std::chrono::nanoseconds now) {
+  const auto running = std::count_if(channels_.begin(), channels_.end(), [](const auto& channel) {
+    return channel->program().active();
+  });
+  const std::size_t share =
+      settings_.decoder_operations / static_cast<std::size_t>(std::max<std::ptrdiff_t>(running, 1));
   std::vector<Happening> happenings;
   for (const auto& channel : channels_) {
-    for (nc::Event& event : channel->tick(now)) {
+    for (nc::Event& event : channel->tick(now, std::max(share, least_operations))) {
       happenings.push_back({channel->number(), std::move(event)});
     }
   }

@@ -63,6 +63,8 @@ struct Settings {
   AnswerRules answers;
   /// Of every channel; axes and limits are filled in from those below.
   nc::ChannelOptions program;
+  /// What the decoders of all channels do in one cycle together, evenly shared by those that run.
+  std::size_t decoder_operations = 3'200;
   /// #TIMER START goes on where the timer was stopped.
   bool timers_resume = true;
   /// #MSG SAVE writes the text in quotation marks.

@@ -81,6 +81,13 @@ void VirtualChannel::command_parameter(std::string parameter) {
   control_.set_parameter(std::move(parameter));
 }
 
+void VirtualChannel::set_block_search(const BlockSearch& search) {
+  constexpr std::uint16_t by_block_number = 4;
+  search_ = search;
+  const bool on = search.commanded && search.type == by_block_number;
+  program_.set_block_search(on ? std::optional<long>(search.block) : std::nullopt);
+}
+
 tl::expected<void, Refusal> VirtualChannel::command_stream(std::string packet) {
   return told(program_.stream(std::move(packet)).map_error([this](const nc::Fault& fault) {
     return Refusal{
@@ -98,10 +105,10 @@ tl::expected<void, Refusal> VirtualChannel::told(tl::expected<void, Refusal> out
   return outcome;
 }
 
-std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now) {
+std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now, std::size_t operations) {
   std::vector<nc::Event> events = std::exchange(untold_, {});
   if (program_.active()) {
-    for (nc::Event& event : program_.tick(now, *this)) {
+    for (nc::Event& event : program_.tick(now, *this, operations)) {
       events.push_back(std::move(event));
     }
   }

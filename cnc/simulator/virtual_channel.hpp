@@ -39,6 +39,15 @@ struct Common {
   std::shared_ptr<nc::Timers> timers;
 };
 
+/// What an operator has set of a block search.
+struct BlockSearch {
+  /// Execution mode 1.
+  bool commanded = false;
+  /// 0 none, 4 a block number.
+  std::uint16_t type = 0;
+  std::uint32_t block = 0;
+};
+
 class VirtualChannel : private nc::Environment {
  public:
   VirtualChannel(std::uint32_t number, const Settings& settings, const Common& common,
@@ -64,11 +73,14 @@ class VirtualChannel : private nc::Environment {
   tl::expected<void, Refusal> command_mode(Mode mode);
   tl::expected<void, Refusal> command_state(ProcessState state);
   void command_parameter(std::string parameter);
+  /// For the next start.
+  void set_block_search(const BlockSearch& search);
+  [[nodiscard]] const BlockSearch& block_search() const { return search_; }
   /// A packet for the streaming program.
   tl::expected<void, Refusal> command_stream(std::string packet);
 
-  /// Advances the program to `now`.
-  std::vector<nc::Event> tick(std::chrono::nanoseconds now);
+  /// Advances the program to `now`; its decoder does at most so many operations.
+  std::vector<nc::Event> tick(std::chrono::nanoseconds now, std::size_t operations);
 
  private:
   tl::expected<nc::Value, nc::Fault> read(std::string_view name) override;
@@ -88,6 +100,7 @@ class VirtualChannel : private nc::Environment {
   ServiceInterface service_;
   nc::Channel program_;
   ProgramControl control_;
+  BlockSearch search_;
   /// Refused commands the operator has not been told of.
   std::vector<nc::Event> untold_;
 };

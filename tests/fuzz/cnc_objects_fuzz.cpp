@@ -7,7 +7,9 @@
 #include <cstdlib>
 
 #include "cnc/ads/bytes.hpp"
+#include "cnc/ads/symbols.hpp"
 #include "cnc/simulator/machine.hpp"
+#include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/virtual_device.hpp"
 
 namespace {
@@ -23,7 +25,7 @@ class NoPrograms : public ProgramSource {
   }
 };
 
-void request(VirtualDevice& device, ads::ByteReader& in) {
+void request(ads::Device& device, ads::ByteReader& in) {
   constexpr std::uint8_t operations = 3;
   constexpr std::uint16_t first_port = 551;
   const std::uint8_t operation = in.u8() % operations;
@@ -49,8 +51,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::chrono::nanoseconds now{0};
   Settings settings;
   settings.channels = 2;
+  settings.program.stream_program = "stream.nc";
   Machine machine(settings, {[&] { return now; }, programs, [](auto, const auto&) {}});
-  VirtualDevice device(machine);
+  VirtualDevice plain(machine);
+  const objects::SymbolNames names(machine, plain.catalogue());
+  ads::Symbols device(plain, names);
   ads::ByteReader in({data, size});
   while (in.ok() && !in.rest().empty()) {
     request(device, in);

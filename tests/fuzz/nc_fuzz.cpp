@@ -1,5 +1,6 @@
 // Any bytes as an NC program: parsed, and run for a few simulated seconds if it has no mistakes. It
-// may call itself as a subprogram.
+// may call itself as a subprogram, also as one that is streamed; the size of the input decides
+// about single steps and the feed override.
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -56,16 +57,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   options.messages_read_at_once = size % 2 == 0;
   options.time_scale = 0.1;
   options.skipped_levels = 2;
+  options.stream_program = "stream";
   Channel channel(options);
   if (!channel.start("fuzz.nc", program)) {
     return 0;
   }
   Anything environment(program);
+  channel.set_single_step(
+      {size % 3 == 0, static_cast<millrace::cnc::nc::SingleStep::Mode>(size % 4)});
   std::chrono::nanoseconds now{};
   for (int i = 0; i < ticks && channel.active(); ++i) {
     now += std::chrono::milliseconds(100);
     channel.tick(now, environment);
     channel.resume();
+    channel.set_feed_override(static_cast<double>((size + static_cast<std::size_t>(i)) % 3) / 2);
+    static_cast<void>(channel.stream(program));
     channel.acknowledge(static_cast<std::uint64_t>(i));
   }
   channel.reset();

@@ -61,6 +61,8 @@ struct Block {
   std::size_t level = 0;
   /// Blocks the decoder had read by then, counted from the program's start.
   std::uint64_t count = 0;
+  /// It stands before the block that is searched for: nothing moves.
+  bool skipped = false;
 };
 
 }  // namespace millrace::cnc::nc::run

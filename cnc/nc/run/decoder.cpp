@@ -45,19 +45,20 @@ Place DecoderState::place() const {
   return {top.program->file, operation().line, operation().column, top.block_number};
 }
 
-void Decoder::start(std::shared_ptr<const syntax::Program> program, std::uint16_t skipped_levels) {
+void Decoder::start(std::shared_ptr<const syntax::Program> program, const Run& run) {
   Frame frame;
   frame.program = std::move(program);
   frame.routine = &frame.program->main;
-  start(std::move(frame), skipped_levels);
+  start(std::move(frame), run);
 }
 
-void Decoder::start_stream(std::uint16_t skipped_levels) {
-  start(streamed_frame(state_.stream_name), skipped_levels);
+void Decoder::start_stream(const Run& run) {
+  start(streamed_frame(state_.stream_name), run);
 }
 
-void Decoder::start(Frame main, std::uint16_t skipped_levels) {
-  skipped_levels_ = skipped_levels;
+void Decoder::start(Frame main, const Run& run) {
+  skipped_levels_ = run.skipped_levels;
+  state_.search = run.search;
   state_.frames.clear();
   state_.frames.push_back(std::move(main));
   state_.blocks_read = 0;

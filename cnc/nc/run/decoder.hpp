@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -18,15 +19,23 @@ class Decoder {
   /// A program or subprogram of the name `stream_name`, if it is not empty, is read from the
   /// stream.
   Decoder(Surroundings surroundings, std::string stream_name)
-      : state_{surroundings, {}, std::move(stream_name), {}, 0, {}, {}, false, false} {}
+      : state_{surroundings, {}, std::move(stream_name), {}, {}, 0, {}, {}, false, false} {}
 
-  /// Blocks marked with /n are skipped if bit n-1 is set.
-  void start(std::shared_ptr<const syntax::Program> program, std::uint16_t skipped_levels);
+  /// How a program is run.
+  struct Run {
+    /// Blocks marked with /n are skipped if bit n-1 is set.
+    std::uint16_t skipped_levels = 0;
+    /// Block search: nothing moves before the first block of this number.
+    std::optional<long> search;
+  };
+  void start(std::shared_ptr<const syntax::Program> program, const Run& run);
   /// The main program comes from the stream.
-  void start_stream(std::uint16_t skipped_levels);
+  void start_stream(const Run& run);
   void stop() { state_.frames.clear(); }
   /// A program is being decoded.
   [[nodiscard]] bool running() const { return !state_.frames.empty(); }
+  /// It has not reached the block that is searched for.
+  [[nodiscard]] bool searching() const { return running() && state_.search.has_value(); }
   /// Where the decoder is.
   [[nodiscard]] Place place() const { return state_.place(); }
   /// The fault that ended the program does not go away with a reset.
@@ -37,7 +46,7 @@ class Decoder {
   values::Result<std::size_t> run(std::size_t budget, const Tick& tick);
 
  private:
-  void start(Frame main, std::uint16_t skipped_levels);
+  void start(Frame main, const Run& run);
   [[nodiscard]] bool skips(const syntax::Operation& operation) const;
   /// The routine in hand has no more blocks.
   values::Result<bool> reach_end(const Tick& tick);

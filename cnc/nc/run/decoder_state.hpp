@@ -65,6 +65,9 @@ struct DecoderState {
   std::string stream_name;
   /// The main program first; empty if nothing runs.
   std::vector<Frame> frames;
+  /// Block search: the number of the block from which on the program is executed, until it is
+  /// reached.
+  std::optional<long> search;
   /// Blocks read since the program's start, repeated ones each time.
   std::uint64_t blocks_read = 0;
   /// #FILE NAME

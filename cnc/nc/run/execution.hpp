@@ -88,8 +88,8 @@ class Execution {
   Outcome send(MessageEvent message);
 
   void push(Block::Action action) {
-    state_.around.queue.push(
-        {std::move(action), state_.place(), state_.frames.size() - 1, state_.blocks_read + 1});
+    state_.around.queue.push({std::move(action), state_.place(), state_.frames.size() - 1,
+                              state_.blocks_read + 1, state_.search.has_value()});
   }
   void warn(std::string text, int id = 0);
 

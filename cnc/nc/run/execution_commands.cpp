@@ -23,6 +23,9 @@ constexpr long fatal_class = 7;
 }  // namespace
 
 Result<Outcome> Execution::operator()(const syntax::Flush& flush) {
+  if (flush.kind == syntax::FlushKind::wait && state_.search) {
+    return fault(50748, "#FLUSH WAIT before the block that is searched for");
+  }
   Queue& queue = state_.around.queue;
   if (flush.kind == syntax::FlushKind::stop) {
     if (queue.full()) {

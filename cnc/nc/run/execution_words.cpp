@@ -20,8 +20,12 @@ Result<void> Execution::read_block_number() {
   if (!number) {
     return {};
   }
-  return evaluator_.integer(*number).map(
-      [this](long value) { state_.frame().block_number = value; });
+  return evaluator_.integer(*number).map([this](long value) {
+    state_.frame().block_number = value;
+    if (state_.search == value) {
+      state_.search.reset();
+    }
+  });
 }
 
 Result<Outcome> Execution::operator()(const syntax::Words& words) {

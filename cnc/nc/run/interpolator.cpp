@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cnc/nc/run/motion.hpp"
 #include "cnc/nc/run/timer_order.hpp"
 
 namespace millrace::cnc::nc::run {
@@ -11,6 +12,8 @@ namespace {
 
 // Only so that nothing is divided by zero: at this override a motion takes for ever.
 constexpr double least_factor = 1e-9;
+// Keeps times representable.
+constexpr std::chrono::duration<double> longest_approach{1e9};
 
 }  // namespace
 
@@ -20,11 +23,16 @@ bool Interpolator::advance(const Tick& tick, Queue& queue) {
   while (true) {
     if (!current_) {
       const Block* next = queue.next();
+      if (next != nullptr && next->skipped) {
+        progress = true;
+        skip(*queue.pop(), tick);
+        continue;
+      }
       if (next == nullptr || !may_begin(*next, tick)) {
         break;
       }
       progress = true;
-      begin(*queue.pop());
+      begin_next(queue);
     }
     if (!execute(tick)) {
       return progress;
@@ -34,6 +42,31 @@ bool Interpolator::advance(const Tick& tick, Queue& queue) {
   }
   time_ = tick.now;  // it waits for the decoder or the operator
   return progress;
+}
+
+void Interpolator::skip(const Block& block, const Tick& tick) {
+  count_ = block.count;
+  if (const auto* motion = std::get_if<Motion>(&block.action)) {
+    approach_ = motion->target;
+  } else if (const auto* order = std::get_if<TimerOrder>(&block.action)) {
+    carry_out(*order, timers_, tick.now);
+  } else if (std::holds_alternative<End>(block.action)) {
+    tick.emit(WarningEvent{{block.place, 0, "the block that is searched for did not come"}});
+    finished_ = true;
+  }
+}
+
+void Interpolator::begin_next(Queue& queue) {
+  if (!approach_) {
+    begin(*queue.pop());
+    return;
+  }
+  Block way = *queue.next();
+  const double path = path_length(position_, *approach_);
+  const auto time = std::min(path * rapid_, longest_approach);
+  way.action = Motion{*std::exchange(approach_, std::nullopt),
+                      std::chrono::duration_cast<Duration>(time), path, std::nullopt};
+  begin(std::move(way));
 }
 
 bool Interpolator::stops_before(const Block& block) const {
@@ -241,6 +274,7 @@ void Interpolator::reset() {
   current_.reset();
   held_ = false;
   step_announced_ = false;
+  approach_.reset();
   finished_ = false;
 }
 

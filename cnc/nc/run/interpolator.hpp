@@ -15,9 +15,11 @@ namespace millrace::cnc::nc::run {
 
 class Interpolator {
  public:
-  /// The message box and the timers outlive the interpolator.
-  Interpolator(std::size_t axes, MessageBox& messages, Timers& timers)
-      : messages_(messages), timers_(timers), position_(axes), begin_(axes) {}
+  /// `rapid` is the time of a millimetre of rapid motion. The message box and the timers outlive
+  /// the interpolator.
+  Interpolator(std::size_t axes, std::chrono::duration<double> rapid, MessageBox& messages,
+               Timers& timers)
+      : rapid_(rapid), messages_(messages), timers_(timers), position_(axes), begin_(axes) {}
 
   /// Executes what ends up to the tick's time. Gives true if any block was begun or ended.
   bool advance(const Tick& tick, Queue& queue);
@@ -50,6 +52,10 @@ class Interpolator {
   [[nodiscard]] const Place& place() const { return place_; }
 
  private:
+  /// Begins the next block, or the way to where it begins.
+  void begin_next(Queue& queue);
+  /// Goes over a block that stands before the one that is searched for.
+  void skip(const Block& block, const Tick& tick);
   /// False while it must stop before this block.
   bool may_begin(const Block& block, const Tick& tick);
   [[nodiscard]] bool stops_before(const Block& block) const;
@@ -72,6 +78,7 @@ class Interpolator {
   /// True if what the block waits for has come; then, if it had to wait, the time is now.
   bool waits_for(bool condition, const Tick& tick);
 
+  std::chrono::duration<double> rapid_;
   MessageBox& messages_;
   Timers& timers_;
   std::vector<double> position_;
@@ -94,6 +101,8 @@ class Interpolator {
   double override_ = 1;
   Place place_;
   std::uint64_t count_ = 0;
+  /// Where the blocks that were skipped would have led.
+  std::optional<std::vector<double>> approach_;
   SingleStep step_;
   /// It has stopped before the next block.
   bool step_announced_ = false;

@@ -6,6 +6,8 @@
 
 #include "cnc/ads/bytes.hpp"
 #include "cnc/simulator/objects/answers.hpp"
+#include "cnc/simulator/objects/block_search.hpp"
+#include "cnc/simulator/objects/command_pair.hpp"
 #include "cnc/variables/text.hpp"
 
 namespace millrace::cnc::simulator::objects {
@@ -46,12 +48,6 @@ Result<void> write_parameter(const Context& at, BytesView in) {
   }
   at.channel->command_parameter(variables::decode_text(in));
   return {};
-}
-
-Result<void> write_execution_mode(const Context& /*at*/, BytesView in) {
-  return decode_u32(in).and_then([](std::uint32_t mode) {
-    return mode == 0 ? Result<void>() : tl::unexpected(ErrorCode::invalid_data);
-  });
 }
 
 Result<Bytes> block_count(const Context& at) {
@@ -141,19 +137,6 @@ Result<void> write_stream(const Context& at, BytesView in) {
   return to_ads(at.channel->command_stream(variables::decode_text(in)));
 }
 
-/// A pair of objects that many commands have: one to write, one to read what was written.
-void add_pair(ObjectTable& table, std::uint32_t write_at, std::uint32_t read_at,
-              const Object& both) {
-  Object command = both;
-  command.name += "_w";
-  command.read = {};
-  Object answer = both;
-  answer.name += "_r";
-  answer.write = {};
-  table.add(write_at, std::move(command));
-  table.add(read_at, std::move(answer));
-}
-
 void add_adjustments(ObjectTable& table) {
   add_pair(table, 0x1, 0x3,
            {.name = "mc_command_single_block",
@@ -187,30 +170,15 @@ void add_adjustments(ObjectTable& table) {
             .write = write_optional_stop});
 }
 
-Result<Bytes> normal_execution(const Context& /*at*/) {
-  return encode_u32(0);
-}
-
 }  // namespace
 
 void add_commands(ObjectTable& table) {
   add_adjustments(table);
+  add_block_search(table);
   table.add(0x90, {.name = "mc_program_stream_w",
                    .type = "STRING",
                    .length = parameter_size,
                    .write = write_stream});
-  table.add(0x3F, {.name = "mc_command_execution_mode_w",
-                   .type = "DINT",
-                   .length = 4,
-                   .write = write_execution_mode});
-  table.add(0x40, {.name = "mc_command_execution_mode_r",
-                   .type = "DINT",
-                   .length = 4,
-                   .read = normal_execution});
-  table.add(0x41, {.name = "mc_active_execution_mode_r",
-                   .type = "DINT",
-                   .length = 4,
-                   .read = normal_execution});
   table.add(0x104,
             {.name = "mc_command_mode_w", .type = "DWORD", .length = 4, .write = write_mode});
   table.add(0x105,

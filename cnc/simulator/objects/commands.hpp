@@ -11,15 +11,15 @@
 
 namespace millrace::cnc::simulator::objects {
 
-/// 0x3F to 0x41 execution mode (IB/tf5264_conveyor_tracking/1174455947, documented): only normal
-/// execution, 0, is simulated. 0x104 mode, 0x105 state, 0x108 parameter: the documented way to
-/// command them is the PLC; these offsets come from an early version of an open-source client, and
-/// no page confirms them (our choice). 0x1 and 0x3 single block, 0x9, 0xA and 0xC feed override (in
-/// 0.1 %, up to 200 %; the unit is inferred), 0x90 a packet for the streaming program
-/// (IB/tf5200_data_streaming/222591499, documented; the offset from that client). mc_block_count_r,
-/// the feedrates (in µm/s), mc_command_block_ignore (levels from the next start on) and
-/// mc_command_M01_stop_enable are named as an open-source client of real controllers finds them, at
-/// offsets of our choice. What cannot be done is invalid_data, and the operator is told why.
+/// Execution mode and block search: block_search.hpp. 0x104 mode, 0x105 state, 0x108 parameter: the
+/// documented way to command them is the PLC; these offsets come from an early version of an
+/// open-source client, and no page confirms them (our choice). 0x1 and 0x3 single block, 0x9, 0xA
+/// and 0xC feed override (in 0.1 %, up to 200 %; the unit is inferred), 0x90 a packet for the
+/// streaming program (IB/tf5200_data_streaming/222591499, documented; the offset from that client).
+/// mc_block_count_r, the feedrates (in µm/s), mc_command_block_ignore (levels from the next start
+/// on) and mc_command_M01_stop_enable are named as an open-source client of real controllers finds
+/// them, at offsets of our choice. What cannot be done is invalid_data, and the operator is told
+/// why.
 void add_commands(ObjectTable& table);
 
 }  // namespace millrace::cnc::simulator::objects

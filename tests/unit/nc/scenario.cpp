@@ -37,6 +37,11 @@ void set_option(ChannelOptions& options, const std::string& name, const std::str
     options.optional_stop = value == "on";
   } else if (name == "skipped_levels") {
     options.skipped_levels = static_cast<std::uint16_t>(std::stoul(value));
+  } else if (name == "axes") {  // a letter each
+    options.axes.clear();
+    for (const char axis : value) {
+      options.axes.emplace_back(1, axis);
+    }
   } else if (name == "stream_program") {
     options.stream_program = value;
   } else if (name == "time_scale") {
@@ -72,6 +77,8 @@ Setting read_setting(const std::filesystem::path& file) {
       std::string name;
       words >> name;
       setting.asynchronous.insert(name);
+    } else if (word == "search") {
+      words >> setting.search.emplace();
     } else if (word == "until") {
       double time = 0;
       words >> time;
@@ -125,6 +132,7 @@ class Run {
         setting_(std::move(setting)),
         environment_(folder, setting_.variables, setting_.asynchronous),
         channel_(setting_.options) {
+    channel_.set_block_search(setting_.search);
     out_ << std::fixed << std::setprecision(3);
   }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -49,6 +50,8 @@ struct Setting {
   /// External variables that are not synchronous.
   Names asynchronous;
   std::vector<Happening> happenings;
+  /// Block search for this block.
+  std::optional<long> search;
   std::chrono::nanoseconds until = std::chrono::seconds(60);
 };
 

@@ -78,10 +78,11 @@ TEST(Configuration, ReadsHowProgramsAreExecuted) {
   EXPECT_EQ(sut.stream_program, "stream.nc");
 }
 
-TEST(Configuration, ReadsWhatConcernsTimersAndReports) {
+TEST(Configuration, ReadsWhatConcernsTimersReportsAndTheCycle) {
   const Settings sut = read_settings(good / "every_switch.cnc.textproto");
   EXPECT_FALSE(sut.timers_resume);
   EXPECT_TRUE(sut.quoted_reports);
+  EXPECT_EQ(sut.decoder_operations, 500);
   EXPECT_TRUE(parse_settings("", "empty").timers_resume);
   EXPECT_FALSE(parse_settings("", "empty").quoted_reports);
 }
@@ -124,6 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"rapid_feed: nan", "x: rapid_feed: nan; expected 1 to 1000000"},
         Mistake{"programs { look_ahead: 0 }", "x: programs: look_ahead: 0; expected 1 to 10000"},
         Mistake{"programs { decoder_budget: 9 }", "decoder_budget: 9; expected 10 to 100000"},
+        Mistake{"programs { operations_per_cycle: 99 }",
+                "operations_per_cycle: 99; expected 100 to 1000000"},
         Mistake{"programs { skipped_level: 11 }", "skipped_level: 11; expected 1 to 10"},
         Mistake{"connections { route: \"1.2.3\" }",
                 "x: connections: route: \"1.2.3\"; expected six"},

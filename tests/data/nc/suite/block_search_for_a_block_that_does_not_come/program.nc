@@ -1,0 +1,3 @@
+N10 G01 X100 F6000
+N20 #MSG SYN ["not sent"]
+M30
