@@ -5,12 +5,13 @@
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/commands/record/record.hpp"
+#include "tools/commands/replay/replay.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/commands/watch/watch.hpp"
 
 int main(int argc, char** argv) {
   using namespace millrace::tools;
-  CLI::App app{"millrace: look at, operate and record the service calls of a fabric"};
+  CLI::App app{"millrace: look at, operate, record and replay the service calls of a fabric"};
   app.require_subcommand(1);
   commands::Chosen chosen;
   commands::look::add_services(app, chosen);
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   commands::watch::add_watch(app, chosen);
   commands::vars::add_vars(app, chosen);
   commands::add_record(app, chosen);
+  commands::replay::add_replay(app, chosen);
   commands::log::add_log(app, chosen);
   commands::add_completion(app, chosen);
   return millrace::idl::program::run(app, argc, argv, [&] { return chosen.run(); });

@@ -54,6 +54,15 @@ Process Chain::square_root(const Flags& flags) {
   return start("millrace-square-root", std::move(command));
 }
 
+Process Chain::stand_in(const Flags& flags) {
+  Flags command{"replay",      "--as-cnc", "--listen",
+                "127.0.0.1:0", "--domain", std::to_string(domain())};
+  command.insert(command.end(), flags.begin(), flags.end());
+  Process process = start("millrace", std::move(command));
+  port_ = process.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
+  return process;
+}
+
 Process Chain::millrace(Flags command) const {
   return Process(Chain::command(std::move(command)));
 }

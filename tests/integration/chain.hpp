@@ -32,6 +32,10 @@ class Chain {
   /// A square root service, ready.
   Process square_root(const Flags& flags = {});
 
+  /// A recording in the place of the virtual CNC, ready; the gateways started after it serve this
+  /// one.
+  Process stand_in(const Flags& flags);
+
   /// The operator's command, on this domain where it uses one.
   [[nodiscard]] Process millrace(Flags command) const;
   /// The same as a command line, for a test that starts it itself.

@@ -67,9 +67,11 @@ CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t&
   return add_parsed(command, name, size, description, "SIZE", print::parse_size);
 }
 
-void add_filter(CLI::App& command, recording::Filter& filter) {
+void add_machine_filter(CLI::App& command, recording::Filter& filter) {
   command.add_option("--machine", filter.machines, "Only this machine; may be given several times");
-  command.add_option("--channel", filter.channels, "Only this channel; may be given several times");
+}
+
+void add_uuid_filter(CLI::App& command, recording::Filter& filter) {
   command.add_option_function<std::vector<std::string>>(
       "--uuid",
       [&filter](const std::vector<std::string>& uuids) {
@@ -80,11 +82,21 @@ void add_filter(CLI::App& command, recording::Filter& filter) {
       "Only this service; may be given several times");
 }
 
+void add_filter(CLI::App& command, recording::Filter& filter) {
+  add_machine_filter(command, filter);
+  command.add_option("--channel", filter.channels, "Only this channel; may be given several times");
+  add_uuid_filter(command, filter);
+}
+
 void add_recording_filter(CLI::App& command, recording::Filter& filter) {
   add_filter(command, filter);
   command.add_option("--kind", filter.kinds, "Only entries of this kind, as `log cat` names them")
       ->check(CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status",
                              "event", "command", "outcome", "machine"}));
+  add_time_filter(command, filter);
+}
+
+void add_time_filter(CLI::App& command, recording::Filter& filter) {
   command
       .add_option_function<std::string>(
           "--call", [&filter](const std::string& text) { filter.call = parse_call(text); },

@@ -22,6 +22,12 @@ CLI::Option* add_duration(CLI::App& command, const std::string& name,
 CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t& size,
                       const std::string& description);
 
+// Each may be given several times.
+void add_machine_filter(CLI::App& command, recording::Filter& filter);
+void add_uuid_filter(CLI::App& command, recording::Filter& filter);
+/// --call, --from, --to, for what is recorded.
+void add_time_filter(CLI::App& command, recording::Filter& filter);
+
 /// --machine, --channel, --uuid; each may be given several times.
 void add_filter(CLI::App& command, recording::Filter& filter);
 /// --call, --kind, --from, --to on top, for what is recorded.

@@ -1,0 +1,203 @@
+#include "tools/replay/plan.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/replay/sample_plan.hpp"
+
+namespace millrace::tools::replay {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using namespace std::chrono_literals;
+
+TEST(Plan, HasEachCallWithItsAnswerAndTimes) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  sut.add(entry(5ms, reply_entry(1)));
+  sut.add(entry(100ms, request_entry(2, 2)));
+  sut.add(entry(103ms, reply_entry(2, "2", 2)));
+  const Plan plan = sut.build();
+  ASSERT_THAT(plan.calls, SizeIs(2));
+  EXPECT_EQ(plan.calls[0].at, 0ms);
+  EXPECT_EQ(plan.calls[0].answer->answer.text, "1.414214");
+  EXPECT_EQ(plan.calls[0].answer->after, 5ms);
+  EXPECT_EQ(plan.calls[1].channel.channel, 2);
+  EXPECT_EQ(plan.calls[1].at, 100ms);
+  EXPECT_EQ(plan.calls[1].end(), 103ms);
+  EXPECT_EQ(plan.length(), 100ms);
+}
+
+TEST(Plan, TakesTheTimeWhenTheProgramAskedNotWhenAnInstanceWasFree) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  fabric::Request waited = request_entry(2, 2);
+  // By the gateway's own clock, which may be set to anything.
+  waited.seen = fabric::Time(1000s);
+  waited.dispatched = fabric::Time(1000s + 30ms);
+  sut.add(entry(100ms, waited));
+  const Plan plan = sut.build();
+  EXPECT_EQ(plan.calls[1].at, 70ms);
+}
+
+TEST(Plan, HasACallOnceThatWasGivenOutTwice) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  sut.add(entry(50ms, recording::Withdrawal{.key = {"cnc", 1}, .call = {7, 1}}));
+  fabric::Request second = request_entry(1);
+  second.attempt = 2;
+  sut.add(entry(51ms, second));
+  sut.add(entry(60ms, reply_entry(1)));
+  const Plan plan = sut.build();
+  ASSERT_THAT(plan.calls, SizeIs(1));
+  EXPECT_EQ(plan.calls[0].at, 0ms);
+  EXPECT_EQ(plan.calls[0].answer->after, 60ms);
+  EXPECT_EQ(plan.calls[0].withdrawn_after, std::nullopt);
+}
+
+TEST(Plan, KnowsThatAWithdrawalAfterTheReplyIsTheGatewaysThanks) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  // The recorder may take them in either order.
+  sut.add(entry(5ms, recording::Withdrawal{.key = {"cnc", 1}, .call = {7, 1}}));
+  sut.add(entry(5ms, reply_entry(1)));
+  EXPECT_EQ(sut.build().calls[0].withdrawn_after, std::nullopt);
+}
+
+TEST(Plan, KnowsACallThatItsProgramGaveUpEvenIfTheServiceAnsweredLater) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  sut.add(entry(
+      20ms,
+      fabric::Event{.key = {"cnc", 1}, .call = {7, 1}, .kind = fabric::EventKind::withdrawn}));
+  sut.add(entry(40ms, reply_entry(1)));
+  const Plan plan = sut.build();
+  EXPECT_FALSE(plan.calls[0].answer.has_value());
+  EXPECT_EQ(plan.calls[0].withdrawn_after, 20ms);
+}
+
+TEST(Plan, KeepsApartWhatTheServiceAnsweredAndWhatTheProgramGot) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  sut.add(entry(20ms, fabric::Event{.key = {"cnc", 1},
+                                    .call = {7, 1},
+                                    .kind = fabric::EventKind::written,
+                                    .text = "by hand",
+                                    .state = 9}));
+  const Plan plan = sut.build();
+  EXPECT_FALSE(plan.calls[0].answer.has_value());
+  ASSERT_TRUE(plan.calls[0].settled.has_value());
+  EXPECT_EQ(plan.calls[0].settled->answer, (Answer{"by hand", 9, std::nullopt}));
+
+  PlanBuilder usual;
+  usual.add(entry(0ms, request_entry(1)));
+  usual.add(entry(1ms, reply_entry(1)));
+  usual.add(entry(2ms, fabric::Event{.key = {"cnc", 1},
+                                     .call = {7, 1},
+                                     .kind = fabric::EventKind::written,
+                                     .text = "1.414214",
+                                     .state = 1}));
+  EXPECT_FALSE(usual.build().calls[0].settled.has_value());
+}
+
+TEST(Plan, TakesTheFirstOfRepeatedRepliesAndEachInterimOne) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  fabric::Reply half = reply_entry(1, "half");
+  half.kind = fabric::ReplyKind::interim;
+  sut.add(entry(1ms, half));
+  sut.add(entry(2ms, half));
+  sut.add(entry(3ms, reply_entry(1, "done")));
+  sut.add(entry(9ms, reply_entry(1, "done again")));
+  const PlannedCall call = sut.build().calls.at(0);
+  EXPECT_THAT(call.interim, SizeIs(1));
+  EXPECT_EQ(call.answer->answer.text, "done");
+}
+
+TEST(Plan, TakesAReplyThatWasRecordedBeforeItsRequest) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, reply_entry(1)));
+  sut.add(entry(1ms, request_entry(1)));
+  const Plan plan = sut.build();
+  ASSERT_TRUE(plan.calls.at(0).answer.has_value());
+  EXPECT_EQ(plan.calls[0].answer->after, 0ms);
+}
+
+TEST(Plan, TakesACallFromTheGatewaysEventsIfTheRecorderMissedItsRequest) {
+  PlanBuilder sut;
+  const auto event = [](fabric::EventKind kind, const std::string& text) {
+    return fabric::Event{
+        .key = {"cnc", 1}, .call = {7, 1}, .kind = kind, .uuid = root, .text = text, .state = 1};
+  };
+  sut.add(entry(0ms, event(fabric::EventKind::seen, "2")));
+  sut.add(entry(3ms, event(fabric::EventKind::replied, "1.414214")));
+  sut.add(entry(4ms, event(fabric::EventKind::written, "1.414214")));
+  const PlannedCall call = sut.build().calls.at(0);
+  EXPECT_EQ(call.text, "2");
+  EXPECT_EQ(call.uuid, root);
+  EXPECT_EQ(call.answer->answer.text, "1.414214");
+  EXPECT_EQ(call.answer->after, 3ms);
+  EXPECT_FALSE(call.settled.has_value());
+}
+
+TEST(Plan, LeavesOutRepliesWithoutARequest) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, reply_entry(1)));
+  EXPECT_THAT(sut.build().calls, IsEmpty());
+}
+
+TEST(Plan, FiltersRequestsAndKeepsTheirReplies) {
+  recording::Filter filter;
+  filter.to = recorded_at(50ms);
+  PlanBuilder sut(filter);
+  sut.add(entry(40ms, request_entry(1)));
+  sut.add(entry(60ms, reply_entry(1)));
+  sut.add(entry(70ms, request_entry(2)));
+  const Plan plan = sut.build();
+  ASSERT_THAT(plan.calls, SizeIs(1));
+  EXPECT_TRUE(plan.calls[0].answer.has_value());
+}
+
+TEST(Plan, CutsLongGaps) {
+  PlanBuilder sut;
+  sut.add(entry(0s, request_entry(1)));
+  sut.add(entry(100s, request_entry(2)));
+  sut.add(entry(101s, request_entry(3)));
+  sut.add(entry(500s, request_entry(4)));
+  const Plan plan = sut.build({.max_gap = 5s});
+  EXPECT_EQ(plan.calls[1].at, 5s);
+  EXPECT_EQ(plan.calls[2].at, 6s);
+  EXPECT_EQ(plan.calls[3].at, 11s);
+}
+
+TEST(Plan, NamesCallsWhoseTextWasNotRecorded) {
+  PlanBuilder sut;
+  recording::Entry mail = entry(0ms, request_entry(1));
+  recording::withhold_text(mail);
+  sut.add(mail);
+  const Plan plan = sut.build();
+  EXPECT_THAT(plan.calls, IsEmpty());
+  ASSERT_THAT(plan.skipped, SizeIs(1));
+  EXPECT_THAT(plan.skipped[0].reason, HasSubstr("not in the recording"));
+}
+
+TEST(Plan, LeavesOutWhatNoControllerCanHaveAsked) {
+  PlanBuilder sut;
+  fabric::Request request = request_entry(1);
+  request.state = 0;
+  sut.add(entry(0ms, request));
+  request = request_entry(2);
+  request.text.assign(128, 'x');
+  sut.add(entry(1ms, request));
+  request = request_entry(3);
+  request.uuid.push_back('\0');
+  sut.add(entry(2ms, request));
+  const Plan plan = sut.build();
+  EXPECT_THAT(plan.calls, IsEmpty());
+  EXPECT_THAT(plan.skipped, SizeIs(3));
+}
+
+}  // namespace
+}  // namespace millrace::tools::replay

@@ -1,0 +1,131 @@
+#include "tools/commands/replay/options.hpp"
+
+#include "idl/program/command_line.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/log/log.hpp"
+#include "tools/commands/subcommand.hpp"
+
+namespace millrace::tools::commands::replay {
+
+namespace {
+
+using idl::program::UsageError;
+
+template <typename Take>
+void for_each_text(CLI::App& command, const std::string& name, const std::string& type,
+                   const std::string& description, Take take) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          name,
+          [take](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              if (const auto taken = take(text); !taken) {
+                throw CLI::ValidationError(taken.error());
+              }
+            }
+          },
+          description)
+      ->type_name(type)
+      ->allow_extra_args(false);
+}
+
+/// "N" or "A=B".
+tl::expected<void, std::string> take_channel(Options& options, const std::string& text) {
+  if (text.find('=') != std::string::npos) {
+    return options.channels.add(text);
+  }
+  std::uint16_t number = 0;
+  if (!CLI::detail::lexical_cast(text, number) || number == 0) {
+    return tl::unexpected("'" + text +
+                          "' is no channel; expected a number, or a mapping as in cnc/1=test/7");
+  }
+  options.filter.channels.insert(number);
+  return {};
+}
+
+void add_ways(CLI::App& command, Options& options) {
+  command.add_flag("--to-services", options.to_services,
+                   "Send the recorded requests to live services");
+  command.add_flag("--as-service", options.as_service, "Answer live calls from the recording");
+  command.add_flag("--as-cnc", options.as_cnc,
+                   "Stand in for the controller: a gateway finds the recorded requests there");
+}
+
+void add_times(CLI::App& command, Options& options) {
+  command.add_option("--rate", options.rate, "How many times as fast as recorded")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_flag("--fast", options.fast,
+                   "Without waiting; calls that ran one after the other still do");
+  command.add_flag("--step", options.step, "One call after the other, each when you press Enter");
+  command.add_option("--loop", options.rounds, "Play it N times; 0 = until interrupted")
+      ->type_name("N")
+      ->capture_default_str();
+  add_duration(command, "--max-gap", options.max_gap, "Cut longer times without a request to this");
+  add_duration(command, "--wait", options.wait,
+               "How long to wait, before the first call, for what is needed; 10s unless given, 0 = "
+               "start at once");
+  add_duration(command, "--timeout", options.timeout,
+               "How long an answer may take; 30s unless given");
+}
+
+void add_choice(CLI::App& command, Options& options) {
+  add_machine_filter(command, options.filter);
+  for_each_text(command, "--channel", "N|A=B",
+                "Only this channel, or B in place of the recorded channel A (cnc/1=test/7, or "
+                "cnc=test for a machine); may be given several times",
+                [&options](const std::string& text) { return take_channel(options, text); });
+  add_uuid_filter(command, options.filter);
+  add_time_filter(command, options.filter);
+}
+
+void add_verification(CLI::App& command, Options& options) {
+  command.add_flag("--verify", options.verify,
+                   "Compare every answer with the recorded one; exit code 1 if any differs");
+  for_each_text(command, "--tolerance", "[UUID=]X[%]",
+                "With --verify: how far numbers may be off, absolute or in per cent of the "
+                "recorded number; may be given several times",
+                [&options](const std::string& text) { return options.tolerances.add(text); });
+}
+
+}  // namespace
+
+Options::Options(CLI::App& command) : fabric(command, {.name = "millrace replay"}) {
+  log::add_file(command, file);
+  add_ways(command, *this);
+  add_times(command, *this);
+  add_choice(command, *this);
+  add_verification(command, *this);
+  command
+      .add_option("--error-state", error_state,
+                  "With --as-service: the state of the answer to a call that was not recorded")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--listen", listen, "With --as-cnc: address and TCP port of the ADS server")
+      ->capture_default_str();
+  command.add_option("--net-id", net_id, "With --as-cnc: the AMS NetId")->capture_default_str();
+  add_json(command, json);
+}
+
+tools::replay::Pace Options::pace() const {
+  using tools::replay::Timing;
+  return {.timing = fast ? Timing::fast : step ? Timing::step : Timing::timed, .rate = rate};
+}
+
+void check(const Options& options) {
+  if ((options.to_services ? 1 : 0) + (options.as_service ? 1 : 0) + (options.as_cnc ? 1 : 0) !=
+      1) {
+    throw UsageError("expected one of --to-services, --as-service and --as-cnc");
+  }
+  if ((options.fast ? 1 : 0) + (options.step ? 1 : 0) + (options.rate != 1 ? 1 : 0) > 1) {
+    throw UsageError("--rate, --fast and --step exclude each other");
+  }
+  if (options.as_service && options.step) {
+    throw UsageError("--step: with --as-service the live calls decide when to answer");
+  }
+  if (options.timeout.count() <= 0) {
+    throw UsageError("--timeout: expected more than 0");
+  }
+}
+
+}  // namespace millrace::tools::commands::replay

@@ -1,0 +1,18 @@
+// `millrace replay`: a recording in the place of machines, of services or of a controller.
+#pragma once
+
+#include "tools/commands/replay/options.hpp"
+#include "tools/commands/replay/report.hpp"
+#include "tools/commands/subcommand.hpp"
+#include "tools/replay/plan.hpp"
+
+namespace millrace::tools::commands::replay {
+
+void add_replay(CLI::App& app, Chosen& chosen);
+
+// One source file per way. Each returns the exit code.
+int to_services(const Options& options, const tools::replay::Plan& plan);
+int as_service(const Options& options, const tools::replay::Plan& plan);
+int as_cnc(const Options& options, const tools::replay::Plan& plan);
+
+}  // namespace millrace::tools::commands::replay

@@ -1,0 +1,52 @@
+// What the ways that issue calls have in common: waiting up front, signals, progress, report.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "tools/commands/replay/options.hpp"
+#include "tools/commands/replay/progress.hpp"
+#include "tools/commands/replay/report.hpp"
+#include "tools/commands/replay/stepper.hpp"
+#include "tools/replay/to_services.hpp"
+
+namespace millrace::tools::commands::replay {
+
+class Session : public tools::replay::ReplayListener {
+ public:
+  /// Both outlive the session.
+  Session(const Options& options, const tools::replay::Plan& plan, tools::replay::Side side);
+
+  [[nodiscard]] boost::asio::io_context& io() { return io_; }
+
+  /// Runs until `missing` names nothing, --wait is over or a signal comes. Then tells what is
+  /// missing, and returns false. With --wait 0 it does not wait.
+  bool wait_until_there(const std::function<std::vector<std::string>()>& missing);
+  /// Runs the player that `play` has started to its end; returns the exit code.
+  int run(tools::replay::Player& player);
+
+  void on_outcome(const tools::replay::Outcome& outcome) override;
+  void on_done() override { io_.stop(); }
+
+ private:
+  void stop(const std::string& reason);
+
+  const Options& options_;
+  boost::asio::io_context io_{1};
+  boost::asio::signal_set signals_;
+  Progress progress_;
+  Report report_;
+  std::optional<Stepper> stepper_;
+  tools::replay::Player* player_ = nullptr;
+  /// Why it ended before its end.
+  std::string ended_;
+  bool interrupted_ = false;
+};
+
+}  // namespace millrace::tools::commands::replay

@@ -1,0 +1,141 @@
+#include "tools/replay/as_cnc.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+#include <boost/asio/post.hpp>
+
+#include "cnc/variables/addresses.hpp"
+#include "cnc/variables/service_variable.hpp"
+
+namespace millrace::tools::replay {
+
+namespace {
+
+using cnc::simulator::Variable;
+using cnc::simulator::Writer;
+using cnc::variables::ServiceVariable;
+
+cnc::simulator::Settings settings_for(const std::map<fabric::ChannelKey, std::uint32_t>& channels) {
+  cnc::simulator::Settings settings;
+  for (const auto& [recorded, number] : channels) {
+    settings.channels = std::max(settings.channels, number);
+  }
+  return settings;
+}
+
+cnc::ads::ServerOptions server_options(const AsCncOptions& options) {
+  cnc::ads::ServerOptions result;
+  result.address = options.address;
+  result.tcp_port = options.tcp_port;
+  result.session.net_id = options.net_id;
+  return result;
+}
+
+std::chrono::nanoseconds steady_now() {
+  return std::chrono::steady_clock::now().time_since_epoch();
+}
+
+std::uint32_t state_of(const Variable& variable) {
+  return static_cast<std::uint32_t>(std::get<double>(variable.value(Variable::scalar)));
+}
+
+/// As a program does; the texts and states of a recording fit.
+void assign(Variable& variable, const cnc::nc::Value& value) {
+  [[maybe_unused]] const auto assigned = variable.assign(Variable::scalar, value);
+  assert(assigned.has_value());
+}
+
+}  // namespace
+
+cnc::ads::Result<cnc::ads::Bytes> AsCnc::Watched::read_write(std::uint16_t port,
+                                                             cnc::ads::Index index,
+                                                             std::uint32_t read_length,
+                                                             cnc::ads::BytesView data) {
+  const std::uint32_t group = index.group | cnc::variables::new_group_bit;
+  if (port == cnc::variables::sda_port && group > cnc::variables::decoder_group &&
+      group <= cnc::variables::decoder_group + cnc::simulator::max_channels) {
+    seen.insert(group - cnc::variables::decoder_group);
+  }
+  return ForwardingDevice::read_write(port, index, read_length, data);
+}
+
+tl::expected<cnc::simulator::Program, std::string> AsCnc::NoPrograms::load(std::string_view) {
+  return tl::unexpected(
+      std::string("this controller stands in for a recording and runs no programs"));
+}
+
+AsCnc::AsCnc(boost::asio::any_io_executor executor, const Plan& plan,
+             const std::map<fabric::ChannelKey, std::uint32_t>& channels,
+             const AsCncOptions& options, ReplayListener& listener, idl::program::Log log)
+    : executor_(executor),
+      plan_(plan),
+      channels_(channels),
+      listener_(listener),
+      machine_(settings_for(channels), {.clock = steady_now, .programs = programs_}),
+      device_(machine_),
+      server_(executor, with_sums_, server_options(options), std::move(log)) {
+  for (const auto& [recorded, number] : channels) {
+    variable(number, ServiceVariable::response_state).on_write([this, number = number](Writer by) {
+      if (by == Writer::ads) {
+        response_written(number);
+      }
+    });
+  }
+}
+
+std::vector<std::uint32_t> AsCnc::unseen() const {
+  std::vector<std::uint32_t> unseen;
+  for (const auto& [recorded, number] : channels_) {
+    if (!watched_.seen.contains(number)) {
+      unseen.push_back(number);
+    }
+  }
+  return unseen;
+}
+
+void AsCnc::play(const PlayOptions& options) {
+  player_.emplace(executor_, plan_, options, *this);
+  player_->start();
+}
+
+void AsCnc::issue(std::size_t call) {
+  const PlannedCall& planned = plan_.calls[call];
+  const std::uint32_t channel = channels_.at(planned.channel);
+  open_.insert_or_assign(channel, call);
+  assign(variable(channel, ServiceVariable::uuid), planned.uuid);
+  assign(variable(channel, ServiceVariable::request), planned.text);
+  assign(variable(channel, ServiceVariable::request_state), static_cast<double>(planned.state));
+}
+
+void AsCnc::withdraw(std::size_t call, const std::string& reason) {
+  const std::uint32_t channel = channels_.at(plan_.calls[call].channel);
+  open_.erase(channel);
+  assign(variable(channel, ServiceVariable::request_state), 0.0);
+  player_->ended(call, std::nullopt, reason);
+}
+
+void AsCnc::response_written(std::uint32_t channel) {
+  const auto open = open_.find(channel);
+  const std::uint32_t state = state_of(variable(channel, ServiceVariable::response_state));
+  // While REQUEST_STATE is set, the answer is an interim one.
+  if (open == open_.end() || state == 0 ||
+      state_of(variable(channel, ServiceVariable::request_state)) != 0) {
+    return;
+  }
+  const std::size_t call = open->second;
+  open_.erase(open);
+  player_->ended(call,
+                 Answer{std::get<std::string>(
+                            variable(channel, ServiceVariable::response).value(Variable::scalar)),
+                        state, std::nullopt},
+                 "");
+}
+
+Variable& AsCnc::variable(std::uint32_t channel, ServiceVariable which) {
+  const auto found = machine_.channel(channel)->store().find(cnc::variables::name_of(which));
+  assert(found.has_value());
+  return *found->variable;
+}
+
+}  // namespace millrace::tools::replay

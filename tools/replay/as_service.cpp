@@ -1,0 +1,213 @@
+#include "tools/replay/as_service.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <unistd.h>
+
+namespace millrace::tools::replay {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// How long gateways may take to fetch the last answers.
+constexpr auto drain_time = std::chrono::seconds(2);
+
+fabric::Time now() {
+  return std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now());
+}
+
+}  // namespace
+
+AsService::AsService(fabric::Participant& participant, asio::any_io_executor executor,
+                     const Plan& plan, AsServiceOptions options, AsServiceListener& listener)
+    : executor_(std::move(executor)),
+      plan_(plan),
+      options_(std::move(options)),
+      listener_(listener),
+      matcher_(plan, options_.channels, options_.rounds),
+      end_timer_(executor_) {
+  open(participant);
+}
+
+void AsService::open(fabric::Participant& participant) {
+  std::map<std::string, std::set<fabric::ChannelKey>> channels;
+  for (const PlannedCall& call : plan_.calls) {
+    channels[fabric::canonical_uuid(call.uuid)].insert(options_.channels.at(call.channel));
+  }
+  for (const auto& [uuid, keys] : channels) {
+    fabric::InstanceIdentity identity{.id = fabric::InstanceId::random(),
+                                      .uuid = uuid,
+                                      .name = options_.name,
+                                      .description = options_.description,
+                                      .version = options_.version,
+                                      .host = options_.host,
+                                      .pid = static_cast<std::uint32_t>(::getpid()),
+                                      .concurrency = static_cast<std::uint32_t>(keys.size())};
+    for (const fabric::ChannelKey& key : keys) {
+      identity.channels.push_back({key.machine, key.channel});
+    }
+    const fabric::InstanceId id = identity.id;
+    ends_.emplace(
+        id, std::make_unique<fabric::ReplyEnd>(participant, executor_, std::move(identity), *this));
+  }
+}
+
+std::vector<std::string> AsService::uuids() const {
+  std::vector<std::string> uuids;
+  for (const auto& [id, end] : ends_) {
+    uuids.push_back(end->identity().uuid);
+  }
+  std::ranges::sort(uuids);
+  return uuids;
+}
+
+void AsService::on_request(const fabric::Request& request) {
+  if (end_of(request.assigned) == nullptr) {
+    return;
+  }
+  const Match match = matcher_.on_request(request);
+  if (const auto* matched = std::get_if<Matched>(&match)) {
+    if (matched->repeated) {
+      repeat(request);
+    } else {
+      begin(request, *matched);
+    }
+    return;
+  }
+  const Mismatch& mismatch = std::get<Mismatch>(match);
+  if (mismatch.repeated) {
+    repeat(request);
+  } else {
+    refuse(request, mismatch);
+  }
+}
+
+void AsService::begin(const fabric::Request& request, const Matched& matched) {
+  const PlannedCall& call = plan_.calls[matched.call];
+  if (call.answer && call.answer->answer.withheld) {
+    refuse(request, {.reason = "the text of the answer is not in the recording (--without-text)",
+                     .text = "ERROR: replay: the text of the answer is not in the recording"});
+    return;
+  }
+  Pending& pending = pending_[request.key] =
+      Pending{.request = request, .received = now(), .since = std::chrono::steady_clock::now()};
+  for (const TimedAnswer& interim : call.interim) {
+    fabric::Reply reply = reply_to(request, interim.answer);
+    reply.kind = fabric::ReplyKind::interim;
+    pending.script.emplace_back(delay_of(interim), std::move(reply));
+  }
+  // What nobody answered in the recording is not answered now.
+  if (call.answer) {
+    pending.script.emplace_back(delay_of(*call.answer), reply_to(request, call.answer->answer));
+  }
+  listener_.on_match(request, matched.call);
+  say_next(request.key);
+}
+
+void AsService::refuse(const fabric::Request& request, const Mismatch& mismatch) {
+  Pending& pending = pending_[request.key] =
+      Pending{.request = request, .received = now(), .since = std::chrono::steady_clock::now()};
+  fabric::Reply reply = reply_to(request, {mismatch.text, options_.error_state, std::nullopt});
+  reply.code = fabric::ServiceCode::failed;
+  pending.script.emplace_back(nanoseconds{}, std::move(reply));
+  listener_.on_mismatch(request, mismatch.reason);
+  say_next(request.key);
+}
+
+void AsService::repeat(const fabric::Request& request) {
+  const auto found = pending_.find(request.key);
+  if (found == pending_.end()) {
+    return;
+  }
+  Pending& pending = found->second;
+  pending.request = request;
+  if (pending.said > 0 && pending.said == pending.script.size()) {
+    pending.script.back().second.code = fabric::ServiceCode::repeated;
+    --pending.said;
+    publish(pending);
+  }
+}
+
+void AsService::say_next(const fabric::ChannelKey& key) {
+  Pending& pending = pending_.at(key);
+  if (pending.said == pending.script.size()) {
+    look_for_the_end();
+    return;
+  }
+  const auto at = pending.since + pending.script[pending.said].first;
+  if (at <= std::chrono::steady_clock::now()) {
+    publish(pending);
+    say_next(key);
+    return;
+  }
+  pending.timer = std::make_unique<asio::steady_timer>(executor_, at);
+  pending.timer->async_wait([this, key](const boost::system::error_code& error) {
+    if (!error) {
+      publish(pending_.at(key));
+      say_next(key);
+    }
+  });
+}
+
+void AsService::publish(Pending& pending) {
+  fabric::Reply reply = pending.script[pending.said++].second;
+  reply.attempt = pending.request.attempt;
+  reply.received = pending.received;
+  reply.started = pending.received;
+  reply.answered = now();
+  if (const auto told = end_of(reply.instance)->publish(reply); !told) {
+    listener_.on_mismatch(pending.request, told.error());
+  }
+}
+
+void AsService::on_withdrawn(const fabric::ChannelKey& key) {
+  pending_.erase(key);
+  look_for_the_end();
+}
+
+void AsService::look_for_the_end() {
+  if (!matcher_.complete()) {
+    return;
+  }
+  if (pending_.empty() && !complete_) {
+    complete_ = true;
+    end_timer_.cancel();
+    listener_.on_complete();
+  } else if (!complete_ && std::ranges::all_of(pending_, [](const auto& one) {
+               return one.second.said == one.second.script.size();
+             })) {
+    end_timer_.expires_after(drain_time);
+    end_timer_.async_wait([this](const boost::system::error_code& error) {
+      if (!error && !complete_) {
+        complete_ = true;
+        listener_.on_complete();
+      }
+    });
+  }
+}
+
+fabric::Reply AsService::reply_to(const fabric::Request& request, const Answer& answer) const {
+  return {.key = request.key,
+          .instance = request.assigned,
+          .call = request.call,
+          .attempt = request.attempt,
+          .text = answer.text,
+          .state = answer.state,
+          .replayed = true};
+}
+
+nanoseconds AsService::delay_of(const TimedAnswer& answer) const {
+  if (options_.pace.timing == Timing::fast) {
+    return {};
+  }
+  return options_.pace.scaled(answer.work != nanoseconds{} ? answer.work : answer.after);
+}
+
+fabric::ReplyEnd* AsService::end_of(const fabric::InstanceId& instance) {
+  const auto found = ends_.find(instance);
+  return found == ends_.end() ? nullptr : found->second.get();
+}
+
+}  // namespace millrace::tools::replay

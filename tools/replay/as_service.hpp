@@ -1,0 +1,101 @@
+// Answers live calls from a recording: one instance for each recorded service, in the recorded
+// channels only.
+//
+//   AsService service(participant, io.get_executor(), plan, options, listener);    // ready from
+//   here on
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/participant.hpp"
+#include "fabric/reply_end.hpp"
+#include "tools/replay/matcher.hpp"
+#include "tools/replay/scheduler.hpp"
+
+namespace millrace::tools::replay {
+
+/// Called on the executor, one at a time.
+class AsServiceListener {
+ public:
+  virtual ~AsServiceListener() = default;
+  /// A call was answered from the recording.
+  virtual void on_match(const fabric::Request& request, std::size_t call) = 0;
+  /// A call was answered with an error; `reason` says what was expected.
+  virtual void on_mismatch(const fabric::Request& request, const std::string& reason) = 0;
+  /// Every recorded call has been made, and its answer has been taken.
+  virtual void on_complete() = 0;
+};
+
+struct AsServiceOptions {
+  /// The live channel of each recorded one.
+  std::map<fabric::ChannelKey, fabric::ChannelKey> channels{};
+  /// Answers take as long as they did; with Timing::fast no time.
+  Pace pace{};
+  /// 0 = for ever.
+  std::size_t rounds = 1;
+  /// Of the answer to a call that does not match; not 0.
+  std::uint32_t error_state = 500;
+  /// What the instances tell of themselves.
+  std::string name{};
+  std::string description{};
+  std::string version{};
+  std::string host{};
+};
+
+class AsService : public fabric::ReplyEndListener {
+ public:
+  /// All but `executor` and `options` outlive this object. Throws std::runtime_error if the fabric
+  /// cannot be used.
+  AsService(fabric::Participant& participant, boost::asio::any_io_executor executor,
+            const Plan& plan, AsServiceOptions options, AsServiceListener& listener);
+
+  [[nodiscard]] const Matcher& matcher() const { return matcher_; }
+  /// The UUIDs it answers for, canonical.
+  [[nodiscard]] std::vector<std::string> uuids() const;
+
+  void on_request(const fabric::Request& request) override;
+  void on_withdrawn(const fabric::ChannelKey& key) override;
+
+ private:
+  /// A live call that its gateway has not taken back.
+  struct Pending {
+    fabric::Request request{};
+    fabric::Time received{};
+    std::chrono::steady_clock::time_point since{};
+    /// What is still to be said, in its order, each after its time.
+    std::vector<std::pair<nanoseconds, fabric::Reply>> script{};
+    std::size_t said = 0;
+    std::unique_ptr<boost::asio::steady_timer> timer{};
+  };
+
+  void open(fabric::Participant& participant);
+  void begin(const fabric::Request& request, const Matched& matched);
+  void refuse(const fabric::Request& request, const Mismatch& mismatch);
+  void repeat(const fabric::Request& request);
+  void say_next(const fabric::ChannelKey& key);
+  void publish(Pending& pending);
+  void look_for_the_end();
+  [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;
+  [[nodiscard]] nanoseconds delay_of(const TimedAnswer& answer) const;
+  [[nodiscard]] fabric::ReplyEnd* end_of(const fabric::InstanceId& instance);
+
+  boost::asio::any_io_executor executor_;
+  const Plan& plan_;
+  AsServiceOptions options_;
+  AsServiceListener& listener_;
+  Matcher matcher_;
+  std::map<fabric::ChannelKey, Pending> pending_;
+  bool complete_ = false;
+  boost::asio::steady_timer end_timer_;
+  std::map<fabric::InstanceId, std::unique_ptr<fabric::ReplyEnd>> ends_;
+};
+
+}  // namespace millrace::tools::replay

@@ -1,0 +1,102 @@
+// Plays a plan: issues each call at its time, ends the ones that take too long, keeps the rounds.
+//
+//   Player player(executor, plan, {.pace = {.rate = 2}}, stage);
+//   player.start();                          // stage.issue(0) …
+//   player.ended(0, answer, "");             // stage.on_outcome({.call = 0, …}) …, stage.on_done()
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "tools/replay/outcome.hpp"
+#include "tools/replay/scheduler.hpp"
+
+namespace millrace::tools::replay {
+
+/// Where the calls go. Called on the executor, one at a time.
+class Stage {
+ public:
+  virtual ~Stage() = default;
+  /// Make this call; its end is told with Player::ended.
+  virtual void issue(std::size_t call) = 0;
+  /// Take it back, if it is still there; its end is told all the same.
+  virtual void withdraw(std::size_t call, const std::string& reason) = 0;
+  virtual void on_outcome(const Outcome& outcome) = 0;
+  /// Every call of every round is over, or of those issued until stop().
+  virtual void on_done() = 0;
+};
+
+struct PlayOptions {
+  Pace pace{};
+  /// 0 = for ever.
+  std::size_t rounds = 1;
+  /// How long a call may take that was answered in the recording.
+  nanoseconds patience = std::chrono::seconds(30);
+};
+
+/// Not thread-safe; lives on the executor, which runs one thing at a time, and is not destroyed
+/// from within a function of the stage.
+class Player {
+ public:
+  /// `plan` (not empty) and `stage` outlive the player.
+  Player(boost::asio::any_io_executor executor, const Plan& plan, PlayOptions options,
+         Stage& stage);
+  Player(const Player&) = delete;
+  Player& operator=(const Player&) = delete;
+
+  void start();
+  /// A call that was issued is over, with an answer or with the reason why there is none.
+  void ended(std::size_t call, std::optional<Answer> answer, const std::string& reason);
+  /// Issues nothing more and takes back what is under way.
+  void stop(const std::string& reason);
+
+  /// For Timing::step: the call that waits for allow().
+  [[nodiscard]] std::optional<std::size_t> upcoming() const;
+  void allow();
+
+  [[nodiscard]] std::size_t round() const { return round_; }
+  /// Of all rounds until now.
+  [[nodiscard]] std::size_t finished() const { return finished_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Open {
+    Clock::time_point issued{};
+    nanoseconds late{};
+    bool held_up = false;
+    Clock::time_point until{};
+    /// It was taken back and has not ended yet.
+    bool withdrawn = false;
+  };
+
+  void begin_round();
+  void pump();
+  void pump_later();
+  void issue(std::size_t call, Clock::time_point now);
+  void withdraw_overdue(Clock::time_point now);
+  void set_timer();
+
+  boost::asio::any_io_executor executor_;
+  boost::asio::steady_timer timer_;
+  const Plan& plan_;
+  PlayOptions options_;
+  Stage& stage_;
+  std::optional<Scheduler> scheduler_;
+  std::map<std::size_t, Open> open_;
+  Clock::time_point start_{};
+  std::size_t round_ = 0;
+  std::size_t finished_ = 0;
+  bool pumping_ = false;
+  bool stopped_ = false;
+  bool done_ = false;
+  /// Work that is posted when the player ends does nothing.
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace millrace::tools::replay
