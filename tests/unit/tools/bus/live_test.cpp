@@ -67,9 +67,20 @@ TEST(TheLivePicture, HasTheNewestOfChannelsAndMachines) {
   for (const auto state : {fabric::ChannelState::running, fabric::ChannelState::idle}) {
     sut.add({.sample = fabric::ChannelStatus{.key = {"cnc", 1}, .state = state}});
   }
-  sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .connected = true}});
+  for (const bool connected : {false, true}) {
+    sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .connected = connected}});
+  }
   EXPECT_EQ(sut.channels().at({"cnc", 1}).state, fabric::ChannelState::idle);
-  EXPECT_TRUE(sut.machines().at("cnc").connected);
+  EXPECT_TRUE(sut.machines().at({"cnc", {}}).connected);
+}
+
+TEST(TheLivePicture, KeepsApartTwoGatewaysOfOneMachine) {
+  Live sut;
+  const fabric::InstanceId first = instance(1), second = instance(2);
+  sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .gateway = first, .connected = true}});
+  sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .gateway = second}});
+  EXPECT_TRUE(sut.machines().at({"cnc", first}).connected);
+  EXPECT_FALSE(sut.machines().at({"cnc", second}).connected);
 }
 
 }  // namespace
