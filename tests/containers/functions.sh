@@ -16,9 +16,11 @@ await() {
   done
 }
 
-# The id of the container of a compose service: container NAME. The test sets the array `compose`.
-# shellcheck disable=SC2154
-container() { "${compose[@]}" ps -q "$1"; }
+# The id of the container of a compose service: container NAME. Not by docker-compose, which takes a second.
+container() {
+  docker ps --all --quiet --filter "label=com.docker.compose.project=$COMPOSE_PROJECT_NAME" \
+    --filter "label=com.docker.compose.service=$1"
+}
 
 # said NAME TEXT: true if the service has printed it.
 said() { docker logs "$(container "$1")" 2>&1 | grep -F "$2" >/dev/null; }

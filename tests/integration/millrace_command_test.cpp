@@ -100,6 +100,18 @@ TEST_F(TheCommand, KnowsWhetherTheServicesOfAHostAreWell) {
   service.signal(SIGCONT);
 }
 
+TEST_F(TheCommand, TakesAGatewayForWellWhoseControllerIsOff) {
+  Process cnc = chain.cnc();
+  cnc.terminate();
+  EXPECT_EQ(cnc.wait(), 0);
+  Process gateway = chain.gateway();
+  gateway.await_error("trying again");
+  const std::string words = run({"health"}).output();
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(words, HasSubstr("gateway of cnc"));
+  EXPECT_THAT(words, HasSubstr("link down: "));
+}
+
 TEST_F(TheCommand, HasAnInstanceLeave) {
   Process service = chain.square_root({"--name", "first"});
   run({"drain", "first"});
