@@ -3,13 +3,15 @@
 
 #include <chrono>
 #include <cstdint>
+#include <limits>
 
 namespace millrace::cnc::nc {
 
-/// Where an axis may go, in mm or degrees.
+/// Where an axis may go, in mm or degrees, and how fast, in mm/min.
 struct AxisLimits {
   double least = 0;
   double greatest = 0;
+  double greatest_feed = std::numeric_limits<double>::infinity();
 };
 
 /// What the interpolator does at the time of the last tick. With a time scale, times and speeds are

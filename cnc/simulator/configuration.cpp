@@ -41,7 +41,8 @@ AxisSettings axis(const config::CncAxis& from, const std::string& where) {
   if (!(from.negative_limit() < from.positive_limit())) {
     refuse(where, fmt::format("axis {}: negative_limit is not below positive_limit", name));
   }
-  return {name, from.negative_limit(), from.positive_limit()};
+  check_range(where + ": greatest_feed", from.greatest_feed(), 0.0, 1e6);
+  return {name, from.negative_limit(), from.positive_limit(), from.greatest_feed()};
 }
 
 template <typename Axes>
@@ -172,11 +173,15 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
   set_channels(config, name, settings);
   const auto& service = config.service_interface();
   settings.service = {service.response_clears_request(), service.ads_request_clears_response(),
-                      service.reset_clears_states()};
+                      service.reset_clears_states(), service.start_clears_states()};
   const auto& answers = config.answers();
   settings.answers = {answers.whole_string_buffer(),
-                      static_cast<ads::ErrorCode>(answers.unknown_variable()),
-                      answers.old_groups()};
+                      static_cast<ads::ErrorCode>(answers.unknown_variable()), answers.old_groups(),
+                      answers.old_value_offset()};
+  if (answers.old_value_offset() != 92 && answers.old_value_offset() != 96) {
+    refuse(name + ": answers: old_value_offset",
+           fmt::format("{}; expected 92 or 96", answers.old_value_offset()));
+  }
   constexpr double slowest = 1;
   constexpr double fastest = 1e6;
   settings.program = programs(config.programs(), name + ": programs");
@@ -185,6 +190,7 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
   settings.decoder_operations = config.programs().operations_per_cycle();
   settings.timers_resume = config.programs().timers_resume();
   settings.quoted_reports = config.programs().quoted_reports();
+  settings.report_time = config.programs().report_time();
   check_range(name + ": rapid_feed", config.rapid_feed(), slowest, fastest);
   settings.program.rapid_feed = config.rapid_feed();
   check_range(name + ": cycle_us", config.cycle_us(), 250U, 100'000U);

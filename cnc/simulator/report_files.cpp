@@ -2,7 +2,11 @@
 
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <fstream>
+#include <iomanip>
+#include <sstream>
+#include <string_view>
 #include <utility>
 
 #include <fmt/chrono.h>
@@ -12,11 +16,17 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-std::string stamp(std::chrono::system_clock::time_point now) {
+std::string stamp(std::string form, std::chrono::system_clock::time_point now) {
+  constexpr std::string_view fraction = "%f";
   const auto milliseconds =
       std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count() % 1000;
-  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} ",
-                     fmt::localtime(std::chrono::system_clock::to_time_t(now)), milliseconds);
+  if (const std::size_t at = form.find(fraction); at != std::string::npos) {
+    form.replace(at, fraction.size(), fmt::format("{:03}", milliseconds));
+  }
+  const std::tm time = fmt::localtime(std::chrono::system_clock::to_time_t(now));
+  std::ostringstream out;
+  out << std::put_time(&time, form.c_str());
+  return out.str();
 }
 
 bool leaves_its_folder(const std::filesystem::path& file) {
@@ -26,8 +36,10 @@ bool leaves_its_folder(const std::filesystem::path& file) {
 
 }  // namespace
 
-ReportFiles::ReportFiles(std::filesystem::path folder, bool quoted)
-    : folder_(std::move(folder)), quoted_(quoted) {}
+ReportFiles::ReportFiles(std::filesystem::path folder) : ReportFiles(std::move(folder), Form()) {}
+
+ReportFiles::ReportFiles(std::filesystem::path folder, Form form)
+    : folder_(std::move(folder)), form_(std::move(form)) {}
 
 tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
                                                     std::chrono::system_clock::time_point now) {
@@ -37,8 +49,8 @@ tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
                                       saved.file, folder_.string()));
   }
   std::ofstream out(file, std::ios::binary | std::ios::app);
-  const char* const quote = quoted_ ? "\"" : "";
-  out << (saved.time_stamp ? stamp(now) : "") << quote << saved.text << quote
+  const char* const quote = form_.quoted ? "\"" : "";
+  out << (saved.time_stamp ? stamp(form_.time, now) : "") << quote << saved.text << quote
       << (saved.line_end ? "\n" : "");
   out.flush();
   if (!out) {

@@ -18,18 +18,24 @@ namespace millrace::cnc::simulator {
 
 class ReportFiles {
  public:
-  /// With `quoted`, texts stand in quotation marks.
-  explicit ReportFiles(std::filesystem::path folder, bool quoted = false);
+  /// How texts are written; by default as in the example above.
+  struct Form {
+    /// As strftime has it, and %f for milliseconds.
+    std::string time = "%Y-%m-%d %H:%M:%S.%f ";
+    /// In quotation marks.
+    bool quoted = false;
+  };
+  explicit ReportFiles(std::filesystem::path folder);
+  ReportFiles(std::filesystem::path folder, Form form);
 
   /// Appends what the program wrote, in CP1252 as it wrote it; the reason if that failed. A file
-  /// outside the folder is refused (our choice). The time stamp is local time; its form is our
-  /// choice.
+  /// outside the folder is refused (our choice). The time stamp is local time (our choice).
   tl::expected<void, std::string> append(const nc::SaveEvent& saved,
                                          std::chrono::system_clock::time_point now);
 
  private:
   std::filesystem::path folder_;
-  bool quoted_;
+  Form form_;
 };
 
 }  // namespace millrace::cnc::simulator

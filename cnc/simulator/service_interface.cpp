@@ -41,9 +41,19 @@ ServiceInterface::ServiceInterface(Family& globals, ServiceRules rules, Clock cl
 void ServiceInterface::reset() {
   pending_.reset();
   if (rules_.reset_clears_states) {
-    request_state_->clear();
-    response_state_->clear();
+    clear_states();
   }
+}
+
+void ServiceInterface::start() {
+  if (rules_.start_clears_states) {
+    clear_states();
+  }
+}
+
+void ServiceInterface::clear_states() {
+  request_state_->clear();
+  response_state_->clear();
 }
 
 void ServiceInterface::request_written(Writer writer) {

@@ -30,6 +30,8 @@ struct ServiceRules {
   bool ads_request_clears_response = false;
   /// An NC reset sets both states to 0.
   bool reset_clears_states = false;
+  /// The start of a program sets both states to 0.
+  bool start_clears_states = false;
 };
 
 /// A call as the program saw it: from writing REQUEST_STATE ≠ 0 to the first RESPONSE_STATE ≠ 0.
@@ -50,8 +52,11 @@ class ServiceInterface {
 
   /// NC reset.
   void reset();
+  /// A program starts.
+  void start();
 
  private:
+  void clear_states();
   void request_written(Writer writer);
   void response_written(Writer writer);
 

@@ -26,6 +26,8 @@ struct AnswerRules {
   ads::ErrorCode unknown_variable = ads::ErrorCode::symbol_not_found;
   /// Index groups without 0x100000 are those with it; otherwise they are invalid.
   bool old_groups = true;
+  /// Where the value stands in S_WRITE_VAR_DATA.
+  std::uint32_t old_value_offset = 96;
 };
 
 /// How the AMS router and its network behave.
@@ -53,6 +55,8 @@ struct AxisSettings {
   /// Software limits in mm or degrees: a block that leaves them aborts its program.
   double negative_limit = -100'000;
   double positive_limit = 100'000;
+  /// In mm/min: a motion is as slow as its slowest axis needs; 0 = as fast as programmed.
+  double greatest_feed = 0;
 };
 
 struct Settings {
@@ -69,6 +73,8 @@ struct Settings {
   bool timers_resume = true;
   /// #MSG SAVE writes the text in quotation marks.
   bool quoted_reports = false;
+  /// The time stamp of #MSG SAVE, as strftime has it, and %f for milliseconds.
+  std::string report_time = "%Y-%m-%d %H:%M:%S.%f ";
   /// Where programs and subprograms are searched, in this order.
   std::vector<std::filesystem::path> folders;
   /// Of every channel that is not in channel_axes.

@@ -15,7 +15,9 @@ nc::ChannelOptions options_of(const Settings& settings, const std::vector<AxisSe
   options.axes.clear();
   for (const AxisSettings& axis : axes) {
     options.axes.push_back(axis.name);
-    options.limits.push_back({axis.negative_limit, axis.positive_limit});
+    nc::AxisLimits limits{axis.negative_limit, axis.positive_limit};
+    limits.greatest_feed = axis.greatest_feed > 0 ? axis.greatest_feed : limits.greatest_feed;
+    options.limits.push_back(limits);
   }
   return options;
 }
@@ -55,7 +57,7 @@ void VirtualChannel::add_variables(const Settings& settings, const Common& commo
 }
 
 tl::expected<void, Refusal> VirtualChannel::start(const Program& program) {
-  return control_.start(program);
+  return control_.start(program).map([this] { service_.start(); });
 }
 
 void VirtualChannel::reset() {
@@ -74,7 +76,12 @@ tl::expected<void, Refusal> VirtualChannel::command_state(ProcessState state) {
   if (state == ProcessState::selected) {
     service_.reset();
   }
-  return told(control_.command(state));
+  const bool starts = state == ProcessState::active && control_.state() == ProcessState::ready;
+  return told(control_.command(state).map([&] {
+    if (starts) {
+      service_.start();
+    }
+  }));
 }
 
 void VirtualChannel::command_parameter(std::string parameter) {

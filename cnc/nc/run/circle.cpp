@@ -34,8 +34,9 @@ Point middle(const ArcEnds& ends) {
   return {(ends.begin[0] + ends.end[0]) / 2, (ends.begin[1] + ends.end[1]) / 2};
 }
 
-bool is_out_of_range(Point centre) {
-  return !(std::abs(centre[0]) <= farthest_centre && std::abs(centre[1]) <= farthest_centre);
+// Also false for what is no number.
+bool is_in_range(Point centre) {
+  return std::abs(centre[0]) <= farthest_centre && std::abs(centre[1]) <= farthest_centre;
 }
 
 double angle_of(Point centre, Point point) {
@@ -113,7 +114,7 @@ std::vector<Point> Arc::extremes() const {
 }
 
 Result<Arc> arc_around(const ArcEnds& ends, Point centre, bool corrected) {
-  if (is_out_of_range(centre)) {
+  if (!is_in_range(centre)) {
     return fault(20020, "the centre of the circle is out of range");
   }
   const Point used = corrected ? equidistant(ends, centre) : centre;
@@ -153,7 +154,7 @@ Result<Arc> arc_of_radius(const ArcEnds& ends, double radius) {
   const Point from = middle(ends);
   const Point centre{from[0] - side * (ends.end[1] - ends.begin[1]) / chord,
                      from[1] + side * (ends.end[0] - ends.begin[0]) / chord};
-  if (is_out_of_range(centre)) {
+  if (!is_in_range(centre)) {
     return fault(20054, "the centre of the circle of R" + display(radius) + " is out of range");
   }
   return arc_between(ends, centre);

@@ -79,6 +79,9 @@ class MotionState {
   values::Result<void> move(const Draft& draft, Meaning& meaning);
   [[nodiscard]] values::Result<std::optional<Arc>> arc_to(const std::vector<double>& target,
                                                           const Draft& draft) const;
+  /// Minutes the slowest axis needs for the way to a target, along an arc if there is one.
+  [[nodiscard]] double least_time(const std::vector<double>& target,
+                                  const std::optional<Arc>& arc) const;
   [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target) const;
   [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target,
                                                   const Arc& arc) const;

@@ -19,7 +19,8 @@ double path_length(const std::vector<double>& from, const std::vector<double>& t
 
 Result<void> MotionState::check_limits(const std::vector<double>& target) const {
   for (std::size_t axis = 0; axis < std::min(target.size(), options_.limits.size()); ++axis) {
-    const auto& [least, greatest] = options_.limits[axis];
+    const double least = options_.limits[axis].least;
+    const double greatest = options_.limits[axis].greatest;
     if (!(target[axis] >= least && target[axis] <= greatest)) {
       return fault(0, "axis " + options_.axes[axis] + " would leave its limits, " +
                           values::display(least) + " to " + values::display(greatest) + ", for " +
@@ -39,6 +40,18 @@ Result<void> MotionState::check_limits(const std::vector<double>& target, const 
     }
   }
   return {};
+}
+
+// On an arc, an axis is never faster than the path.
+double MotionState::least_time(const std::vector<double>& target,
+                               const std::optional<Arc>& arc) const {
+  double time = 0;
+  for (std::size_t axis = 0; axis < std::min(target.size(), options_.limits.size()); ++axis) {
+    const bool round = arc && (axis == arc->axes[0] || axis == arc->axes[1]);
+    const double way = round ? arc->length() : std::abs(target[axis] - position_[axis]);
+    time = std::max(time, way / options_.limits[axis].greatest_feed);
+  }
+  return time;
 }
 
 Result<std::optional<Arc>> MotionState::arc_to(const std::vector<double>& target,
@@ -103,7 +116,7 @@ Result<void> MotionState::move(const Draft& draft, Meaning& meaning) {
     motion.path = std::hypot((*arc)->length(), path_length(position_, beside));
   }
   const double feed = way_ == Way::rapid ? options_.rapid_feed : feed_;
-  motion.duration = scaled(60.0 * motion.path / feed);
+  motion.duration = scaled(60.0 * std::max(motion.path / feed, least_time(target, *arc)));
   meaning.actions.emplace_back(std::move(motion));
   position_ = std::move(target);
   return {};

@@ -2,6 +2,7 @@
 // streaming program is started or called (IB/tf5200_data_streaming/222568459, documented).
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <string>
 #include <utility>
@@ -41,7 +42,7 @@ class Stream {
 
  private:
   /// In bytes; our choice.
-  static constexpr std::size_t capacity = 64 * 1024;
+  static constexpr std::size_t capacity = std::size_t{64} << 10U;
   std::deque<std::string> packets_;
   std::size_t bytes_ = 0;
 };

@@ -18,23 +18,24 @@ using ads::Result;
 /// Bytes of the buffers in which names and descriptions come (documented).
 constexpr std::uint32_t long_text = 96;
 constexpr std::uint32_t short_text = 20;
-/// S_WRITE_VAR_DATA: the name, then the value; that it stands at 96 instead of 92 is inferred from
-/// the documented size of 120 and the alignment of a REAL64.
+/// S_WRITE_VAR_DATA: the name, then the value; that it stands at 96 and not at 92 is inferred from
+/// the documented size and the alignment of a REAL64.
 constexpr std::size_t name_size = 92;
-constexpr std::size_t value_at = 96;
+constexpr std::size_t write_size = 120;
 
 Object write_by_name(std::string name) {
   return {.name = std::move(name),
           .type = "S_WRITE_VAR_DATA",
-          .length = value_at + old_value_size,
+          .length = write_size,
           .write = [](const Context& at, ads::BytesView in) -> Result<void> {
-            if (in.size() != value_at + old_value_size) {
+            if (in.size() != write_size) {
               return tl::unexpected(ErrorCode::invalid_size);
             }
+            const std::size_t value_at = at.machine.settings().answers.old_value_offset;
             return find_variable(at, variables::decode_text(in.first(name_size)))
                 .and_then([&](const Selection& found) -> Result<void> {
                   return found.element ? write_old_value(*found.variable, *found.element,
-                                                         in.subspan(value_at))
+                                                         in.subspan(value_at, old_value_size))
                                        : tl::unexpected(ErrorCode::invalid_data);
                 });
           }};

@@ -33,6 +33,8 @@ TEST(Configuration, ReadsEverySwitch) {
   EXPECT_FALSE(sut.answers.whole_string_buffer);
   EXPECT_EQ(sut.answers.unknown_variable, ads::ErrorCode::invalid_data);
   EXPECT_FALSE(sut.answers.old_groups);
+  EXPECT_EQ(sut.answers.old_value_offset, 92);
+  EXPECT_TRUE(sut.service.start_clears_states);
   EXPECT_THAT(sut.folders, ElementsAre(good / "cycles", "/opt/nc"));
 }
 
@@ -44,6 +46,7 @@ TEST(Configuration, ReadsTheAxesOfChannels) {
   EXPECT_EQ(sut.axes_of(1)[0].name, "X");
   EXPECT_EQ(sut.axes_of(1)[0].negative_limit, -10);
   EXPECT_EQ(sut.axes_of(1)[0].positive_limit, 500.5);
+  EXPECT_EQ(sut.axes_of(1)[0].greatest_feed, 3000);
   ASSERT_EQ(sut.axes_of(3).size(), 1);
   EXPECT_EQ(sut.axes_of(3)[0].name, "W");
 }
@@ -83,6 +86,7 @@ TEST(Configuration, ReadsWhatConcernsTimersReportsAndTheCycle) {
   EXPECT_FALSE(sut.timers_resume);
   EXPECT_TRUE(sut.quoted_reports);
   EXPECT_EQ(sut.decoder_operations, 500);
+  EXPECT_EQ(sut.report_time, "%H:%M ");
   EXPECT_TRUE(parse_settings("", "empty").timers_resume);
   EXPECT_FALSE(parse_settings("", "empty").quoted_reports);
 }
@@ -131,6 +135,9 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"connections { route: \"1.2.3\" }",
                 "x: connections: route: \"1.2.3\"; expected six"},
         Mistake{"connections { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
+        Mistake{"answers { old_value_offset: 93 }", "old_value_offset: 93; expected 92 or 96"},
+        Mistake{"axis { name: \"X\" greatest_feed: -1 }",
+                "x: axis: greatest_feed: -1; expected 0 to 1000000"},
         Mistake{"axis {}", "x: axis: name \"\"; expected a capital letter"},
         Mistake{"axis { name: \"x\" }", "x: axis: name \"x\"; expected a capital letter"},
         Mistake{"axis { name: \"X Y\" }", "x: axis: name \"X Y\"; expected a capital letter"},

@@ -85,9 +85,15 @@ TEST_F(ReportFile, StaysInItsFolder) {
 }
 
 TEST_F(ReportFile, StandsInQuotationMarksIfAskedTo) {
-  ReportFiles quoted(folder_.path(), true);
+  ReportFiles quoted(folder_.path(), {"", true});
   ASSERT_TRUE(quoted.append({"message.txt", "one", false, true}, now_));
   EXPECT_EQ(text_of(folder_.path() / "message.txt"), "\"one\"\n");
+}
+
+TEST_F(ReportFile, HasTheTimeStampItIsAskedFor) {
+  ReportFiles stamped(folder_.path(), {"[%Y %f] ", false});
+  ASSERT_TRUE(stamped.append({"message.txt", "one", true, true}, now_));
+  EXPECT_THAT(text_of(folder_.path() / "message.txt"), MatchesRegex("\\[20[0-9]+ [0-9]+\\] one\n"));
 }
 
 TEST_F(ReportFile, ThatCannotBeWrittenIsReported) {
