@@ -50,6 +50,7 @@ std::vector<fs::path> archive_files(const fs::path& folder) {
   }
   std::sort(numbered.begin(), numbered.end());
   std::vector<fs::path> files;
+  files.reserve(numbered.size());
   for (auto& [number, file] : numbered) {
     files.push_back(std::move(file));
   }
@@ -61,8 +62,9 @@ Archive::Archive(fs::path folder, const Policy& policy, Time now)
       policy_(policy),
       lock_(posix::lock_folder(folder_, "archive.lock", "another archiver writes here")) {
   const auto files = archive_files(folder_);
-  number_ = files.empty() ? 1 : number_of(files.back()).value();
-  current_.emplace(name_of(folder_, number_), Beginning{.begun = now, .first_put = 1});
+  number_ = files.empty() ? 1 : number_of(files.back()).value_or(1);
+  current_ =
+      std::make_unique<Segment>(name_of(folder_, number_), Beginning{.begun = now, .first_put = 1});
   if (files.size() > 1) {
     previous_.emplace(files[files.size() - 2]);
   }
@@ -102,7 +104,7 @@ void Archive::rotate(Time now) {
   current_.reset();
   previous_.emplace(file());
   ++number_;
-  current_.emplace(file(), Beginning{.begun = now, .first_put = next_put});
+  current_ = std::make_unique<Segment>(file(), Beginning{.begun = now, .first_put = next_put});
   remove_expired(now);
 }
 
@@ -110,6 +112,7 @@ void Archive::remove_expired(Time now) {
   auto files = archive_files(folder_);
   files.pop_back();
   std::vector<Closed> closed;
+  closed.reserve(files.size());
   for (const fs::path& file : files) {
     closed.push_back({.bytes = fs::file_size(file), .ended = ClosedSegment(file).ended()});
   }

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,7 +44,8 @@ class Archive {
   std::uint64_t number_ = 1;
   /// Closed; to know repeated calls.
   std::optional<ClosedSegment> previous_;
-  std::optional<Segment> current_;
+  /// Never null between calls.
+  std::unique_ptr<Segment> current_;
 };
 
 /// The archive's files in the order they were written.

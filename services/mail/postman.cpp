@@ -98,25 +98,33 @@ Response Postman::first_attempt(Lock& lock, const Entry& entry) {
   return answer_to(attempt(lock, entry, true));
 }
 
-Outcome Postman::attempt(Lock& lock, Entry entry, bool program_waits) {
+Outcome Postman::send(const Entry& entry) {
+  bool handed_over = false;
+  const auto hand_over = [&] {
+    Entry leaving = entry;
+    leaving.stage = Stage::handed_over;
+    const auto kept = spool_.put(leaving);
+    if (!kept) {
+      log_->error("call {}: {}", entry.call.to_string(), kept.error());
+    }
+    handed_over = kept.has_value();
+    return handed_over;
+  };
+  const auto cancelled = [this] {
+    const Lock guard(lock_);
+    return stopping_;
+  };
+  try {
+    return transport_.send(entry.mail, {.handing_over = hand_over, .cancelled = cancelled});
+  } catch (const std::exception& error) {
+    return {.verdict = handed_over ? Verdict::doubt : Verdict::later, .reply = error.what()};
+  }
+}
+
+Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
   busy_.insert(entry.call);
   lock.unlock();
-  Outcome outcome = transport_.send(
-      entry.mail, {.handing_over =
-                       [&] {
-                         Entry leaving = entry;
-                         leaving.stage = Stage::handed_over;
-                         const auto kept = spool_.put(leaving);
-                         if (!kept) {
-                           log_->error("call {}: {}", entry.call.to_string(), kept.error());
-                         }
-                         return kept.has_value();
-                       },
-                   .cancelled =
-                       [this] {
-                         const Lock guard(lock_);
-                         return stopping_;
-                       }});
+  Outcome outcome = send(entry);
   const auto result = after(entry, outcome, config_.retry, program_waits, now());
   tell(result.value_or(entry), outcome);
   if (result) {
@@ -185,7 +193,7 @@ void Postman::run() {
     const fabric::Time time = now();
     fabric::Time wake = time + look_around;
     if (const Entry* entry = due(time, wake)) {
-      attempt(lock, *entry, false);
+      attempt(lock, Entry(*entry), false);
       continue;
     }
     forget_old(lock, time);

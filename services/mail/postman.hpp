@@ -40,7 +40,8 @@ class Postman {
   /// The call's own attempt, or what became of an earlier one.
   sdk::Response first_attempt(Lock& lock, const Entry& entry);
   /// One attempt, with the lock let go meanwhile; the entry is what the spool holds afterwards.
-  Outcome attempt(Lock& lock, Entry entry, bool program_waits);
+  Outcome attempt(Lock& lock, const Entry& entry, bool program_waits);
+  Outcome send(const Entry& entry);
   /// Both write to the spool without the lock and take it then.
   void keep(Lock& lock, const Entry& entry);
   void drop(Lock& lock, fabric::CallId call);

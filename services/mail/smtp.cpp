@@ -184,14 +184,24 @@ void set_mail(const Handle& handle, Session& session, const std::string& from,
 
 }  // namespace
 
-Smtp::Smtp(ServerConfig server) : server_(std::move(server)) {
-  if (const CURLcode code = curl_global_init(CURL_GLOBAL_DEFAULT); code != CURLE_OK) {
-    throw std::runtime_error(fmt::format("libcurl cannot be used: {}", curl_easy_strerror(code)));
+Smtp::Smtp(ServerConfig server) : server_(std::move(server)) {}
+
+Smtp::~Smtp() {
+  if (began_) {
+    curl_global_cleanup();
   }
 }
 
-Smtp::~Smtp() {
-  curl_global_cleanup();
+void Smtp::begin() {
+  // With the first mail, because TLS takes several MiB that a service without mails does not need.
+  const std::lock_guard guard(lock_);
+  if (began_) {
+    return;
+  }
+  if (const CURLcode code = curl_global_init(CURL_GLOBAL_DEFAULT); code != CURLE_OK) {
+    throw std::runtime_error(fmt::format("libcurl cannot be used: {}", curl_easy_strerror(code)));
+  }
+  began_ = true;
 }
 
 Outcome Smtp::send(const Mail& mail, const Watch& watch) {
@@ -199,6 +209,7 @@ Outcome Smtp::send(const Mail& mail, const Watch& watch) {
   if (!secret) {
     return {.verdict = Verdict::login, .reply = secret.error()};
   }
+  begin();
   const Handle handle(curl_easy_init());
   if (!handle) {
     throw std::bad_alloc();

@@ -4,6 +4,8 @@
 //   const Outcome outcome = smtp.send(mail, {.handing_over = …, .cancelled = …});
 #pragma once
 
+#include <mutex>
+
 #include "services/mail/config.hpp"
 #include "services/mail/transport.hpp"
 
@@ -11,15 +13,19 @@ namespace millrace::services::mail {
 
 class Smtp : public Transport {
  public:
-  /// Throws std::runtime_error if libcurl cannot be used.
   explicit Smtp(ServerConfig server);
   ~Smtp() override;
   Smtp(const Smtp&) = delete;
   Smtp& operator=(const Smtp&) = delete;
 
+  /// Throws std::runtime_error if libcurl cannot be used.
   Outcome send(const Mail& mail, const Watch& watch) override;
 
  private:
+  void begin();
+
+  std::mutex lock_;
+  bool began_ = false;
   ServerConfig server_;
 };
 

@@ -7,6 +7,7 @@
 #include <tl/expected.hpp>
 
 #include "fabric/messages.hpp"
+#include "services/text/answer.hpp"
 
 namespace millrace::services::square_root {
 
@@ -21,29 +22,23 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// What was asked, short enough for an answer that says more than that.
-std::string quote(std::string_view text) {
-  constexpr std::size_t longest = 60;
-  return text.size() <= longest ? fmt::format("'{}'", text)
-                                : fmt::format("'{}...'", text.substr(0, longest));
-}
-
-tl::expected<double, std::string> parse(std::string_view text) {
-  if (text.empty()) {
+tl::expected<double, std::string> parse(std::string_view request) {
+  if (request.empty()) {
     return tl::unexpected(std::string("the request is empty, expected a number"));
   }
   // from_chars knows no plus sign.
-  std::string_view digits = text;
+  std::string_view digits = request;
   if (digits.front() == '+' && digits.substr(1, 1) != "-") {
     digits.remove_prefix(1);
   }
   double number = 0;
   const auto [end, error] = std::from_chars(digits.begin(), digits.end(), number);
   if (error == std::errc::result_out_of_range) {
-    return tl::unexpected(fmt::format("{} is out of the range of a number", quote(text)));
+    return tl::unexpected(
+        fmt::format("{} is out of the range of a number", text::in_quotes(request)));
   }
   if (error != std::errc() || end != digits.end() || !std::isfinite(number)) {
-    return tl::unexpected(fmt::format("{} is no number", quote(text)));
+    return tl::unexpected(fmt::format("{} is no number", text::in_quotes(request)));
   }
   return number;
 }
@@ -59,7 +54,7 @@ std::string with_number(std::string_view prefix, double number) {
 sdk::Response square_root(std::string_view request) {
   const auto number = parse(trim(request));
   if (!number) {
-    return {.text = fmt::format("ERROR: {}", number.error()), .state = state_error};
+    return text::error(state_error, number.error());
   }
   if (*number < 0) {
     return {

@@ -37,6 +37,9 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"4,5", "ERROR: '4,5' is no number", 99}, Case{"+-4", "ERROR: '+-4' is no number", 99},
         Case{"0x10", "ERROR: '0x10' is no number", 99},
         Case{"nan", "ERROR: 'nan' is no number", 99}, Case{"inf", "ERROR: 'inf' is no number", 99},
+        Case{"$(reboot)", "ERROR: '$(reboot)' is no number", 99},
+        Case{"../../etc/passwd", "ERROR: '../../etc/passwd' is no number", 99},
+        Case{"4\x01", "ERROR: '4?' is no number", 99},
         Case{"", "ERROR: the request is empty, expected a number", 99},
         Case{" \n", "ERROR: the request is empty, expected a number", 99},
         Case{"1e999", "ERROR: '1e999' is out of the range of a number", 99}));

@@ -3,6 +3,8 @@
 #include <deque>
 #include <filesystem>
 #include <future>
+#include <stdexcept>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,6 +29,9 @@ class FakeServer : public Transport {
     changed_.notify_all();
     changed_.wait(lock, [&] { return !held_ || watch.cancelled(); });
     Outcome outcome{.verdict = Verdict::accepted, .reply = "250 OK"};
+    if (std::exchange(throws_, false)) {
+      throw std::runtime_error("no memory");
+    }
     if (!answers_.empty()) {
       outcome = answers_.front();
       answers_.pop_front();
@@ -49,6 +54,10 @@ class FakeServer : public Transport {
   void will(std::deque<Outcome> answers) {
     const std::lock_guard guard(lock_);
     answers_ = std::move(answers);
+  }
+  void throw_once() {
+    const std::lock_guard guard(lock_);
+    throws_ = true;
   }
   void hold(bool held) {
     {
@@ -81,6 +90,7 @@ class FakeServer : public Transport {
   std::condition_variable changed_;
   std::deque<Outcome> answers_;
   bool held_ = false;
+  bool throws_ = false;
   std::size_t attempts_ = 0;
   std::vector<std::string> taken_;
 };
@@ -225,6 +235,14 @@ TEST_F(MailPostman, SendsNothingForACallOutOfARecordingUnlessTold) {
   start();
   EXPECT_EQ(sut->answer(call).state, 1U);
   EXPECT_EQ(server.attempts(), 1U);
+}
+
+TEST_F(MailPostman, SurvivesATransportThatThrows) {
+  server.throw_once();
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: no memory", 2}));
+  server.await_taken(1);
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
 }
 
 TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {
