@@ -8,6 +8,7 @@
 
 #include <curl/curl.h>
 #include <fmt/format.h>
+#include <sys/socket.h>
 
 namespace millrace::services::mail {
 
@@ -154,6 +155,8 @@ void set_server(const Handle& handle, const ServerConfig& server, const std::str
   set(handle, CURLOPT_NOSIGNAL, 1L);
   set(handle, CURLOPT_CONNECTTIMEOUT_MS, milliseconds(server.connect_timeout));
   set(handle, CURLOPT_TIMEOUT_MS, milliseconds(server.timeout));
+  set(handle, CURLOPT_SERVER_RESPONSE_TIMEOUT,
+      static_cast<long>(std::chrono::ceil<std::chrono::seconds>(server.timeout).count()));
   set(handle, CURLOPT_USE_SSL, long{server.starttls ? CURLUSESSL_ALL : CURLUSESSL_NONE});
   set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
   set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
@@ -165,6 +168,15 @@ void set_server(const Handle& handle, const ServerConfig& server, const std::str
   if (!server.user.empty()) {
     set(handle, CURLOPT_USERNAME, server.user.c_str());
     set(handle, CURLOPT_PASSWORD, password.c_str());
+  }
+}
+
+/// libcurl says QUIT when the handle goes, and waits for the answer up to two minutes.
+void do_not_wait_for_goodbye(const Handle& handle) {
+  curl_socket_t socket = CURL_SOCKET_BAD;
+  if (curl_easy_getinfo(handle.get(), CURLINFO_ACTIVESOCKET, &socket) == CURLE_OK &&
+      socket != CURL_SOCKET_BAD) {
+    ::shutdown(socket, SHUT_RD);
   }
 }
 
@@ -222,6 +234,7 @@ Outcome Smtp::send(const Mail& mail, const Watch& watch) {
   set_server(handle, server_, *secret);
   set_mail(handle, session, from, to);
   const CURLcode code = curl_easy_perform(handle.get());
+  do_not_wait_for_goodbye(handle);
   if (session.exchange.trouble == Trouble::none) {
     session.exchange.trouble = trouble_of(code);
     session.exchange.trouble_text = reason[0] != '\0' ? reason.data() : curl_easy_strerror(code);

@@ -137,6 +137,13 @@ TEST_F(Mail, AnswersOnceTheServerHasTheMail) {
             HasSubstr("\r\n\r\ncnc/1 has made 12 parts of WELLE7.\r\n")));
 }
 
+TEST_F(Mail, DoesNotWaitForTheServersGoodbye) {
+  start();
+  answer("no goodbye");
+  EXPECT_EQ(call("done program=A parts=1").state, 1U);
+  EXPECT_EQ(accepted(), 1U);
+}
+
 TEST_F(Mail, SendsWhatTheServerRefusesForNowOnceItTakesIt) {
   start();
   answer("data 451 4.7.1 greylisted");

@@ -10,6 +10,7 @@ an empty line, the message. FOLDER/answer, read whenever a mail arrives, says wh
     data 451 4.7.1 later      this reply to the end of the message
     hold                      keeps the mail and says nothing more
     drop                      keeps the mail and closes the connection
+    no goodbye                takes the mail and does not answer QUIT
 """
 import argparse
 import asyncio
@@ -52,6 +53,11 @@ class Handler:
         if answer == "drop":
             server.transport.abort()
         return "250 2.0.0 OK"
+
+    async def handle_QUIT(self, server, session, envelope):
+        if self.answer() == "no goodbye":
+            await asyncio.Event().wait()
+        return "221 2.0.0 Bye"
 
 
 def authenticator(user, password):
