@@ -1,6 +1,6 @@
 # The service library as a package of its own: one shared library, its headers, a CMake and a pkg-config file.
 #
-#   cmake --install build --component sdk --prefix /usr/local
+#   for part in sdk sdk-dev; do cmake --install build --component $part --prefix /usr/local; done
 #
 # Shared, so that a service outside this tree needs neither Cyclone's nor Boost's headers, and one in C links as C.
 include(GNUInstallDirs)
@@ -27,8 +27,8 @@ set_target_properties(millrace_sdk_shared PROPERTIES
   VERSION ${PROJECT_VERSION}
   SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 
-install(TARGETS millrace_sdk_shared EXPORT millrace COMPONENT sdk)
-install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT sdk)
+install(TARGETS millrace_sdk_shared EXPORT millrace LIBRARY COMPONENT sdk NAMELINK_COMPONENT sdk-dev)
+install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT sdk-dev)
 
 # What a service includes, and what that includes.
 set(headers
@@ -38,15 +38,15 @@ set(headers
   services/sdk/service.hpp)
 foreach(header IN LISTS headers)
   cmake_path(GET header PARENT_PATH folder)
-  install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${sdk_includes}/${folder} COMPONENT sdk)
+  install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${sdk_includes}/${folder} COMPONENT sdk-dev)
 endforeach()
 # On top, because sources written for the vendor's SDK name no folder.
-install(FILES ${PROJECT_SOURCE_DIR}/services/sdk/isg_service.h DESTINATION ${sdk_includes} COMPONENT sdk)
+install(FILES ${PROJECT_SOURCE_DIR}/services/sdk/isg_service.h DESTINATION ${sdk_includes} COMPONENT sdk-dev)
 
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 configure_file(${package}/millrace-sdk.pc.in ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc @ONLY)
 install(FILES ${package}/millrace-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
-  DESTINATION ${sdk_config} COMPONENT sdk)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/template DESTINATION ${CMAKE_INSTALL_DATADIR}/millrace COMPONENT sdk)
+  DESTINATION ${sdk_config} COMPONENT sdk-dev)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk-dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/template DESTINATION ${CMAKE_INSTALL_DATADIR}/millrace COMPONENT sdk-dev)

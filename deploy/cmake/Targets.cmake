@@ -40,11 +40,14 @@ function(millrace_add_library name)
     EXPORT_NAME ${name})
 endfunction()
 
-# millrace_add_program(NAME SOURCES … LINK lib …): an executable in BUILD/bin, installed with the project.
+# millrace_add_program(NAME SOURCES … LINK lib …): an executable in BUILD/bin, installed with the package of the room
+# it lives in (Packages.cmake).
 function(millrace_add_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE millrace_options ${arg_LINK})
-  install(TARGETS ${name})
+  cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE room)
+  string(REGEX REPLACE "/.*" "" room ${room})
+  install(TARGETS ${name} COMPONENT ${room})
 endfunction()

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "fabric/command_line.hpp"
+#include "idl/program/watchdog.hpp"
 #include "tools/bus/observer.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/version.hpp"
@@ -145,6 +146,7 @@ class Session : public bus::ObserverListener {
   recorder::Recorder recorder_;
   recorder::Recorder::Result result_;
   boost::asio::io_context io_{1};
+  const program::Watchdog watchdog_{io_.get_executor()};
   boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
   bus::Observer observer_;

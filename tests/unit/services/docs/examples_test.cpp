@@ -1,4 +1,5 @@
-// The configurations that docs/services.md shows are ones the services take.
+// The configurations that docs/services.md shows and those of deploy/examples are ones the services
+// take.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -58,6 +59,34 @@ TEST(DocumentedConfiguration, OfMailIsTaken) {
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->templates.size(), 2U);
   EXPECT_EQ(sut->spool, "/var/lib/millrace/mail/spool");
+}
+
+std::filesystem::path installed(const std::string& name) {
+  return std::filesystem::path(MILLRACE_EXAMPLES) / name;
+}
+
+TEST(ExampleConfiguration, OfEachServiceIsTaken) {
+  EXPECT_EQ(batch::load(installed("batch.textproto")).value().scripts.size(), 1U);
+  EXPECT_EQ(dial_gauge::load(installed("dial_gauge.textproto")).value().gauges.size(), 2U);
+  EXPECT_EQ(archiver::load(installed("archiver.textproto")).value().folder,
+            "/var/lib/millrace/archiver/archive");
+  EXPECT_EQ(mail::load(installed("mail.textproto")).value().templates.size(), 1U);
+}
+
+/// What systemd gives the service of each example is a program of ours and flags that name files.
+TEST(ExampleConfiguration, OfEachUnitNamesItsFile) {
+  std::size_t count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(installed("services"))) {
+    std::ifstream in(entry.path());
+    for (std::string line; std::getline(in, line);) {
+      const std::string config = "FLAGS=--config /etc/millrace/";
+      if (line.starts_with(config)) {
+        EXPECT_TRUE(std::filesystem::exists(installed(line.substr(config.size())))) << line;
+        ++count;
+      }
+    }
+  }
+  EXPECT_EQ(count, 4U);
 }
 
 }  // namespace

@@ -1,0 +1,129 @@
+# Debian packages, one per role:
+#
+#   cmake --build --preset release && cpack --preset release      # into build/release/packages
+#
+# millrace-common   fabric.textproto, profiles, the target that all units belong to
+# millrace-gateway  the gateway, its unit and configuration
+# millrace-services the services that come with millrace, the unit of a service, example configurations
+# millrace-tools    the operator's command, the recorder's unit
+# millrace-cnc      the virtual CNC and the demo
+# libmillrace-sdk   the service library; millrace-sdk-dev is what services are compiled with
+#
+# Programs and library say by their own install() which component they belong to.
+include(GNUInstallDirs)
+
+set(millrace_deploy ${PROJECT_SOURCE_DIR}/deploy)
+set(millrace_units lib/systemd/system)
+set(millrace_share ${CMAKE_INSTALL_DATADIR}/millrace)
+set(millrace_etc /etc/millrace)
+
+install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
+install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
+install(FILES ${millrace_deploy}/profiles/one_host.fabric.textproto DESTINATION ${millrace_etc}
+  RENAME fabric.textproto COMPONENT common)
+
+install(FILES ${millrace_deploy}/systemd/millrace-gateway.service DESTINATION ${millrace_units} COMPONENT gateway)
+install(FILES ${millrace_deploy}/examples/gateway.textproto DESTINATION ${millrace_etc} COMPONENT gateway)
+
+install(DIRECTORY
+    ${millrace_deploy}/systemd/millrace-service@dial-gauge.service.d
+    ${millrace_deploy}/systemd/millrace-service@mail.service.d
+  DESTINATION ${millrace_units} COMPONENT services)
+install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
+install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/millrace-services/examples
+  COMPONENT services PATTERN gateway.textproto EXCLUDE)
+# Where units look for the flags of each instance.
+install(DIRECTORY DESTINATION ${millrace_etc}/services COMPONENT services)
+
+install(FILES ${millrace_deploy}/systemd/millrace-recorder.service DESTINATION ${millrace_units} COMPONENT tools)
+install(FILES ${millrace_deploy}/systemd/millrace-recorder.conf DESTINATION lib/tmpfiles.d COMPONENT tools)
+
+install(PROGRAMS ${millrace_deploy}/demo DESTINATION ${millrace_share} COMPONENT cnc)
+install(DIRECTORY ${millrace_deploy}/nc DESTINATION ${millrace_share} COMPONENT cnc)
+
+set(millrace_components common gateway services tools cnc sdk sdk-dev)
+foreach(component IN LISTS millrace_components)
+  if(component STREQUAL "sdk")
+    set(name libmillrace-sdk)
+  else()
+    set(name millrace-${component})
+  endif()
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name})
+  set(CPACK_DEBIAN_${upper}_FILE_NAME DEB-DEFAULT)
+  # In each package, as Debian wants it.
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name}
+    RENAME copyright COMPONENT ${component})
+endforeach()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_COMPONENTS_ALL ${millrace_components})
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_PACKAGE_NAME millrace)
+set(CPACK_PACKAGE_VENDOR millrace)
+set(CPACK_PACKAGE_CONTACT "The millrace maintainers <maintainers@millrace.invalid>")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION misc)
+# Libraries by what the programs are linked with; the rest by name.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+set(exactly "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
+set(CPACK_DEBIAN_COMMON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_GATEWAY_PACKAGE_DEPENDS "millrace-common ${exactly}")
+set(CPACK_DEBIAN_SERVICES_PACKAGE_DEPENDS "millrace-common ${exactly}")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "millrace-common ${exactly}")
+set(CPACK_DEBIAN_SDK_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_SDK-DEV_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_SDK-DEV_PACKAGE_DEPENDS
+  "libmillrace-sdk ${exactly}, libcli11-dev, libexpected-dev, libspdlog-dev")
+# The certificates that vouch for mail servers.
+set(CPACK_DEBIAN_SERVICES_PACKAGE_RECOMMENDS "ca-certificates")
+# For its demo.
+set(CPACK_DEBIAN_CNC_PACKAGE_RECOMMENDS "millrace-gateway, millrace-services")
+
+set(CPACK_COMPONENT_COMMON_DESCRIPTION "millrace: what all its programs on a host share
+ Profiles of the fabric, and the systemd target of everything that is enabled.")
+set(CPACK_COMPONENT_GATEWAY_DESCRIPTION "millrace gateway: the Service Interface of CNC channels on DDS
+ Polls the controllers over ADS and gives each call of an NC program to one live
+ service of its UUID.")
+set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, mail
+ Programs that answer calls of NC programs, and the systemd unit of a service.")
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "millrace: the operator's command
+ Looks at a fabric, acts on it, records what happens and reads recordings.")
+set(CPACK_COMPONENT_CNC_DESCRIPTION "millrace virtual CNC: runs NC programs without a machine
+ An interpreter of NC programs behind an ADS server, for tests and trials.")
+set(CPACK_COMPONENT_SDK_DESCRIPTION "millrace service library
+ What services of one's own are linked with.")
+set(CPACK_COMPONENT_SDK-DEV_DESCRIPTION "millrace service library: headers, CMake and pkg-config files
+ In C++, and in C with the names of the vendor's SDK.")
+# CPack takes a variable of a component in upper case, a description in either.
+foreach(component IN LISTS millrace_components)
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${CPACK_COMPONENT_${upper}_DESCRIPTION}")
+endforeach()
+
+# What a user changed under /etc stays as it is; new units are known at once. Nothing is enabled or restarted: that
+# is the operator's decision, one instance at a time.
+set(scripts ${PROJECT_BINARY_DIR}/packaging)
+set(conffiles_common "/etc/millrace/fabric.textproto\n")
+set(conffiles_gateway "/etc/millrace/gateway.textproto\n")
+foreach(component IN ITEMS common gateway services tools)
+  string(TOUPPER ${component} upper)
+  configure_file(${millrace_deploy}/package/reload_units ${scripts}/${component}/postinst COPYONLY)
+  configure_file(${millrace_deploy}/package/reload_units ${scripts}/${component}/postrm COPYONLY)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_CONTROL_EXTRA ${scripts}/${component}/postinst ${scripts}/${component}/postrm)
+  if(conffiles_${component})
+    file(CONFIGURE OUTPUT ${scripts}/${component}/conffiles CONTENT "${conffiles_${component}}")
+    list(APPEND CPACK_DEBIAN_${upper}_PACKAGE_CONTROL_EXTRA ${scripts}/${component}/conffiles)
+  endif()
+endforeach()
+# A library of its own needs the loader to look.
+file(CONFIGURE OUTPUT ${scripts}/sdk/triggers CONTENT "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_SDK_PACKAGE_CONTROL_EXTRA ${scripts}/sdk/triggers)
+
+include(CPack)
