@@ -58,7 +58,7 @@ void GatewayWatch::Impl::drain_machines() {
   // What they did last comes first: the end of a gateway is judged by it.
   drain_channels();
   // Each callback may close this watch.
-  while (listener != nullptr) {
+  while (listener != nullptr && machines) {
     const auto batch = machines->take();
     if (batch.empty()) {
       return;

@@ -16,8 +16,8 @@ constexpr std::uint64_t block = 1000;
 }  // namespace
 
 Core::Core(CoreOptions options, const journal::Ledger& ledger)
-    : options_(options),
-      dispatcher_(options.dispatcher),
+    : options_(std::move(options)),
+      dispatcher_(options_.dispatcher),
       epoch_(ledger.numbers().epoch),
       next_number_(ledger.numbers().reserved),
       reserved_(ledger.numbers().reserved) {

@@ -53,7 +53,7 @@ using Decisions = std::vector<Decision>;
 struct DispatcherOptions {
   /// How long a lost instance keeps its calls. An instance is found again about 10 ms after a
   /// frozen gateway wakes.
-  std::chrono::milliseconds grace{100};
+  std::chrono::milliseconds grace{50};
   /// The same for the instances of the journal when the gateway starts and knows nobody yet.
   std::chrono::milliseconds rejoin{1500};
 };

@@ -18,7 +18,8 @@ namespace millrace::gateway {
 class Gateway {
  public:
   /// Throws std::runtime_error if the fabric cannot be joined or the journal not be used.
-  Gateway(boost::asio::any_io_executor executor, const Settings& settings, idl::program::Log log);
+  Gateway(const boost::asio::any_io_executor& executor, const Settings& settings,
+          idl::program::Log log);
   ~Gateway();
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;

@@ -10,6 +10,16 @@
 
 namespace millrace::gateway {
 
+namespace {
+
+/// The next multiple of the period: channels that are looked at equally often are looked at
+/// together, so that their requests share a segment on the wire and a turn of the gateway's loop.
+SteadyTime next_beat(SteadyTime now, std::chrono::milliseconds period) {
+  return SteadyTime((now.time_since_epoch() / period + 1) * period);
+}
+
+}  // namespace
+
 ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace)
     : key_(std::move(key)), pace_(pace) {
   status_.key = key_;
@@ -249,7 +259,7 @@ void ChannelSession::poll(const Picture& picture, Moment now) {
     out_.emplace_back(Offer{*offered_, out_of_patience_});
   }
   const bool soon = now.steady < active_until_;
-  due_ = watch_.reading() ? now.steady : now.steady + (soon ? pace_.active : pace_.idle);
+  due_ = watch_.reading() ? now.steady : next_beat(now.steady, soon ? pace_.active : pace_.idle);
 }
 
 void ChannelSession::poll_call(const Picture& picture, Moment now) {

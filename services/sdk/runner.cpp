@@ -125,8 +125,17 @@ void Runner::perform(Lock lock, const Actions& actions) {
     std::visit([this](const auto& each) { perform(each); }, action);
   }
   closed_ = closed_ || (closing_ && desk_.idle());
+  const bool all = closed_;
   lock.unlock();
-  changed_.notify_all();
+  // One thread for each call: to wake them all for each would cost more than most handlers do.
+  for (const Action& action : actions) {
+    if (std::holds_alternative<Start>(action) && !all) {
+      changed_.notify_one();
+    }
+  }
+  if (all) {
+    changed_.notify_all();
+  }
   for (const Action& action : actions) {
     log(action);
   }

@@ -181,8 +181,8 @@ TEST_F(DispatcherTest, KeepsTheCallOfAnInstanceThatIsGoneForAMoment) {
   ready({1, 2});
   add(1);
   EXPECT_THAT(words(sut.on_instance_gone(id(1), start)), IsEmpty());
-  EXPECT_EQ(sut.next_time(), start + 100ms);
-  EXPECT_THAT(words(sut.on_time(start + 99ms)), IsEmpty());
+  EXPECT_EQ(sut.next_time(), start + 50ms);
+  EXPECT_THAT(words(sut.on_time(start + 49ms)), IsEmpty());
   EXPECT_THAT(words(sut.on_instance_ready(instance(1))), ElementsAre("1→1#1"));
   EXPECT_EQ(sut.next_time(), std::nullopt);
   EXPECT_THAT(words(sut.on_time(start + 1s)), IsEmpty());

@@ -1,0 +1,258 @@
+#include "tests/bench/gateway/controllers.hpp"
+
+#include <fstream>
+#include <regex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "tests/bench/gateway/peers.hpp"
+#include "tests/bench/gateway/process_use.hpp"
+#include "tests/bench/gateway/series.hpp"
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::bench {
+
+namespace {
+
+using tests::Process;
+using Flags = std::vector<std::string>;
+
+constexpr std::chrono::seconds long_patience{120};
+
+/// A virtual CNC, and what serves it.
+class Bench {
+ public:
+  Process cnc(std::size_t channels, std::size_t calls, const Flags& more = {}) {
+    const auto program = folder_.path() / "calls.nc";
+    std::ofstream(program) << fmt::format(
+        "%calls\nN10 V.G.SERVICE.UUID = \"{}\"\nN20 P1 = 1\nN30 $WHILE P1 <= {}\n"
+        "N40   V.G.SERVICE.REQUEST = \"2.0000000000\"\nN50   V.G.SERVICE.REQUEST_STATE = P1\n"
+        "N60   #FLUSH CONTINUE\nN70   #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0\n"
+        "N80   P1 = P1 + 1\nN90 $ENDWHILE\nN100 M30\n",
+        bench_uuid, calls);
+    Flags command{tests::binary("millrace-cnc"), "--listen", "127.0.0.1:0", "--channels",
+                  std::to_string(channels),      "--dir",    folder_.path()};
+    command.insert(command.end(), more.begin(), more.end());
+    for (std::size_t channel = 1; calls > 0 && channel <= channels; ++channel) {
+      command.insert(command.end(), {"--run", fmt::format("{}={}", channel, program.string())});
+    }
+    if (calls > 0) {
+      command.insert(command.end(), {"--exit-when-idle", "--timings"});
+    }
+    Process process(command);
+    port_ = process.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)", long_patience).at(1);
+    return process;
+  }
+
+  Process gateway(const std::string& configuration) {
+    const auto file = folder_.path() / "gateway.textproto";
+    std::ofstream(file) << configuration;
+    Process process({tests::binary("millrace-gateway"), "--domain",
+                     std::to_string(domain_.number()), "--config", file, "--log-level", "warn"});
+    process.await("^ready", long_patience);
+    return process;
+  }
+
+  [[nodiscard]] std::string machine(const std::string& name, const std::string& rest) const {
+    return fmt::format(
+        "machine {{ name: \"{}\" host: \"127.0.0.1\" port: {} net_id: \"127.0.0.1.1.1\" {} }}\n",
+        name, port_, rest);
+  }
+
+  [[nodiscard]] PeerOptions peer(const std::string& kind) const {
+    PeerOptions options;
+    options.kind = kind;
+    options.domain = domain_.number();
+    options.port = static_cast<std::uint16_t>(std::stoi(port_));
+    return options;
+  }
+
+ private:
+  tests::Domain domain_;
+  tests::TemporaryFolder folder_;
+  std::string port_ = "1";
+};
+
+/// "1, 2, 3": a gateway does not look for more than 32 channels by itself.
+std::string first(std::size_t channels) {
+  std::string list;
+  for (std::size_t channel = 1; channel <= channels; ++channel) {
+    list += fmt::format("{}{}", list.empty() ? "" : ", ", channel);
+  }
+  return list;
+}
+
+/// The times that --timings printed, without the first of each channel, which waited for a start.
+Series timings(const std::string& output) {
+  Series series;
+  const std::regex line("call (\\d+): [^\\n]*: ([0-9.]+) ms");
+  for (std::sregex_iterator it(output.begin(), output.end(), line), end; it != end; ++it) {
+    if (it->str(1) != "1") {
+      series.add_microseconds(1000 * std::stod(it->str(2)));
+    }
+  }
+  return series;
+}
+
+/// The mean of the "requests N" lines but the first.
+double mean_requests(const std::string& output) {
+  double sum = 0;
+  int count = -1;
+  const std::regex line("requests (\\d+)");
+  for (std::sregex_iterator it(output.begin(), output.end(), line), end; it != end; ++it, ++count) {
+    sum += count >= 0 ? std::stod(it->str(1)) : 0;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+Series program_with_gateway(std::size_t calls, std::uint32_t period) {
+  Bench bench;
+  const Process service = start_peer(bench.peer("service"));
+  Process cnc = bench.cnc(1, calls);
+  const Process gateway = bench.gateway(
+      bench.machine("cnc", fmt::format("poll {{ active_ms: {} idle_ms: {} }}", period, period)));
+  cnc.wait(long_patience);
+  return timings(cnc.output());
+}
+
+Series program_with_polling(std::size_t calls, std::uint32_t period) {
+  Bench bench;
+  Process cnc = bench.cnc(1, calls);
+  PeerOptions options = bench.peer("polling");
+  options.period_ms = period;
+  const Process service = start_peer(options);
+  cnc.wait(long_patience);
+  return timings(cnc.output());
+}
+
+}  // namespace
+
+bool measure_program() {
+  constexpr std::size_t calls = 500;
+  constexpr std::size_t rounds = 3;
+  constexpr double goal = 1.1;
+  bool met = true;
+  fmt::print("NC program writes REQUEST_STATE -> sees RESPONSE_STATE, ms, {} x {} calls\n", rounds,
+             calls);
+  for (const std::uint32_t period : {2U, 10U}) {
+    Series ours;
+    Series theirs;
+    for (std::size_t round = 0; round < rounds; ++round) {
+      theirs.add(program_with_polling(calls, period));
+      ours.add(program_with_gateway(calls, period));
+    }
+    fmt::print(
+        "  period {:>2} ms   polling service {:.2f} (p99 {:.2f})   gateway {:.2f} (p99 "
+        "{:.2f})   ratio {:.2f}   {}\n",
+        period, theirs.median() / 1000, theirs.p99() / 1000, ours.median() / 1000,
+        ours.p99() / 1000, ours.median() / theirs.median(),
+        verdict(ours.median() / theirs.median(), goal, true));
+    met = met && ours.median() <= goal * theirs.median();
+  }
+  return met;
+}
+
+bool measure_controller_load() {
+  constexpr std::uint32_t services = 20;
+  constexpr std::uint32_t channels = 10;
+  constexpr std::uint32_t period = 10;
+  constexpr auto time = std::chrono::seconds(5);
+  double theirs = 0;
+  {
+    Bench bench;
+    const Process cnc = bench.cnc(channels, 0);
+    PeerOptions options = bench.peer("polling");
+    options.number = services;
+    options.channels = channels;
+    options.period_ms = period;
+    Process peer = start_peer(options);
+    std::this_thread::sleep_for(time);
+    theirs = mean_requests(peer.output());
+  }
+  Bench bench;
+  const Process cnc = bench.cnc(channels, 0);
+  std::vector<Process> instances;
+  for (std::uint32_t i = 0; i < services; ++i) {
+    instances.push_back(start_peer(bench.peer("service")));
+  }
+  const Process gateway = bench.gateway(bench.machine("cnc", "poll { idle_ms: 10 }"));
+  std::this_thread::sleep_for(time);
+  Process machines({tests::binary("millrace"), "machines", "--json", "--domain",
+                    std::to_string(bench.peer("").domain)});
+  machines.wait(long_patience);
+  std::smatch found;
+  const std::string output = machines.output();
+  const double ours = std::regex_search(output, found, std::regex("\"requests_per_second\":(\\d+)"))
+                          ? std::stod(found.str(1))
+                          : 0;
+  fmt::print("ADS requests per second, {} services, {} channels, every {} ms\n", services, channels,
+             period);
+  fmt::print("  polling services {:.0f}   gateway {:.0f}   ratio 1/{:.1f}   {}\n", theirs, ours,
+             theirs / ours, verdict(ours / theirs, 1.0 / 15, true));
+  return ours > 0 && ours * 15 <= theirs;
+}
+
+bool measure_idle() {
+  constexpr double memory_goal = 64;
+  constexpr double processor_goal = 3;
+  double memory = 0;
+  {
+    // Four machines of 250 channels: one CNC has at most 255.
+    constexpr int machines = 4;
+    std::vector<Bench> benches(machines);
+    std::vector<Process> cncs;
+    std::string configuration;
+    for (int i = 0; i < machines; ++i) {
+      Bench& bench = benches[static_cast<std::size_t>(i)];
+      cncs.push_back(bench.cnc(250, 0));
+      configuration +=
+          bench.machine(fmt::format("cnc{}", i),
+                        fmt::format("channel: [{}] poll {{ idle_ms: 100 }}", first(250)));
+    }
+    const Process gateway = benches.front().gateway(configuration);
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+    memory = resident_mib(gateway.pid());
+  }
+  Bench bench;
+  const Process cnc = bench.cnc(10, 0);
+  const Process gateway = bench.gateway(bench.machine("cnc", "poll { idle_ms: 4 active_ms: 4 }"));
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  constexpr auto time = std::chrono::seconds(10);
+  const double before = processor_seconds(gateway.pid());
+  std::this_thread::sleep_for(time);
+  const double percent = 100 * (processor_seconds(gateway.pid()) - before) /
+                         std::chrono::duration<double>(time).count();
+  fmt::print("gateway, 1,000 channels: {:.1f} MiB resident   {}\n", memory,
+             verdict(memory, memory_goal, true));
+  fmt::print("gateway, 10 idle channels every 4 ms: {:.1f} % of a core   {}\n", percent,
+             verdict(percent, processor_goal, true));
+  return memory <= memory_goal && percent <= processor_goal;
+}
+
+void measure_over_ads(std::size_t channels) {
+  constexpr std::size_t calls = 20;
+  Bench bench;
+  std::vector<Process> instances;
+  for (int i = 0; i < 4; ++i) {
+    PeerOptions options = bench.peer("service");
+    options.concurrency = 64;
+    instances.push_back(start_peer(options));
+  }
+  Process cnc = bench.cnc(channels, calls);
+  const auto start = Clock::now();
+  const Process gateway =
+      bench.gateway(bench.machine("cnc", fmt::format("channel: [{}]", first(channels))));
+  cnc.wait(long_patience);
+  const std::chrono::duration<double> took = Clock::now() - start;
+  fmt::print(
+      "  the same with {} channels of a virtual CNC over ADS: {:.0f} calls/s (start of the "
+      "gateway included)\n",
+      channels, static_cast<double>(channels * calls) / took.count());
+}
+
+}  // namespace millrace::bench

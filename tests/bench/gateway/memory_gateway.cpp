@@ -1,0 +1,254 @@
+#include "tests/bench/gateway/memory_gateway.hpp"
+
+#include <map>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/call_end.hpp"
+#include "gateway/core.hpp"
+#include "gateway/journal/journal.hpp"
+#include "tests/bench/gateway/peers.hpp"
+#include "tests/bench/gateway/process_use.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/support/service_interface.hpp"
+
+namespace millrace::bench {
+
+namespace {
+
+namespace asio = boost::asio;
+using namespace millrace::gateway;
+
+Moment moment_now() {
+  return {std::chrono::steady_clock::now(),
+          std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
+}
+
+}  // namespace
+
+struct MemoryGateway::Impl final : fabric::CallEndListener {
+  Impl(std::uint32_t domain, std::size_t channels, std::size_t the_active)
+      : journal(journal::in_memory(io.get_executor())),
+        core({}, journal->ledger()),
+        active(the_active),
+        places(channels + 1),
+        timer(io),
+        participant({.domain = domain}),
+        end(participant, io.get_executor(), *this) {
+    std::vector<std::uint16_t> numbers(channels);
+    std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
+    for (std::size_t i = 0; i <= channels; ++i) {
+      wakes.emplace_back(io);
+    }
+    carry_out(core.on_link_up("cnc", numbers, moment_now()));
+  }
+
+  struct Place {
+    tests::ServiceInterface variables;
+    Clock::time_point asked;
+    Clock::time_point seen;
+    std::uint32_t number = 0;
+  };
+
+  void ask(std::size_t channel) {
+    if (to_start == 0) {
+      return;
+    }
+    --to_start;
+    Place& place = places[channel];
+    place.asked = Clock::now();
+    place.variables.call({bench_uuid, "2.0000000000", ++place.number});
+  }
+
+  void on_instance_ready(const fabric::InstanceIdentity& instance) override {
+    instances.insert_or_assign(instance.id, instance);
+    carry_out(core.on_instance_ready(instance, moment_now()));
+  }
+  void on_instance_changed(const fabric::InstanceIdentity& instance) override {
+    carry_out(core.on_instance_ready(instance, moment_now()));
+  }
+  void on_instance_gone(const fabric::InstanceId& instance) override {
+    ++lost;
+    instances.erase(instance);
+    carry_out(core.on_instance_gone(instance, moment_now()));
+  }
+  void on_reply(const fabric::Reply& reply) override {
+    const auto now = Clock::now();
+    if (reply.kind == fabric::ReplyKind::final) {
+      result.replied.add(now - places[reply.key.channel].seen);
+    }
+    carry_out(core.on_reply(reply, moment_now()));
+  }
+
+  void carry_out(const ChannelActions& actions) {
+    for (const ChannelAction& one : actions) {
+      std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
+    }
+    arm_timer();
+  }
+  void carry_out(const fabric::ChannelKey& key, const Read& action) {
+    asio::post(io, [this, key, look = action.look] {
+      carry_out(core.on_read(key, places[key.channel].variables.read(look), moment_now()));
+    });
+  }
+  void carry_out(const fabric::ChannelKey& key, const Write& action) {
+    asio::post(io, [this, key, action] {
+      Place& place = places[key.channel];
+      place.variables.write(action.variable, action.value);
+      if (action.variable == Variable::response_state) {
+        result.released.add(Clock::now() - place.asked);
+        ++finished;
+        ask(key.channel);
+      }
+      carry_out(core.on_write(key, WriteOutcome::written, "", moment_now()));
+    });
+  }
+  void carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
+    asio::steady_timer& wake = wakes[key.channel];
+    if (wake.expiry() == action.at) {
+      return;
+    }
+    wake.expires_at(action.at);
+    wake.async_wait([this, key](boost::system::error_code error) {
+      if (!error) {
+        carry_out(core.on_wake(key, moment_now()));
+      }
+    });
+  }
+  void carry_out(const fabric::ChannelKey& key, const Record& action) {
+    journal->append(action.entry, [this, key, ticket = action.ticket] {
+      carry_out(core.on_recorded(key, ticket, moment_now()));
+    });
+  }
+  void carry_out(const fabric::ChannelKey&, const Publish& action) {
+    given_at = Clock::now();
+    given_to = action.request.assigned;
+    given_attempt = action.request.attempt;
+    static_cast<void>(end.publish(action.request));
+  }
+  void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
+    end.withdraw(key, action.uuid);
+  }
+  void carry_out(const fabric::ChannelKey& key, const Tell& action) {
+    if (action.event.kind == fabric::EventKind::seen) {
+      places[key.channel].seen = Clock::now();
+    }
+    static_cast<void>(end.publish(action.event));
+  }
+  void carry_out(const fabric::ChannelKey&, const Show& action) {
+    static_cast<void>(end.publish(action.status));
+  }
+  template <typename Other>
+  void carry_out(const fabric::ChannelKey&, const Other&) {}
+
+  void arm_timer() {
+    const auto next = core.next_time();
+    if (next == armed) {
+      return;
+    }
+    armed = next;
+    timer.cancel();
+    if (next) {
+      timer.expires_at(*next);
+      timer.async_wait([this](boost::system::error_code error) {
+        if (!error) {
+          armed.reset();
+          carry_out(core.on_time(moment_now()));
+        }
+      });
+    }
+  }
+
+  void run(const std::function<bool()>& done) {
+    io.restart();
+    while (!done()) {
+      spinning ? io.poll_one() : io.run_one();
+    }
+  }
+
+  asio::io_context io{1};
+  std::unique_ptr<journal::Journal> journal;
+  Core core;
+  std::size_t active;
+  bool spinning = false;
+  std::vector<Place> places;
+  std::vector<asio::steady_timer> wakes;
+  asio::steady_timer timer;
+  std::optional<SteadyTime> armed;
+  std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;
+  Result result;
+  std::size_t to_start = 0;
+  std::size_t finished = 0;
+  std::size_t lost = 0;
+  Clock::time_point given_at;
+  fabric::InstanceId given_to;
+  std::uint32_t given_attempt = 0;
+  fabric::Participant participant;
+  fabric::CallEnd end;
+};
+
+MemoryGateway::MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active)
+    : impl_(std::make_unique<Impl>(domain, channels, active)) {}
+MemoryGateway::~MemoryGateway() = default;
+
+void MemoryGateway::await_instances(std::size_t count) {
+  impl_->run([&] { return impl_->instances.size() >= count; });
+}
+
+void MemoryGateway::begin(std::size_t calls) {
+  impl_->result = {};
+  impl_->finished = 0;
+  impl_->to_start = calls;
+  for (std::size_t channel = 1; channel <= impl_->active; ++channel) {
+    impl_->ask(channel);
+  }
+}
+
+void MemoryGateway::spin() {
+  impl_->spinning = true;
+}
+
+MemoryGateway::Result MemoryGateway::run(std::size_t calls) {
+  begin(calls);
+  const double before = own_processor_microseconds();
+  const auto start = Clock::now();
+  impl_->run([&] { return impl_->finished >= calls; });
+  const std::chrono::duration<double> took = Clock::now() - start;
+  impl_->result.calls_per_second = static_cast<double>(calls) / took.count();
+  impl_->result.microseconds_per_call =
+      (own_processor_microseconds() - before) / static_cast<double>(calls);
+  return std::move(impl_->result);
+}
+
+void MemoryGateway::run_until(const std::function<bool()>& done) {
+  impl_->run(done);
+}
+std::size_t MemoryGateway::lost() const {
+  return impl_->lost;
+}
+Clock::time_point MemoryGateway::given_at() const {
+  return impl_->given_at;
+}
+fabric::InstanceId MemoryGateway::given_to() const {
+  return impl_->given_to;
+}
+std::uint32_t MemoryGateway::given_attempt() const {
+  return impl_->given_attempt;
+}
+std::uint32_t MemoryGateway::pid_of(const fabric::InstanceId& instance) const {
+  return impl_->instances.at(instance).pid;
+}
+
+void MemoryGateway::withdraw() {
+  impl_->to_start = 0;
+  for (auto& place : impl_->places) {
+    place.variables.set_request_state(0);
+  }
+}
+
+}  // namespace millrace::bench

@@ -1,0 +1,57 @@
+// The gateway's core on a real fabric, with controllers in memory: what a call costs without ADS.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "fabric/messages.hpp"
+#include "tests/bench/gateway/series.hpp"
+
+namespace millrace::bench {
+
+class MemoryGateway {
+ public:
+  /// Channels 1 to `channels`, whose programs call as fast as they can, `active` of them.
+  MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active);
+  ~MemoryGateway();
+
+  /// Runs until so many instances are ready.
+  void await_instances(std::size_t count);
+
+  struct Result {
+    /// From a call's acceptance until its reply is here.
+    Series replied;
+    /// From a program's REQUEST_STATE to its RESPONSE_STATE.
+    Series released;
+    double calls_per_second = 0;
+    /// Processor time of this process for each call.
+    double microseconds_per_call = 0;
+  };
+  /// From now on the gateway's thread never sleeps: what a wake-up costs.
+  void spin();
+  /// Runs so many calls.
+  Result run(std::size_t calls);
+
+  /// Runs until `done` says so.
+  void run_until(const std::function<bool()>& done);
+  /// Instances that were lost since the start.
+  [[nodiscard]] std::size_t lost() const;
+  /// The last time a call was given out, and to whom.
+  [[nodiscard]] Clock::time_point given_at() const;
+  [[nodiscard]] fabric::InstanceId given_to() const;
+  [[nodiscard]] std::uint32_t given_attempt() const;
+  /// The process of an instance.
+  [[nodiscard]] std::uint32_t pid_of(const fabric::InstanceId& instance) const;
+  /// The programs take their requests back and call no more.
+  void withdraw();
+  /// The programs begin to call; as often as `calls` in all.
+  void begin(std::size_t calls);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::bench

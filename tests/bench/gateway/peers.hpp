@@ -1,0 +1,45 @@
+// The other side of each measurement, a process of its own: `gateway_bench --peer KIND …` runs one
+// until it is killed, after a line "ready" on standard output.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/support/process.hpp"
+
+namespace millrace::bench {
+
+inline const std::string bench_uuid = "be4c4000-0000-4000-8000-000000000001";
+inline constexpr const char* raw_request_topic = "bench/request";
+inline constexpr const char* raw_reply_topic = "bench/reply";
+
+struct PeerOptions {
+  std::string kind;
+  std::uint32_t domain = 0;
+  /// raw: partition; polling: services; others: port.
+  std::uint32_t number = 0;
+  std::uint32_t concurrency = 1;
+  std::uint32_t channels = 1;
+  std::uint32_t period_ms = 2;
+  std::uint16_t port = 0;
+};
+
+/// A service of the library that answers at once (kind "service"), or after a minute ("stuck").
+void serve_sdk(const PeerOptions& options);
+/// A bare Cyclone reader and writer that answer in the listener (kind "raw").
+void serve_raw(const PeerOptions& options);
+/// The vendor's design: services that poll every channel of the controller themselves (kind
+/// "polling"); `number` services in this process, each with its connection.
+void serve_polling(const PeerOptions& options);
+void serve_grpc(const PeerOptions& options);
+void serve_lcm(const PeerOptions& options);
+
+/// Starts one and waits until it is ready.
+tests::Process start_peer(const PeerOptions& options);
+/// Tells the starter that this peer is ready.
+void peer_is_ready(const std::string& word = {});
+/// Never returns: a peer is killed.
+void wait_for_ever();
+
+}  // namespace millrace::bench
