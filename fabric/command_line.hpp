@@ -25,6 +25,8 @@ class FabricFlags {
   /// To be called once the command line is parsed. Throws program::UsageError with every mistake of
   /// the file.
   [[nodiscard]] ParticipantOptions options() const;
+  /// The file, or nothing: for who needs to know more of it than how to join.
+  [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
   ParticipantOptions defaults_;

@@ -46,6 +46,20 @@ GatewayIdentity identity_of(const journal::Journal& journal) {
           journal.ledger().numbers().epoch};
 }
 
+std::string_view word_for(fabric::CommandKind kind) {
+  switch (kind) {
+    case fabric::CommandKind::answer:
+      return "answer";
+    case fabric::CommandKind::retry:
+      return "retry";
+    case fabric::CommandKind::drain:
+      return "drain";
+    case fabric::CommandKind::ping:
+      return "ping";
+  }
+  return "command";
+}
+
 std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& executor,
                                                const Settings& settings,
                                                const idl::program::Log& log) {
@@ -216,9 +230,9 @@ struct Gateway::Impl final : fabric::CallEndListener,
       return;
     }
     const Verdict verdict = obey(command);
-    log->info("{}: {} by {}: {}", command.key.to_string(),
-              command.kind == fabric::CommandKind::answer ? "answer" : "retry", command.issuer,
-              verdict.detail);
+    log->log(command.kind == fabric::CommandKind::ping ? spdlog::level::debug : spdlog::level::info,
+             "{}: {} by {}: {}", command.key.to_string(), word_for(command.kind), command.issuer,
+             verdict.detail);
     const auto published = command_end.publish(
         {own.id, command.id, verdict.done, fit_reason(verdict.detail), now().wall});
     if (!published) {
@@ -230,6 +244,8 @@ struct Gateway::Impl final : fabric::CallEndListener,
     Verdict verdict;
     if (command.kind == fabric::CommandKind::retry) {
       carry_out(core.on_retry(command.key, command.call, command.issuer, verdict, now()));
+    } else if (command.kind == fabric::CommandKind::ping) {
+      verdict = {true, "serves it"};
     } else if (command.state == 0) {
       verdict.detail = "state 0 releases no program; name another one";
     } else {

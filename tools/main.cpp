@@ -1,6 +1,7 @@
 // millrace: the operator's command.
 #include "idl/program/command_line.hpp"
 #include "tools/commands/completion.hpp"
+#include "tools/commands/doctor/doctor.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
@@ -14,11 +15,13 @@ int main(int argc, char** argv) {
   CLI::App app{"millrace: look at, operate, record and replay the service calls of a fabric"};
   app.require_subcommand(1);
   commands::Chosen chosen;
+  commands::doctor::add_doctor(app, chosen);
   commands::look::add_services(app, chosen);
   commands::look::add_info(app, chosen);
   commands::look::add_stats(app, chosen);
   commands::look::add_channels(app, chosen);
   commands::look::add_machines(app, chosen);
+  commands::operate::add_call(app, chosen);
   commands::operate::add_ping(app, chosen);
   commands::operate::add_health(app, chosen);
   commands::operate::add_drain(app, chosen);

@@ -133,6 +133,36 @@ TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
   service.signal(SIGCONT);
 }
 
+TEST_F(TheCommand, CallsAServiceWithoutAController) {
+  Process service = chain.square_root({"--channel", "press/2"});
+  const std::string answer =
+      run({"call", square_root, "16", "--machine", "press", "--channel", "2", "--raw"}).output();
+  EXPECT_EQ(answer, "4.000000\n");
+  EXPECT_EQ(exit_code, 0);
+  const std::string json =
+      run({"call", square_root, "-1", "--machine", "press", "--channel", "2", "--json"}).output();
+  EXPECT_THAT(json, HasSubstr("\"machine\":\"press\",\"channel\":2"));
+  EXPECT_THAT(json, HasSubstr("\"response_state\":99"));
+  // Its scope takes no call of another channel.
+  EXPECT_THAT(run({"call", square_root, "16"}).error_output(), HasSubstr("no answer: "));
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheCommand, SaysWhyNobodyAnswersACall) {
+  Process service = chain.square_root();
+  const std::string near = "560aacbf-6335-44a9-895a-8b27f3ed5e4";
+  EXPECT_THAT(run({"call", near, "16"}).error_output(), HasSubstr(square_root));
+  EXPECT_EQ(exit_code, 1);
+  service.signal(SIGSTOP);
+  EXPECT_THAT(run({"call", square_root, "16", "--timeout", "200ms"}).error_output(),
+              HasSubstr("no answer: "));
+  EXPECT_EQ(exit_code, 1);
+  service.signal(SIGCONT);
+  EXPECT_THAT(run({"call", square_root, std::string(128, '1')}).error_output(),
+              HasSubstr("128 bytes"));
+  EXPECT_EQ(exit_code, 2);
+}
+
 TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
   const std::string file = chain.folder() / "run.mcap";
   Process recorder = chain.millrace({"record", "-o", file});

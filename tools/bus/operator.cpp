@@ -56,7 +56,8 @@ class Desk : public std::enable_shared_from_this<Desk> {
       for (const fabric::Taken<fabric::Outcome>& taken : batch) {
         const auto sent = sent_.find(taken.value.command);
         if (taken.valid && sent != sent_.end()) {
-          heard.try_emplace(taken.value.command, Heard{taken.value, Clock::now() - sent->second});
+          heard.try_emplace(taken.value.command, Heard{taken.value, Clock::now() - sent->second,
+                                                       std::chrono::system_clock::now()});
         }
       }
     }

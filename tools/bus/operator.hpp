@@ -16,6 +16,8 @@ namespace millrace::tools::bus {
 struct Heard {
   fabric::Outcome outcome{};
   std::chrono::nanoseconds after{};
+  /// When it was heard, by this host's clock.
+  fabric::Time at{};
 };
 
 /// Sends each command until its outcome is heard or `patience` is over; whoever hears one twice

@@ -1,5 +1,8 @@
 #include "tools/commands/completion.hpp"
 
+#include <map>
+#include <sstream>
+
 #include <fmt/format.h>
 
 #include "idl/program/command_line.hpp"
@@ -12,9 +15,28 @@ namespace {
 struct Place {
   /// "millrace log cat"
   std::string words;
-  /// Subcommands and options with their descriptions.
+  /// Subcommands, options, and words an argument may be, with their descriptions.
   std::vector<std::pair<std::string, std::string>> choices;
+  /// By option, "--sync": the words its value may be; none if it may be anything.
+  std::map<std::string, std::vector<std::string>> values;
 };
+
+/// The words that an option accepts, if it accepts these only: CLI11 tells them as part of its
+/// type, "TEXT:{bash,zsh,fish}" or "ENUM:value in {none->0,interval->1} OR {0,1}".
+std::vector<std::string> words_of(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  const auto open = type.find('{');
+  const auto close = type.find('}', open);
+  if (open == std::string::npos || close == std::string::npos) {
+    return {};
+  }
+  std::vector<std::string> words;
+  std::istringstream list(type.substr(open + 1, close - open - 1));
+  for (std::string word; std::getline(list, word, ',');) {
+    words.push_back(word.substr(0, word.find("->")));
+  }
+  return words;
+}
 
 /// The first line, as shells show one.
 std::string first_line(const std::string& text) {
@@ -22,14 +44,25 @@ std::string first_line(const std::string& text) {
 }
 
 void collect(const CLI::App& app, const std::string& words, std::vector<Place>& places) {
-  Place place{words, {}};
+  Place place{words, {}, {}};
   const auto subcommands = app.get_subcommands([](const CLI::App*) { return true; });
   for (const CLI::App* subcommand : subcommands) {
     place.choices.emplace_back(subcommand->get_name(), first_line(subcommand->get_description()));
   }
   for (const CLI::Option* option : app.get_options()) {
+    const std::vector<std::string> accepted = words_of(*option);
     for (const std::string& name : option->get_lnames()) {
       place.choices.emplace_back("--" + name, first_line(option->get_description()));
+      place.values.emplace("--" + name, accepted);
+    }
+    for (const std::string& name : option->get_snames()) {
+      place.values.emplace("-" + name, accepted);
+    }
+    if (option->nonpositional()) {
+      continue;
+    }
+    for (const std::string& word : accepted) {
+      place.choices.emplace_back(word, first_line(option->get_description()));
     }
   }
   places.push_back(std::move(place));
@@ -42,6 +75,7 @@ void collect(const CLI::App& app, const std::string& words, std::vector<Place>& 
 std::string bash_script(const std::vector<Place>& places) {
   std::string paths = "|";
   std::string cases;
+  std::string values;
   for (const Place& place : places) {
     std::string names;
     for (const auto& [name, description] : place.choices) {
@@ -49,6 +83,12 @@ std::string bash_script(const std::vector<Place>& places) {
     }
     paths += place.words + "|";
     cases += fmt::format("    '{}') choices='{}' ;;\n", place.words, names.substr(1));
+    for (const auto& [option, accepted] : place.values) {
+      if (!accepted.empty()) {
+        values += fmt::format("    '{} {}') choices='{}' ;;\n", place.words, option,
+                              fmt::join(accepted, " "));
+      }
+    }
   }
   // Words that are no subcommands are files and values: the shell's own completion knows files.
   return fmt::format(R"(_millrace() {{
@@ -58,11 +98,14 @@ std::string bash_script(const std::vector<Place>& places) {
   done
   case "$path" in
 {}  esac
+  case "$path ${{COMP_WORDS[COMP_CWORD-1]}}" in
+{}    *) ;;
+  esac
   COMPREPLY=($(compgen -W "$choices" -- "${{COMP_WORDS[COMP_CWORD]}}"))
 }}
 complete -o default -F _millrace millrace
 )",
-                     paths, cases);
+                     paths, cases, values);
 }
 
 std::string fish_script(const std::vector<Place>& places) {

@@ -1,10 +1,13 @@
 // millrace log repair: a whole file out of one that was cut or damaged.
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
 #include <fmt/format.h>
 
 #include "idl/program/command_line.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/mcap/repair_file.hpp"
+#include "tools/print/json.hpp"
 
 namespace millrace::tools::commands::log {
 
@@ -13,7 +16,28 @@ namespace {
 struct Options {
   std::filesystem::path file;
   std::filesystem::path output;
+  bool json = false;
 };
+
+void show(const Options& options, const std::filesystem::path& output,
+          const mcap::RepairReport& report) {
+  if (options.json) {
+    boost::json::array problems;
+    for (const mcap::Problem& problem : report.problems) {
+      problems.emplace_back(print::utf8(problem.to_string()));
+    }
+    print::print_json(boost::json::object{{"file", print::utf8(output.string())},
+                                          {"messages", report.saved.messages},
+                                          {"chunks", report.saved.chunks},
+                                          {"problems", std::move(problems)}});
+    return;
+  }
+  for (const mcap::Problem& problem : report.problems) {
+    fmt::print("{}: {}\n", options.file.string(), problem.to_string());
+  }
+  fmt::print("{}: {} messages in {} chunks\n", output.string(), report.saved.messages,
+             report.saved.chunks);
+}
 
 int repair(const Options& options) {
   const std::filesystem::path output =
@@ -22,11 +46,7 @@ int repair(const Options& options) {
   if (!done) {
     throw std::runtime_error(done.error());
   }
-  for (const mcap::Problem& problem : done->problems) {
-    fmt::print("{}: {}\n", options.file.string(), problem.to_string());
-  }
-  fmt::print("{}: {} messages in {} chunks\n", output.string(), done->saved.messages,
-             done->saved.chunks);
+  show(options, output, *done);
   return idl::program::exit_done;
 }
 
@@ -40,6 +60,7 @@ void add_repair(CLI::App& log, Chosen& chosen) {
   add_file(command, options->file);
   command.add_option("-o,--output", options->output,
                      "The new file; by default FILE with .repaired before .mcap");
+  add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return repair(*options); }; });
 }
 

@@ -1,4 +1,4 @@
-// Subcommands with which an operator acts: `ping`, `health`, `drain`, `answer`, `retry`. One
+// Subcommands with which an operator acts: `call`, `ping`, `health`, `drain`, `answer`, `retry`. One
 // source file each.
 #pragma once
 
@@ -15,6 +15,7 @@
 
 namespace millrace::tools::commands::operate {
 
+void add_call(CLI::App& app, Chosen& chosen);
 void add_ping(CLI::App& app, Chosen& chosen);
 void add_health(CLI::App& app, Chosen& chosen);
 void add_drain(CLI::App& app, Chosen& chosen);

@@ -6,6 +6,8 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -16,6 +18,7 @@
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/mcap/repair_file.hpp"
+#include "tools/print/json.hpp"
 #include "tools/recorder/recorder.hpp"
 
 namespace millrace::tools::commands {
@@ -32,6 +35,7 @@ struct Options {
   std::vector<std::string> without_text;
   std::chrono::nanoseconds window{};
   bool on_error = false;
+  bool json = false;
 };
 
 /// "millrace-20260301T070000Z.mcap"
@@ -152,6 +156,27 @@ class Session : public bus::ObserverListener {
   bus::Observer observer_;
 };
 
+/// The files, and with JSON the numbers too.
+void show(const Options& options, const std::vector<std::filesystem::path>& files,
+          const bus::Counts& counts, const recorder::Tally& tally) {
+  if (!options.json) {
+    for (const std::filesystem::path& file : files) {
+      fmt::print("{}\n", file.string());
+    }
+    return;
+  }
+  boost::json::array names;
+  for (const std::filesystem::path& file : files) {
+    names.emplace_back(print::utf8(file.string()));
+  }
+  print::print_json(boost::json::object{{"files", std::move(names)},
+                                        {"delivered", counts.delivered},
+                                        {"lost", counts.lost},
+                                        {"written", tally.written},
+                                        {"filtered", tally.filtered},
+                                        {"let_go", tally.let_go}});
+}
+
 int record(const Options& options) {
   const fabric::ParticipantOptions join = options.fabric.options();
   recorder::Options settings = recorder_options(options, join);
@@ -171,15 +196,14 @@ int record(const Options& options) {
   if (!result) {
     throw std::runtime_error(result.error());
   }
-  for (const std::filesystem::path& finished : session.recorder().files()) {
-    fmt::print("{}\n", finished.string());
-  }
+  show(options, session.recorder().files(), counts, tally);
   return session.recorder().disk_is_full() ? program::exit_failed : program::exit_done;
 }
 
 void add_options(CLI::App& command, Options& options) {
   command.add_option("-o,--output", options.recorder.file,
                      "The file; millrace-TIME.mcap unless given. It grows as FILE.part");
+  add_json(command, options.json);
   add_filter(command, options.recorder.filter);
   command.add_option("--without-text", options.without_text,
                      "Of this service keep sizes and states, not texts; may be repeated");

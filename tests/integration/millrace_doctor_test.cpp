@@ -1,0 +1,161 @@
+// `millrace doctor` on fabrics that are well, and on some that are not.
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/command_end.hpp"
+#include "fabric/endpoint.hpp"
+#include "fabric/reply_end.hpp"
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+/// `millrace doctor` on one domain, to its end.
+class TheDoctor : public testing::Test {
+ protected:
+  std::string examine(std::uint32_t domain, const Flags& flags = {}) {
+    Flags command{binary("millrace"), "doctor", "--wait", "1s", "--domain", std::to_string(domain)};
+    command.insert(command.end(), flags.begin(), flags.end());
+    Process process(std::move(command));
+    while (process.running()) {
+      io.run_for(std::chrono::milliseconds(10));
+    }
+    exit_code = process.wait();
+    return process.output();
+  }
+
+  boost::asio::io_context io;
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{io.get_executor()};
+  Chain chain;
+  int exit_code = -1;
+};
+
+TEST_F(TheDoctor, FindsNothingWrongWithAChainThatWorks) {
+  Process service = chain.square_root({"--name", "sq1"});
+  Process cnc = chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
+  Process gateway = chain.gateway();
+  cnc.await("response = 1.732051");
+  const std::string text = examine(chain.domain());
+  EXPECT_EQ(exit_code, 0) << text;
+  EXPECT_THAT(text, ContainsRegex("sq1 .*serves " + square_root));
+  EXPECT_THAT(text, ContainsRegex("millrace-gateway .*gateway\n"));
+  EXPECT_THAT(text, Not(HasSubstr("problem")));
+  EXPECT_THAT(examine(chain.domain(), {"--json"}), HasSubstr("{\"healthy\":true,"));
+}
+
+TEST_F(TheDoctor, FindsTheDomainAndTheFabricInWhichTheOthersAre) {
+  Process service = chain.square_root({"--name", "sq1"});
+  const Domain empty;
+  const std::string text = examine(empty.number());
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(text, HasSubstr("nobody else is on fabric 'millrace'"));
+  EXPECT_THAT(text, ContainsRegex("domain " + std::to_string(chain.domain()) + " has: .*sq1"));
+
+  EXPECT_THAT(examine(chain.domain(), {"--fabric", "hall-2"}),
+              HasSubstr("this domain has the fabrics: millrace"));
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheDoctor, FindsAMachineWithoutALink) {
+  Process service = chain.square_root();
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  gateway.await_error("link up");
+  cnc.kill();
+  gateway.await_error("link down");
+  EXPECT_THAT(examine(chain.domain()), ContainsRegex("problem +cnc.* has no link: "));
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheDoctor, FindsACallThatNobodyServes) {
+  Process service = chain.square_root();
+  Process cnc = chain.cnc({"--run", Chain::program(1, "near_miss.nc")});
+  Process gateway = chain.gateway();
+  gateway.await_error("served by nobody");
+  EXPECT_THAT(
+      examine(chain.domain()),
+      ContainsRegex("problem +cnc/1 waits for 560AACBF.*, which nobody serves: .*" + square_root));
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
+  Process service = chain.square_root();
+  fabric::Participant other({.domain = chain.domain(), .name = "other"});
+  const fabric::Entity publisher =
+      fabric::create_publisher(other, fabric::service_partition("millrace", square_root));
+  const fabric::Qos modest(dds_create_qos());
+  dds_qset_reliability(modest.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  const fabric::Entity replies = fabric::create_topic(other, fabric::reply_topic);
+  const fabric::Entity unreliable(
+      dds_create_writer(publisher.handle(), replies.handle(), modest.get(), nullptr));
+  fabric::Topic strange = fabric::instance_topic;
+  strange.type = fabric::reply_topic.type;
+  const fabric::Entity statuses = fabric::create_topic(other, strange);
+  const fabric::Entity mistyped(dds_create_writer(publisher.handle(), statuses.handle(),
+                                                  fabric::writer_qos(strange).get(), nullptr));
+  ASSERT_GT(unreliable.handle(), 0);
+  ASSERT_GT(mistyped.handle(), 0);
+
+  const std::string text = examine(chain.domain());
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(text, ContainsRegex("the writer of millrace/reply of other on .* fits no millrace "
+                                  "program: reliability: best effort is offered"));
+  EXPECT_THAT(text, HasSubstr("durability: volatile is offered, transient local is requested"));
+  EXPECT_THAT(text, ContainsRegex("the writer of millrace/instance of other on .* its type is "
+                                  "millrace::Reply"));
+  EXPECT_THAT(text, Not(ContainsRegex("of square_root on .* fits no")));
+}
+
+/// An instance on a host whose clock is wrong.
+class Elsewhere : public fabric::ReplyEndListener, public fabric::CommandListener {
+ public:
+  Elsewhere(std::uint32_t domain, boost::asio::io_context& io, std::chrono::nanoseconds ahead)
+      : ahead_(ahead),
+        participant_({.domain = domain, .name = "elsewhere"}),
+        identity_(who()),
+        commands_(participant_, io.get_executor(), *this),
+        end_(participant_, io.get_executor(), identity_, *this) {}
+
+  void on_request(const fabric::Request&) override {}
+  void on_withdrawn(const fabric::ChannelKey&) override {}
+  void on_command(const fabric::Command& command) override {
+    ASSERT_TRUE(commands_.publish({.responder = identity_.id,
+                                   .command = command.id,
+                                   .done = true,
+                                   .at = std::chrono::system_clock::now() + ahead_}));
+  }
+
+ private:
+  static fabric::InstanceIdentity who() {
+    fabric::InstanceIdentity identity{.id = fabric::InstanceId::random(), .uuid = square_root};
+    identity.name = "sq9";
+    identity.host = "hall-9";
+    return identity;
+  }
+
+  std::chrono::nanoseconds ahead_;
+  fabric::Participant participant_;
+  fabric::InstanceIdentity identity_;
+  fabric::CommandEnd commands_;
+  fabric::ReplyEnd end_;
+};
+
+TEST_F(TheDoctor, MeasuresTheClocksOfOtherHosts) {
+  const Elsewhere other(chain.domain(), io, std::chrono::minutes(-3));
+  const std::string text = examine(chain.domain());
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(text, ContainsRegex("problem +the clock of hall-9 is 3 min behind this host's \\(± "
+                                  ".*, asked sq9\\)"));
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

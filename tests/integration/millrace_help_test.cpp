@@ -1,0 +1,162 @@
+// The manners of the operator's command: help and completion of every subcommand there is.
+
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/process.hpp"
+#include "tests/support/terminal.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsSupersetOf;
+using testing::Not;
+
+using Words = std::vector<std::string>;
+
+std::string output_of(const Words& command) {
+  Process process(command);
+  EXPECT_EQ(process.wait(), 0) << process.error_output();
+  return process.output();
+}
+
+std::string joined(const Words& words) {
+  std::string text;
+  for (const std::string& word : words) {
+    text += (text.empty() ? "" : " ") + word;
+  }
+  return text;
+}
+
+struct Help {
+  std::string text;
+  Words subcommands;
+  Words options;
+};
+
+Help help_of(Words path) {
+  if (path.size() > 1 && path.front() == "vars") {
+    path.insert(path.begin() + 1, "cnc");  // MACHINE stands before the subcommand.
+  }
+  path.insert(path.begin(), binary("millrace"));
+  path.emplace_back("--help");
+  Help help{output_of(path), {}, {}};
+  std::istringstream lines(help.text);
+  bool in_subcommands = false;
+  std::smatch found;
+  for (std::string line; std::getline(lines, line);) {
+    if (line == "Subcommands:") {
+      in_subcommands = true;
+    } else if (line.empty()) {
+      in_subcommands = false;
+    } else if (in_subcommands && std::regex_search(line, found, std::regex("^  ([a-z]+)"))) {
+      help.subcommands.push_back(found[1]);
+    } else if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z-]+)"))) {
+      help.options.push_back(found[1]);
+    }
+  }
+  return help;
+}
+
+/// Of the command itself and all its subcommands, by their words.
+const std::map<std::string, Help>& all_help() {
+  static const std::map<std::string, Help> all = [] {
+    std::map<std::string, Help> found;
+    std::vector<Words> open{{}};
+    while (!open.empty()) {
+      const Words path = open.back();
+      open.pop_back();
+      const Help& help = found[joined(path)] = help_of(path);
+      for (const std::string& subcommand : help.subcommands) {
+        open.push_back(path);
+        open.back().push_back(subcommand);
+      }
+    }
+    return found;
+  }();
+  return all;
+}
+
+/// What a bash that has been told to complete `millrace` offers for a line that is not finished.
+Words offered(const std::string& line) {
+  std::istringstream words_in(line + "|");
+  Words words;
+  for (std::string word; words_in >> word;) {
+    words.push_back(word);
+  }
+  words.back().pop_back();
+  std::string array;
+  for (const std::string& word : words) {
+    array += "'" + word + "' ";
+  }
+  const std::string script = "source <('" + binary("millrace") +
+                             "' completion bash); COMP_WORDS=(" + array +
+                             "); COMP_CWORD=" + std::to_string(words.size() - 1) +
+                             "; _millrace; printf '%s\\n' \"${COMPREPLY[@]}\"";
+  std::istringstream lines(output_of({"/bin/bash", "--norc", "--noprofile", "-c", script}));
+  Words found;
+  for (std::string word; std::getline(lines, word);) {
+    found.push_back(word);
+  }
+  return found;
+}
+
+TEST(TheHelp, OfEverySubcommandShowsAnExample) {
+  ASSERT_GT(all_help().size(), 20U);
+  for (const auto& [words, help] : all_help()) {
+    if (!words.empty()) {
+      EXPECT_THAT(help.text, HasSubstr("Example:\n")) << words;
+      EXPECT_THAT(help.text, HasSubstr("millrace " + words.substr(0, words.find(' ')))) << words;
+    }
+  }
+}
+
+TEST(TheHelp, OfEverySubcommandThatPrintsHasJson) {
+  // A script for a shell; an export whose format is chosen otherwise.
+  const std::set<std::string> others{"completion", "log export"};
+  for (const auto& [words, help] : all_help()) {
+    if (help.subcommands.empty() && !others.contains(words)) {
+      EXPECT_THAT(help.options, Contains("--json")) << words;
+    }
+  }
+}
+
+TEST(TheCompletion, OffersEverySubcommandAndOptionInBash) {
+  for (const auto& [words, help] : all_help()) {
+    const Words found = offered("millrace " + words + (words.empty() ? "" : " "));
+    EXPECT_THAT(found, IsSupersetOf(help.subcommands)) << words;
+    EXPECT_THAT(found, IsSupersetOf(help.options)) << words;
+  }
+}
+
+TEST(TheCompletion, OffersTheWordsThatAnArgumentMayBe) {
+  EXPECT_THAT(offered("millrace completion "), IsSupersetOf({"bash", "fish", "zsh"}));
+  EXPECT_THAT(offered("millrace record --sync "),
+              testing::UnorderedElementsAre("none", "interval", "call"));
+  EXPECT_THAT(offered("millrace vars cnc list --family V."), IsSupersetOf({"V.E", "V.G"}));
+  EXPECT_THAT(offered("millrace log cat --kind re"),
+              testing::UnorderedElementsAre("request", "reply"));
+}
+
+TEST(TheCompletion, CompletesWhatIsTypedIntoARealBash) {
+  Terminal sut({"/bin/bash", "--norc", "--noprofile", "-i"}, {.rows = 24, .columns = 200});
+  sut.type("PS1='> '; source <('" + binary("millrace") + "' completion bash); echo rea''dy\n");
+  sut.await("ready\r\n");
+  sut.type("millrace ser\t");
+  sut.await("millrace services ");
+  sut.type("--js\t");
+  sut.await("millrace services --json ");
+  sut.type("\x15");  // Takes the line away.
+  sut.type("exit\n");
+  EXPECT_EQ(sut.wait(), 0) << sut.output();
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

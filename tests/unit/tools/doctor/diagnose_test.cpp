@@ -1,0 +1,224 @@
+#include "tools/doctor/diagnose.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::tools::doctor {
+namespace {
+
+using std::chrono_literals::operator""ms;
+using std::chrono_literals::operator""s;
+using testing::AllOf;
+using testing::Contains;
+using testing::Field;
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+testing::Matcher<const Diagnosis&> is(Severity severity, const std::string& what,
+                                      const std::string& advice = "") {
+  return AllOf(Field(&Diagnosis::severity, severity), Field(&Diagnosis::what, HasSubstr(what)),
+               Field(&Diagnosis::advice, HasSubstr(advice)));
+}
+
+GuidPrefix prefix(std::uint8_t byte) {
+  GuidPrefix bytes{};
+  bytes.fill(byte);
+  return bytes;
+}
+
+class TheDoctor : public testing::Test {
+ protected:
+  TheDoctor() {
+    found.joining = {.fabric = "millrace", .interface = "eth0", .version = "0.1.0"};
+    found.interfaces = {{"lo", "127.0.0.1", true, false, true},
+                        {"eth0", "10.77.0.1", true, true, false}};
+    add_program(0, "doctor").self = true;
+  }
+
+  Program& add_program(std::uint8_t byte, const std::string& name) {
+    found.programs.push_back({.prefix = prefix(byte),
+                              .name = name,
+                              .host = "host-" + name,
+                              .pid = "17",
+                              .addresses = "udp/10.77.0." + std::to_string(byte) + ":7410",
+                              .fabrics = {"millrace"}});
+    return found.programs.back();
+  }
+
+  /// A gateway whose machine is connected, and a service.
+  void be_healthy() {
+    add_program(1, "gateway").is_gateway = true;
+    add_program(2, "sq1").serves = {square_root};
+    recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
+    news.identity.id.bytes.fill(2);
+    news.identity.uuid = square_root;
+    news.identity.version = "1.0";
+    add(news);
+    add(fabric::MachineStatus{
+        .machine = "cnc", .connected = true, .host = "host-gateway", .version = "0.1.0"});
+    add(fabric::ChannelStatus{.key = {"cnc", 1}, .state = fabric::ChannelState::idle});
+  }
+  void add(recording::Sample sample) { found.live.add({.sample = std::move(sample)}); }
+
+  void hear(std::uint8_t byte, std::uint32_t domain) {
+    found.heard.push_back(
+        {{.prefix = prefix(byte), .name = "sq1", .host = "hall"}, domain, "10.77.0.9"});
+  }
+
+  std::vector<Diagnosis> sut() { return diagnose(found); }
+
+  Findings found;
+};
+
+TEST_F(TheDoctor, FindsNothingWrongWithAHealthyFabric) {
+  be_healthy();
+  hear(2, 0);
+  EXPECT_TRUE(is_healthy(sut()));
+  EXPECT_THAT(sut(), Not(Contains(Field(&Diagnosis::severity, Not(Severity::fine)))));
+}
+
+TEST_F(TheDoctor, SaysWhatIsWrongWithTheInterface) {
+  found.joining.interface = "eth9";
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "no interface 'eth9'", "eth0, lo")));
+  found.joining.interface = "10.77.0.1";
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "eth0 (10.77.0.1) is up")));
+  found.interfaces[1].up = false;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "eth0 is down", "ip link set eth0 up")));
+  found.interfaces[1].up = true;
+  found.interfaces[1].multicast = false;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "eth0 does no multicast", "peers")));
+  found.obstacle = "eth0: does not match an available interface";
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cannot be joined: eth0")));
+}
+
+TEST_F(TheDoctor, FindsTheDomainInWhichTheOthersAre) {
+  hear(2, 5);
+  found.domains_here = {0, 5, 7};
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "domain 5 has: sq1 on hall (10.77.0.9)",
+                                 "--domain 5")));
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "domain 7", "--domain 7")));
+  EXPECT_FALSE(is_healthy(sut()));
+}
+
+TEST_F(TheDoctor, FindsTheFabricInWhichTheOthersAre) {
+  add_program(1, "gateway").fabrics = {"hall-2"};
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "the fabrics: hall-2", "--fabric NAME")));
+}
+
+TEST_F(TheDoctor, FindsTheInterfaceOnWhichTheOthersAre) {
+  found.listening_interfaces = {"lo"};
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "on interface lo, this one looks at eth0",
+                                 "--fabric-config")));
+}
+
+TEST_F(TheDoctor, BlamesThePacketFilterIfMulticastAloneComesThrough) {
+  be_healthy();
+  hear(9, 0);
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "announces itself on this domain but does not",
+                                 "7400 to 7649")));
+}
+
+TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
+  found.joining.multicast = false;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "multicast is off and no peers", "peers")));
+  found.joining.multicast = true;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "no announcement came by multicast on eth0",
+                                 "name the other hosts in peers")));
+  found.joining.interface = "lo";
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "this host only")));
+}
+
+TEST_F(TheDoctor, SaysWhyAPeerIsNotThere) {
+  be_healthy();
+  found.peers = {{"hall-1", "10.77.0.2", Reach::silent, ""},
+                 {"hall-3", "10.77.0.3", Reach::refused, ""},
+                 {"hall-4", "10.77.0.4", Reach::unreachable, "No route to host"},
+                 {"hall-5", "10.77.0.5", Reach::silent, ""},
+                 {"hall-6", "", Reach::unknown_name, "Name or service not known"}};
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "hall-1 (10.77.0.2) is there")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-3 (10.77.0.3) is up, but no program")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem,
+                                 "hall-4 (10.77.0.4) cannot be reached: No "
+                                 "route to host")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-5 (10.77.0.5) does not answer", "7400")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hall-6 has no address")));
+}
+
+TEST_F(TheDoctor, MissesGatewaysAndServices) {
+  add_program(1, "recorder");
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "no gateway is on this fabric")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "no service is on this fabric")));
+}
+
+TEST_F(TheDoctor, NamesEndpointsThatFitNobody) {
+  be_healthy();
+  found.misfits = {{"millrace/reply", true, "other on hall", {"reliability: …"}}};
+  EXPECT_THAT(sut(), Contains(is(Severity::problem,
+                                 "the writer of millrace/reply of other on hall fits no millrace "
+                                 "program: reliability")));
+}
+
+TEST_F(TheDoctor, FindsMachinesWithoutALink) {
+  be_healthy();
+  add(fabric::MachineStatus{
+      .machine = "press", .reason = "connection refused", .host = "host-gateway"});
+  add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone"});
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "press has no link: connection refused",
+                                 "the gateway's log on host-gateway")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe has no link", "start its gateway")));
+}
+
+TEST_F(TheDoctor, TakesAGatewayThatStandsByForNoProblem) {
+  be_healthy();
+  fabric::MachineStatus second{
+      .machine = "cnc", .reason = "host-gateway serves it", .host = "host-2", .version = "0.1.0"};
+  second.gateway.bytes.fill(7);
+  add(second);
+  EXPECT_TRUE(is_healthy(sut()));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "another gateway of cnc stands by on host-2")));
+}
+
+TEST_F(TheDoctor, FindsChannelsThatWait) {
+  using enum fabric::ChannelState;
+  be_healthy();
+  add(fabric::ChannelStatus{.key = {"cnc", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
+  add(fabric::ChannelStatus{.key = {"cnc", 2}, .state = held});
+  add(fabric::ChannelStatus{.key = {"cnc", 3}, .state = waiting});
+  add(fabric::ChannelStatus{
+      .key = {"lathe", 1}, .state = link_down, .reason = "its gateway is gone"});
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/1 waits for x, which nobody serves")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "millrace answer cnc/2")));
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "cnc/3 waits for a free instance")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no link")));
+}
+
+TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
+  be_healthy();
+  add(fabric::MachineStatus{
+      .machine = "cnc", .connected = true, .host = "host-gateway", .version = "0.0.9"});
+  recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
+  news.identity.id.bytes.fill(3);
+  news.identity.uuid = square_root;
+  news.identity.version = "2.0";
+  add(news);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "is millrace 0.0.9, this is 0.1.0")));
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "versions 1.0, 2.0")));
+  EXPECT_TRUE(is_healthy(sut()));
+}
+
+TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
+  be_healthy();
+  const auto with = [&](std::chrono::nanoseconds ahead, std::chrono::nanoseconds error) {
+    found.clocks = {{"hall", "sq1", {ahead, error}}};
+    return sut();
+  };
+  EXPECT_THAT(with(1ms, 1ms), Contains(is(Severity::fine, "the clock of hall is 1.00 ms ahead")));
+  EXPECT_THAT(with(150ms, 100ms), Contains(is(Severity::fine, "± 100 ms")));
+  EXPECT_THAT(with(-3s, 1ms), Contains(is(Severity::warning, "3.00 s behind", "NTP")));
+  EXPECT_THAT(with(60s, 1ms), Contains(is(Severity::problem, "60.0 s ahead", "NTP")));
+}
+
+}  // namespace
+}  // namespace millrace::tools::doctor

@@ -1,0 +1,162 @@
+#include "tools/commands/doctor/doctor.hpp"
+
+#include <cstdlib>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+#include <fmt/format.h>
+
+#include "fabric/command_line.hpp"
+#include "fabric/profile.hpp"
+#include "idl/fabric.pb.h"
+#include "idl/program/config_file.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/version.hpp"
+#include "tools/doctor/diagnose.hpp"
+#include "tools/doctor/examine.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/table.hpp"
+
+namespace millrace::tools::commands::doctor {
+
+namespace {
+
+namespace program = idl::program;
+using namespace tools::doctor;
+
+struct Options {
+  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace doctor"}) {
+    add_duration(command, "--wait", wait, "Listen this long; 2s unless given");
+    add_json(command, json);
+  }
+
+  fabric::FabricFlags fabric;
+  std::chrono::nanoseconds wait = std::chrono::seconds(2);
+  bool json = false;
+};
+
+Joining joining_of(const Options& options, const fabric::ParticipantOptions& join) {
+  Joining joining{.fabric = join.fabric,
+                  .domain = join.domain,
+                  .cyclone_uri = std::getenv("CYCLONEDDS_URI") != nullptr,
+                  .version = MILLRACE_VERSION};
+  if (!options.fabric.file().empty()) {
+    const auto profile = program::read_config<config::Fabric>(options.fabric.file());
+    if (!profile) {
+      throw program::UsageError(profile.error());
+    }
+    joining.interface = profile->interface();
+    joining.multicast = profile->multicast();
+    joining.peers.assign(profile->peers().begin(), profile->peers().end());
+  }
+  return joining;
+}
+
+std::string role_of(const Program& program) {
+  std::string role = program.self ? "this command" : program.is_gateway ? "gateway" : "";
+  for (const std::string& uuid : program.serves) {
+    role += (role.empty() ? "serves " : ", ") + print::safe(uuid);
+  }
+  if (!role.empty()) {
+    return role;
+  }
+  return program.fabrics.empty() ? "no millrace program" : "looks on";
+}
+
+std::string fabrics_of(const Program& program) {
+  std::string text;
+  for (const std::string& fabric : program.fabrics) {
+    text += (text.empty() ? "" : ", ") + print::safe(fabric);
+  }
+  return text.empty() ? "-" : text;
+}
+
+void print_text(const Findings& found, const std::vector<Diagnosis>& diagnoses) {
+  fmt::print("fabric '{}', domain {}, interface {}, {}{}\n\n", print::safe(found.joining.fabric),
+             found.joining.domain, print::safe(found.joining.interface),
+             found.joining.multicast ? "found by multicast" : "no multicast",
+             found.joining.peers.empty()
+                 ? ""
+                 : fmt::format(", peers {}", fmt::join(found.joining.peers, ", ")));
+  print::Table table({{"PROGRAM"}, {"HOST"}, {"PID"}, {"ADDRESS"}, {"FABRIC"}, {"ROLE"}});
+  for (const Program& each : found.programs) {
+    table.add({each.name.empty() ? "-" : print::safe(each.name),
+               each.host.empty() ? "-" : print::safe(each.host),
+               each.pid.empty() ? "-" : print::safe(each.pid), print::safe(each.addresses),
+               fabrics_of(each), role_of(each)});
+  }
+  if (!table.empty()) {
+    fmt::print("{}\n", table.text());
+  }
+  for (const Diagnosis& each : diagnoses) {
+    fmt::print("{:<8} {}\n", name_of(each.severity), each.what);
+    if (!each.advice.empty()) {
+      fmt::print("{:<8} -> {}\n", "", each.advice);
+    }
+  }
+}
+
+boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>& diagnoses) {
+  boost::json::array programs;
+  for (const Program& each : found.programs) {
+    programs.push_back(boost::json::object{
+        {"name", print::utf8(each.name)},
+        {"host", print::utf8(each.host)},
+        {"pid", print::utf8(each.pid)},
+        {"addresses", print::utf8(each.addresses)},
+        {"fabrics", boost::json::array(each.fabrics.begin(), each.fabrics.end())},
+        {"gateway", each.is_gateway},
+        {"serves", boost::json::array(each.serves.begin(), each.serves.end())},
+        {"self", each.self}});
+  }
+  const auto milliseconds = [](std::chrono::nanoseconds time) {
+    return std::chrono::duration<double, std::milli>(time).count();
+  };
+  boost::json::array clocks;
+  for (const HostClock& each : found.clocks) {
+    clocks.push_back(boost::json::object{{"host", print::utf8(each.host)},
+                                         {"asked", print::utf8(each.program)},
+                                         {"ahead_ms", milliseconds(each.difference.ahead)},
+                                         {"error_ms", milliseconds(each.difference.error)}});
+  }
+  boost::json::array said;
+  for (const Diagnosis& each : diagnoses) {
+    said.push_back(boost::json::object{{"severity", name_of(each.severity)},
+                                       {"what", print::utf8(each.what)},
+                                       {"advice", print::utf8(each.advice)}});
+  }
+  return {
+      {"healthy", is_healthy(diagnoses)},     {"fabric", print::utf8(found.joining.fabric)},
+      {"domain", found.joining.domain},       {"interface", print::utf8(found.joining.interface)},
+      {"multicast", found.joining.multicast}, {"programs", std::move(programs)},
+      {"clocks", std::move(clocks)},          {"diagnoses", std::move(said)}};
+}
+
+int examine_and_tell(const Options& options) {
+  const fabric::ParticipantOptions join = options.fabric.options();
+  const Findings found =
+      examine({.join = join,
+               .joining = joining_of(options, join),
+               .listen = std::chrono::ceil<std::chrono::milliseconds>(options.wait)});
+  const std::vector<Diagnosis> diagnoses = diagnose(found);
+  if (options.json) {
+    print::print_json(json_of(found, diagnoses));
+  } else {
+    print_text(found, diagnoses);
+  }
+  return is_healthy(diagnoses) ? program::exit_done : program::exit_failed;
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      app, "doctor", "Who is on the fabric, who is not and why, and what to do about it",
+      "millrace doctor --fabric-config /etc/millrace/fabric.textproto");
+  auto options = std::make_shared<Options>(command);
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return examine_and_tell(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::doctor

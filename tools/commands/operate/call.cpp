@@ -1,0 +1,185 @@
+// millrace call: calls a service without a controller.
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
+
+#include "idl/text/cp1252.hpp"
+#include "tools/bus/snapshot.hpp"
+#include "tools/caller/caller.hpp"
+#include "tools/caller/channel.hpp"
+#include "tools/commands/arguments.hpp"
+#include "tools/commands/operate/operate.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/names.hpp"
+#include "tools/print/quoted.hpp"
+#include "tools/print/units.hpp"
+
+namespace millrace::tools::commands::operate {
+
+namespace {
+
+namespace program = idl::program;
+using std::chrono_literals::operator""s;
+
+/// Whoever is there has shown up by then (bus::Patience).
+constexpr auto grace = std::chrono::milliseconds(1000);
+
+struct Options {
+  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
+    add_duration(command, "--timeout", timeout, "Wait this long for the answer; 10s unless given");
+    add_json(command, json);
+  }
+
+  fabric::FabricFlags fabric;
+  std::chrono::nanoseconds timeout = 10s;
+  bool json = false;
+  bool raw = false;
+  std::string uuid;
+  std::string request;
+  std::uint32_t state = 1;
+  std::string machine;
+  std::uint16_t channel = 1;
+};
+
+/// The order without its patience; throws UsageError for a request no controller could write.
+caller::Order order_of(const Options& options) {
+  const auto text = idl::text::to_cp1252(options.request);
+  if (!text) {
+    throw program::UsageError("no controller can write this request: " + text.error());
+  }
+  if (text->size() > fabric::max_text) {
+    throw program::UsageError(
+        fmt::format("the request has {} bytes; a controller's string holds {}", text->size(),
+                    fabric::max_text));
+  }
+  caller::Order order{.key = {caller::unique_machine("call"), options.channel},
+                      .uuid = options.uuid,
+                      .text = *text,
+                      .state = options.state,
+                      .patience = options.timeout};
+  if (!options.machine.empty()) {
+    const fabric::ChannelKey named{options.machine, options.channel};
+    order.as = named;
+    // In a live machine's place a call would disturb that machine's own.
+    if (!caller::why_taken(bus::take_snapshot(options.fabric.options()), named)) {
+      order.key = named;
+    }
+  }
+  return order;
+}
+
+class Errand : public caller::CallerListener {
+ public:
+  Errand(fabric::Participant& participant, const caller::Order& order)
+      : order_(order),
+        grace_(io_),
+        signals_(io_, SIGINT, SIGTERM),
+        caller_(participant, io_.get_executor(), *this) {}
+
+  caller::Ended run() {
+    const auto call = caller_.call(order_);
+    if (!call) {
+      return {.reason = call.error()};
+    }
+    grace_.expires_after(grace);
+    grace_.async_wait([this, call = *call](const boost::system::error_code& error) {
+      const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
+      if (!error && why) {
+        caller_.give_up(call, *why);
+      }
+    });
+    signals_.async_wait([this, call = *call](const boost::system::error_code& error, int) {
+      if (!error) {
+        caller_.give_up(call, "interrupted");
+      }
+    });
+    io_.run();
+    return ended_;
+  }
+
+  void on_ended(const caller::Ended& ended) override {
+    ended_ = ended;
+    io_.stop();
+  }
+  void on_interim(const fabric::Reply& reply) override {
+    fmt::print(stderr, "interim: {} state {}\n", print::quoted(reply.text), reply.state);
+  }
+  void on_ignored(const std::string& reason) override {
+    fmt::print(stderr, "millrace: {}\n", print::safe(reason));
+  }
+
+ private:
+  const caller::Order& order_;
+  caller::Ended ended_;
+  boost::asio::io_context io_{1};
+  boost::asio::steady_timer grace_;
+  boost::asio::signal_set signals_;
+  caller::Caller caller_;
+};
+
+void show(const Options& options, const caller::Order& order, const caller::Ended& ended,
+          std::chrono::nanoseconds took) {
+  if (options.json) {
+    boost::json::object out{{"uuid", print::utf8(fabric::canonical_uuid(order.uuid))},
+                            {"answered", ended.reply.has_value()},
+                            {"call", ended.call.to_string()},
+                            {"machine", order.key.machine},
+                            {"channel", order.key.channel}};
+    if (ended.reply) {
+      out["response"] = print::text_json(ended.reply->text);
+      out["response_state"] = ended.reply->state;
+      out["code"] = print::name_of(ended.reply->code);
+      out["instance"] = ended.reply->instance.to_string();
+      out["after_ms"] = std::chrono::duration<double, std::milli>(took).count();
+    } else {
+      out["reason"] = print::utf8(ended.reason);
+    }
+    print::print_json(out);
+  } else if (!ended.reply) {
+    fmt::print(stderr, "millrace: no answer: {}\n", print::safe(ended.reason));
+  } else if (options.raw) {
+    fmt::print("{}\n", idl::text::to_utf8(ended.reply->text));
+  } else {
+    fmt::print("{} state {}, {} after {}, by {}\n", print::quoted(ended.reply->text),
+               ended.reply->state, print::name_of(ended.reply->code), print::duration_text(took),
+               ended.reply->instance.to_string());
+  }
+}
+
+int call(const Options& options) {
+  const caller::Order order = order_of(options);
+  fabric::Participant participant(options.fabric.options());
+  const auto start = std::chrono::steady_clock::now();
+  const caller::Ended ended = Errand(participant, order).run();
+  show(options, order, ended, std::chrono::steady_clock::now() - start);
+  const bool served = ended.reply && ended.reply->code != fabric::ServiceCode::failed &&
+                      ended.reply->code != fabric::ServiceCode::refused;
+  return served ? program::exit_done : program::exit_failed;
+}
+
+}  // namespace
+
+void add_call(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      app, "call", "Call a service without a controller",
+      "millrace call 560aacbf-6335-44a9-895a-8b27f3ed5e47 3\n"
+      "  millrace call 560aacbf-6335-44a9-895a-8b27f3ed5e47 3 --machine press --channel 2 --raw");
+  auto options = std::make_shared<Options>(command);
+  command.add_option("UUID", options->uuid, "The service")->required();
+  command.add_option("REQUEST", options->request, "V.G.SERVICE.REQUEST, at most 127 bytes")
+      ->required();
+  command.add_option("--state", options->state, "V.G.SERVICE.REQUEST_STATE, not 0")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--machine", options->machine,
+                     "Choose the instance as for a call of this machine, and stand in its place if "
+                     "no gateway serves it");
+  command.add_option("--channel", options->channel, "And of this channel")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_flag("--raw", options->raw, "Print the response and nothing else");
+  command.callback([options, &chosen] { chosen.run = [options] { return call(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::operate

@@ -1,0 +1,32 @@
+// What a DDS participant says of itself by multicast before anybody knows it: one RTPS packet with
+// its SPDP data (OMG DDSI-RTPS 2.2, 8.5.3 and 9.6.2.2). Pure; reads foreign bytes.
+//
+//   auto who = parse_announcement(packet);
+//   who->host, who->process
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace millrace::tools::doctor {
+
+/// The first 12 bytes of the GUIDs of a participant and all its endpoints.
+using GuidPrefix = std::array<std::uint8_t, 12>;
+
+struct Announcement {
+  GuidPrefix prefix{};
+  /// The entity name of the participant, for ours that of the program; empty if it gives none.
+  std::string name{};
+  /// What Cyclone adds; other vendors may not.
+  std::string host{};
+  std::string process{};
+  std::string pid{};
+};
+
+/// Nothing if the packet is no RTPS, or holds no such data.
+std::optional<Announcement> parse_announcement(std::span<const std::uint8_t> packet);
+
+}  // namespace millrace::tools::doctor

@@ -1,0 +1,122 @@
+#include "tools/doctor/directory.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "fabric/reader.hpp"
+
+namespace millrace::tools::doctor {
+
+namespace {
+
+constexpr std::string_view topics_of_ours = "millrace/";
+
+/// Copies a string that Cyclone has allocated, and frees it.
+std::string taken(char* text) {
+  const std::string copy = text != nullptr ? text : "";
+  dds_free(text);
+  return copy;
+}
+
+std::string property(const dds_qos_t* qos, const char* name) {
+  char* value = nullptr;
+  return dds_qget_prop(qos, name, &value) ? taken(value) : std::string();
+}
+
+std::string entity_name(const dds_qos_t* qos) {
+  char* name = nullptr;
+  return dds_qget_entity_name(qos, &name) ? taken(name) : std::string();
+}
+
+std::vector<std::string> partitions(const dds_qos_t* qos) {
+  std::uint32_t count = 0;
+  char** names = nullptr;
+  std::vector<std::string> all;
+  if (dds_qget_partition(qos, &count, &names)) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      all.push_back(taken(names[i]));
+    }
+    dds_free(static_cast<void*>(names));
+  }
+  return all;
+}
+
+bool has_user_data(const dds_qos_t* qos) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  const bool there = dds_qget_userdata(qos, &data, &size) && size > 0;
+  dds_free(data);
+  return there;
+}
+
+fabric::Entity builtin_reader(const fabric::Participant& participant, dds_entity_t topic,
+                              const char* what) {
+  return fabric::Entity(
+      fabric::check(dds_create_reader(participant.handle(), topic, nullptr, nullptr), what));
+}
+
+bool is_gone(const dds_sample_info_t& info) {
+  return !info.valid_data || fabric::presence_of(info) != fabric::Presence::alive;
+}
+
+}  // namespace
+
+Directory::Directory(const fabric::Participant& participant)
+    : participant_reader_(
+          builtin_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, "read DCPSParticipant")),
+      subscriptions_(
+          builtin_reader(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, "read DCPSSubscription")),
+      publications_(
+          builtin_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, "read DCPSPublication")) {
+  fabric::check(dds_get_guid(participant.handle(), &own_), "learn the own GUID");
+}
+
+void Directory::drain() {
+  drain_participants();
+  drain_endpoints(subscriptions_.handle(), false);
+  drain_endpoints(publications_.handle(), true);
+}
+
+void Directory::drain_participants() {
+  const auto use = [&](const dds_builtintopic_participant_t& sample,
+                       const dds_sample_info_t& info) {
+    if (is_gone(info)) {
+      participants_.erase(info.instance_handle);
+      return;
+    }
+    SeenParticipant& seen = participants_[info.instance_handle];
+    std::copy_n(std::begin(sample.key.v), seen.who.prefix.size(), seen.who.prefix.begin());
+    seen.who.name = entity_name(sample.qos);
+    seen.who.host = property(sample.qos, "__Hostname");
+    seen.who.process = property(sample.qos, "__ProcessName");
+    seen.who.pid = property(sample.qos, "__Pid");
+    seen.addresses = property(sample.qos, "__NetworkAddresses");
+    seen.self = std::memcmp(sample.key.v, own_.v, sizeof own_.v) == 0;
+  };
+  while (fabric::take_lent<dds_builtintopic_participant_t>(participant_reader_.handle(), use) > 0) {
+  }
+}
+
+void Directory::drain_endpoints(dds_entity_t reader, bool writers) {
+  const auto use = [&](const dds_builtintopic_endpoint_t& sample, const dds_sample_info_t& info) {
+    if (is_gone(info)) {
+      endpoints_.erase(info.instance_handle);
+      return;
+    }
+    if (!std::string_view(sample.topic_name).starts_with(topics_of_ours)) {
+      return;
+    }
+    endpoints_.insert_or_assign(info.instance_handle,
+                                SeenEndpoint{.participant = sample.participant_instance_handle,
+                                             .writer = writers,
+                                             .topic = sample.topic_name,
+                                             .type = sample.type_name,
+                                             .partitions = partitions(sample.qos),
+                                             .has_user_data = has_user_data(sample.qos),
+                                             .qos = qos_of(*sample.qos, writers)});
+  };
+  while (fabric::take_lent<dds_builtintopic_endpoint_t>(reader, use) > 0) {
+  }
+}
+
+}  // namespace millrace::tools::doctor

@@ -1,0 +1,67 @@
+// Everybody on a DDS domain, of whatever fabric: participants and their endpoints on the topics of
+// millrace, as discovery shows them.
+//
+//   Directory directory(participant);
+//   directory.drain();
+//   for (const auto& [handle, endpoint] : directory.endpoints()) …
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "fabric/entity.hpp"
+#include "fabric/participant.hpp"
+#include "tools/doctor/announcement.hpp"
+#include "tools/doctor/qos.hpp"
+
+namespace millrace::tools::doctor {
+
+/// Cyclone's instance handle of a discovered participant or endpoint.
+using Handle = dds_instance_handle_t;
+
+struct SeenParticipant {
+  /// Host and process only if it is Cyclone's.
+  Announcement who{};
+  /// "10.77.0.3", …: where it listens, in Cyclone's form.
+  std::string addresses{};
+  bool self = false;
+};
+
+struct SeenEndpoint {
+  Handle participant = 0;
+  bool writer = false;
+  std::string topic{};
+  std::string type{};
+  std::vector<std::string> partitions{};
+  bool has_user_data = false;
+  EndpointQos qos{};
+};
+
+class Directory {
+ public:
+  /// Throws std::runtime_error with Cyclone's reason.
+  explicit Directory(const fabric::Participant& participant);
+
+  /// Takes in what is new.
+  void drain();
+
+  [[nodiscard]] const std::map<Handle, SeenParticipant>& participants() const {
+    return participants_;
+  }
+  [[nodiscard]] const std::map<Handle, SeenEndpoint>& endpoints() const { return endpoints_; }
+
+ private:
+  void drain_participants();
+  void drain_endpoints(dds_entity_t reader, bool writers);
+
+  dds_guid_t own_{};
+  fabric::Entity participant_reader_;
+  fabric::Entity subscriptions_;
+  fabric::Entity publications_;
+  std::map<Handle, SeenParticipant> participants_;
+  std::map<Handle, SeenEndpoint> endpoints_;
+};
+
+}  // namespace millrace::tools::doctor

@@ -1,0 +1,152 @@
+#include "tools/doctor/endpoints.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+#include "fabric/topics.hpp"
+
+namespace millrace::tools::doctor {
+
+namespace {
+
+using fabric::Keep;
+
+constexpr std::string_view name_of_request = "millrace/request";
+
+const fabric::Topic* topic_named(const std::string& name) {
+  static const std::array<const fabric::Topic*, 8> topics{
+      &fabric::request_topic, &fabric::reply_topic, &fabric::channel_topic, &fabric::instance_topic,
+      &fabric::machine_topic, &fabric::event_topic, &fabric::command_topic, &fabric::outcome_topic};
+  const auto* const found =
+      std::ranges::find_if(topics, [&](const fabric::Topic* topic) { return topic->name == name; });
+  return found == topics.end() ? nullptr : *found;
+}
+
+/// "millrace" of "millrace", "millrace/560a…" and "millrace/*".
+std::string fabric_of(const std::string& partition) {
+  return partition.substr(0, partition.find('/'));
+}
+
+bool is_in(const SeenEndpoint& endpoint, const std::string& fabric) {
+  return std::ranges::any_of(endpoint.partitions, [&](const std::string& partition) {
+    return fabric_of(partition) == fabric;
+  });
+}
+
+std::string text_of(const Directory& directory, Handle participant) {
+  const auto found = directory.participants().find(participant);
+  if (found == directory.participants().end()) {
+    return "a program";
+  }
+  const Announcement& who = found->second.who;
+  return fmt::format("{}{}{}", who.name.empty() ? who.process : who.name,
+                     who.host.empty() ? "" : " on " + who.host,
+                     who.pid.empty() ? "" : ", pid " + who.pid);
+}
+
+bool is_own(const Directory& directory, const SeenEndpoint& endpoint) {
+  const auto found = directory.participants().find(endpoint.participant);
+  return found != directory.participants().end() && found->second.self;
+}
+
+/// Against what a millrace program at the other end would have.
+std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::Topic& topic,
+                                    bool matched) {
+  const EndpointQos ours = endpoint.writer ? qos_of(*fabric::reader_qos(topic, Keep::last), false)
+                                           : qos_of(*fabric::writer_qos(topic), true);
+  std::vector<std::string> reasons =
+      endpoint.writer ? misfits(endpoint.qos, ours) : misfits(ours, endpoint.qos);
+  if (endpoint.type != topic.type->m_typename) {
+    reasons.push_back(fmt::format("its type is {}, not {}", endpoint.type, topic.type->m_typename));
+  }
+  if (reasons.empty() && endpoint.writer && !matched) {
+    reasons.emplace_back("its type has the same name but other members: another version");
+  }
+  return reasons;
+}
+
+}  // namespace
+
+TopicReaders::TopicReaders(const fabric::Participant& participant)
+    : requests_(participant, fabric::all_services(participant.options().fabric), Keep::last),
+      replies_(participant, fabric::all_services(participant.options().fabric), Keep::last),
+      instances_(participant, fabric::all_services(participant.options().fabric), Keep::last),
+      channels_(participant, participant.options().fabric, Keep::last),
+      machines_(participant, participant.options().fabric, Keep::last),
+      events_(participant, participant.options().fabric, Keep::last),
+      commands_(participant, participant.options().fabric, Keep::last),
+      outcomes_(participant, participant.options().fabric, Keep::last) {}
+
+std::set<Handle> TopicReaders::matched() const {
+  std::set<Handle> all;
+  const auto add = [&](const auto& reader) {
+    const auto handles = reader.matched();
+    all.insert(handles.begin(), handles.end());
+  };
+  add(requests_);
+  add(replies_);
+  add(instances_);
+  add(channels_);
+  add(machines_);
+  add(events_);
+  add(commands_);
+  add(outcomes_);
+  return all;
+}
+
+std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
+                               const std::string& fabric) {
+  std::vector<Misfit> all;
+  for (const auto& [handle, endpoint] : directory.endpoints()) {
+    const fabric::Topic* topic = topic_named(endpoint.topic);
+    if (topic == nullptr || !is_in(endpoint, fabric) || is_own(directory, endpoint)) {
+      continue;
+    }
+    auto reasons = reasons_of(endpoint, *topic, matched.contains(handle));
+    if (!reasons.empty()) {
+      all.push_back({endpoint.topic, endpoint.writer, text_of(directory, endpoint.participant),
+                     std::move(reasons)});
+    }
+  }
+  return all;
+}
+
+std::vector<Program> programs_in(const Directory& directory, const std::string& fabric) {
+  std::map<Handle, Program> programs;
+  for (const auto& [handle, participant] : directory.participants()) {
+    programs.emplace(handle, Program{.prefix = participant.who.prefix,
+                                     .name = participant.who.name.empty() ? participant.who.process
+                                                                          : participant.who.name,
+                                     .host = participant.who.host,
+                                     .pid = participant.who.pid,
+                                     .addresses = participant.addresses,
+                                     .self = participant.self});
+  }
+  for (const auto& [handle, endpoint] : directory.endpoints()) {
+    const auto program = programs.find(endpoint.participant);
+    if (program == programs.end()) {
+      continue;
+    }
+    for (const std::string& partition : endpoint.partitions) {
+      program->second.fabrics.insert(fabric_of(partition));
+      const auto uuid = fabric::uuid_of_partition(fabric, partition);
+      if (uuid && !endpoint.writer && endpoint.topic == name_of_request && endpoint.has_user_data) {
+        program->second.serves.insert(*uuid);
+      }
+    }
+    const bool tells_of_machines = endpoint.topic == fabric::machine_topic.name ||
+                                   endpoint.topic == fabric::channel_topic.name;
+    if (endpoint.writer && tells_of_machines && is_in(endpoint, fabric)) {
+      program->second.is_gateway = true;
+    }
+  }
+  std::vector<Program> all;
+  for (auto& [handle, program] : programs) {
+    all.push_back(std::move(program));
+  }
+  return all;
+}
+
+}  // namespace millrace::tools::doctor

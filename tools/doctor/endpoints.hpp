@@ -1,0 +1,41 @@
+// Readers of every topic of a fabric, for nothing but to see which writers DDS matches with them.
+#pragma once
+
+#include <set>
+#include <vector>
+
+#include "fabric/command_codec.hpp"
+#include "fabric/reader.hpp"
+#include "tools/doctor/directory.hpp"
+#include "tools/doctor/findings.hpp"
+
+namespace millrace::tools::doctor {
+
+class TopicReaders {
+ public:
+  /// Throws std::runtime_error with Cyclone's reason.
+  explicit TopicReaders(const fabric::Participant& participant);
+
+  /// The writers that are matched with one of the readers.
+  [[nodiscard]] std::set<Handle> matched() const;
+
+ private:
+  fabric::Reader<fabric::Request> requests_;
+  fabric::Reader<fabric::Reply> replies_;
+  fabric::Reader<fabric::InstanceStatus> instances_;
+  fabric::Reader<fabric::ChannelStatus> channels_;
+  fabric::Reader<fabric::MachineStatus> machines_;
+  fabric::Reader<fabric::Event> events_;
+  fabric::Reader<fabric::Command> commands_;
+  fabric::Reader<fabric::Outcome> outcomes_;
+};
+
+/// What is wrong with the endpoints of this fabric that others have: those whose QoS or type fits
+/// no millrace program, and writers that DDS does not match although both fit.
+std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
+                               const std::string& fabric);
+
+/// The others on the domain, and what each does.
+std::vector<Program> programs_in(const Directory& directory, const std::string& fabric);
+
+}  // namespace millrace::tools::doctor

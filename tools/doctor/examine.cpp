@@ -1,0 +1,186 @@
+#include "tools/doctor/examine.hpp"
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <optional>
+
+#include <boost/asio/io_context.hpp>
+#include <unistd.h>
+
+#include "fabric/discovery.hpp"
+#include "tools/bus/observer.hpp"
+#include "tools/bus/operator.hpp"
+#include "tools/doctor/endpoints.hpp"
+
+namespace millrace::tools::doctor {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// How often what has arrived is taken in.
+constexpr auto turn = std::chrono::milliseconds(50);
+/// Enough that one of them meets an idle host.
+constexpr int exchanges = 5;
+constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
+
+struct Listener : bus::ObserverListener {
+  void on_entry(recording::Entry entry) override { live.add(entry); }
+  bus::Live live;
+};
+
+/// The name of the interface that `wanted`, a name or an address, means; `wanted` if none.
+std::string interface_name(const std::vector<Interface>& interfaces, const std::string& wanted) {
+  const auto found = std::ranges::find(interfaces, wanted, &Interface::address);
+  return found == interfaces.end() || wanted.empty() ? wanted : found->name;
+}
+
+/// Whom to ask for the time: one program of each other host.
+struct Witness {
+  std::string host;
+  std::string program;
+  fabric::Command question;
+};
+
+std::string own_host() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+fabric::Command question() {
+  return {.kind = fabric::CommandKind::ping, .issuer = bus::issuer_here()};
+}
+
+std::vector<Witness> witnesses_in(const bus::Live& live) {
+  std::vector<Witness> witnesses;
+  const std::string own = own_host();
+  const auto is_new = [&](const std::string& host) {
+    return !host.empty() && host != own &&
+           std::ranges::none_of(witnesses,
+                                [&](const Witness& witness) { return witness.host == host; });
+  };
+  for (const auto& [id, instance] : live.instances()) {
+    if (is_new(instance.identity.host)) {
+      fabric::Command ask = question();
+      ask.instance = id;
+      witnesses.push_back({instance.identity.host, instance.identity.name, std::move(ask)});
+    }
+  }
+  for (const auto& [key, channel] : live.channels()) {
+    for (const auto& [gateway, status] : live.machines()) {
+      if (status.machine == key.machine && status.connected && is_new(status.host)) {
+        fabric::Command ask = question();
+        ask.key = key;
+        witnesses.push_back({status.host, "the gateway of " + key.machine, std::move(ask)});
+      }
+    }
+  }
+  return witnesses;
+}
+
+/// Asks all of them, several times.
+std::vector<HostClock> compare_clocks(fabric::Participant& participant, const bus::Live& live) {
+  const std::vector<Witness> witnesses = witnesses_in(live);
+  std::vector<ClockComparison> comparisons(witnesses.size());
+  for (int i = 0; i < exchanges && !witnesses.empty(); ++i) {
+    std::vector<fabric::Command> commands;
+    for (const Witness& witness : witnesses) {
+      commands.push_back(witness.question);
+      commands.back().id = fabric::InstanceId::random();
+      commands.back().at = std::chrono::system_clock::now();
+    }
+    const auto heard = bus::issue(participant, commands, patience_for_the_time);
+    for (std::size_t w = 0; w < witnesses.size(); ++w) {
+      if (const auto word = heard.find(commands[w].id); word != heard.end()) {
+        const bus::Heard& answer = word->second;
+        comparisons[w].add({answer.at - answer.after, answer.outcome.at, answer.at});
+      }
+    }
+  }
+  std::vector<HostClock> clocks;
+  for (std::size_t w = 0; w < witnesses.size(); ++w) {
+    if (const auto& difference = comparisons[w].result()) {
+      clocks.push_back({witnesses[w].host, witnesses[w].program, *difference});
+    }
+  }
+  return clocks;
+}
+
+class Visit {
+ public:
+  Visit(const Examination& examination, Findings& found)
+      : participant_(examination.join),
+        directory_(participant_),
+        discovery_(participant_, nullptr),
+        readers_(participant_),
+        observer_(participant_, io_.get_executor(), listener_, bus::Interest::states),
+        found_(found) {}
+
+  void listen(std::chrono::milliseconds time, Hearing* hearing) {
+    const auto end = Clock::now() + time;
+    const auto work = boost::asio::make_work_guard(io_);
+    while (Clock::now() < end) {
+      const auto next = std::min(Clock::now() + turn, end);
+      while (io_.run_one_until(next) != 0) {
+      }
+      directory_.drain();
+      const auto news = discovery_.drain(registry_);
+      found_.ignored.insert(found_.ignored.end(), news.ignored.begin(), news.ignored.end());
+      if (hearing != nullptr) {
+        hearing->take();
+      }
+    }
+  }
+
+  void finish() {
+    const std::string& fabric = participant_.options().fabric;
+    observer_.drain();
+    found_.live = listener_.live;
+    found_.programs = programs_in(directory_, fabric);
+    found_.misfits = misfits_in(directory_, readers_.matched(), fabric);
+    found_.clocks = compare_clocks(participant_, found_.live);
+  }
+
+ private:
+  boost::asio::io_context io_{1};
+  Listener listener_;
+  fabric::Participant participant_;
+  Directory directory_;
+  fabric::Registry registry_;
+  fabric::Discovery discovery_;
+  TopicReaders readers_;
+  bus::Observer observer_;
+  Findings& found_;
+};
+
+}  // namespace
+
+Findings examine(const Examination& examination) {
+  Findings found{.joining = examination.joining, .interfaces = interfaces_here()};
+  const std::string interface = interface_name(found.interfaces, examination.joining.interface);
+  // Looked at before this program itself is among them.
+  found.domains_here = domains_in(read_text("/proc/net/udp"));
+  found.listening_interfaces = listening_interfaces_in(read_text("/proc/net/igmp"));
+  try {
+    Visit visit(examination, found);
+    std::optional<Hearing> hearing;
+    if (examination.joining.multicast) {
+      hearing.emplace(interface);
+    }
+    visit.listen(examination.listen, hearing ? &*hearing : nullptr);
+    visit.finish();
+    if (hearing) {
+      found.deaf = hearing->trouble();
+      for (const auto& [prefix, heard] : hearing->heard()) {
+        found.heard.push_back(heard);
+      }
+    }
+    found.peers = probe_peers(examination.joining.peers, examination.joining.domain);
+  } catch (const std::exception& error) {
+    found.obstacle = error.what();
+  }
+  return found;
+}
+
+}  // namespace millrace::tools::doctor

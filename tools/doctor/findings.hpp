@@ -1,0 +1,83 @@
+// What an examination of a fabric found. Plain values: what follows from them is in diagnose.hpp.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tools/bus/live.hpp"
+#include "tools/doctor/clock.hpp"
+#include "tools/doctor/hearing.hpp"
+#include "tools/doctor/network.hpp"
+#include "tools/doctor/peer.hpp"
+
+namespace millrace::tools::doctor {
+
+/// How this program joins the fabric.
+struct Joining {
+  std::string fabric{};
+  std::uint32_t domain = 0;
+  /// Name or IPv4 address.
+  std::string interface = "lo";
+  bool multicast = true;
+  std::vector<std::string> peers{};
+  /// Cyclone is configured by CYCLONEDDS_URI, too, which may say otherwise.
+  bool cyclone_uri = false;
+  /// Of millrace.
+  std::string version{};
+};
+
+/// A program that takes part in the domain, of whatever fabric.
+struct Program {
+  GuidPrefix prefix{};
+  std::string name{};
+  std::string host{};
+  std::string pid{};
+  std::string addresses{};
+  bool self = false;
+  /// The fabrics it has endpoints in.
+  std::set<std::string> fabrics{};
+  /// It tells of machines or channels.
+  bool is_gateway = false;
+  /// It takes the requests of these UUIDs.
+  std::set<std::string> serves{};
+};
+
+/// An endpoint on a topic of this fabric that fits no endpoint of a millrace program.
+struct Misfit {
+  std::string topic{};
+  bool writer = false;
+  /// "name on host, pid 17"
+  std::string program{};
+  std::vector<std::string> reasons{};
+};
+
+struct HostClock {
+  std::string host{};
+  /// Whom we asked.
+  std::string program{};
+  ClockDifference difference{};
+};
+
+struct Findings {
+  Joining joining{};
+  /// Why the domain cannot be joined; nothing below is known then.
+  std::string obstacle{};
+  std::vector<Interface> interfaces{};
+  /// Of this host.
+  std::set<std::uint32_t> domains_here{};
+  std::set<std::string> listening_interfaces{};
+  std::vector<Heard> heard{};
+  std::string deaf{};
+  std::vector<Program> programs{};
+  std::vector<Misfit> misfits{};
+  /// Instances that discovery shows but whose words about themselves make no sense.
+  std::vector<std::string> ignored{};
+  std::vector<Peer> peers{};
+  std::vector<HostClock> clocks{};
+  bus::Live live{};
+};
+
+}  // namespace millrace::tools::doctor

@@ -1,0 +1,50 @@
+// What this host knows of its network without sending anything: its interfaces, and what other
+// programs on it use.
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace millrace::tools::doctor {
+
+/// Where DDS finds others by multicast (OMG DDSI-RTPS 2.2, 9.6.1.4, and Cyclone's default ports).
+inline constexpr const char* discovery_group = "239.255.0.1";
+inline constexpr std::uint32_t first_port = 7400;
+inline constexpr std::uint32_t ports_per_domain = 250;
+/// Of the first program of a host that has a port of its own; the next ones follow by twos.
+inline constexpr std::uint32_t unicast_offset = 10;
+/// The highest domain whose ports exist.
+inline constexpr std::uint32_t last_domain = 232;
+
+/// The UDP port to which participants of a domain announce themselves by multicast.
+constexpr std::uint32_t discovery_port(std::uint32_t domain) {
+  return first_port + ports_per_domain * domain;
+}
+
+struct Interface {
+  std::string name{};
+  /// Its IPv4 address; empty if it has none.
+  std::string address{};
+  bool up = false;
+  bool multicast = false;
+  bool loopback = false;
+};
+
+/// All interfaces of this host.
+std::vector<Interface> interfaces_here();
+
+/// DDS domains whose ports programs on this host have open, from the text of /proc/net/udp. Only up
+/// to 100: beyond, ports of any program look like those of a domain.
+std::set<std::uint32_t> domains_in(std::string_view proc_net_udp);
+
+/// Interfaces on which programs of this host listen for announcements, from the text of
+/// /proc/net/igmp.
+std::set<std::string> listening_interfaces_in(std::string_view proc_net_igmp);
+
+/// The whole of a file, or nothing.
+std::string read_text(const std::string& file);
+
+}  // namespace millrace::tools::doctor
