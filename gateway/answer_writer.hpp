@@ -50,8 +50,11 @@ class AnswerWriter {
   [[nodiscard]] Step next() const { return next_; }
   [[nodiscard]] const std::string& text() const { return text_; }
   [[nodiscard]] std::uint32_t state() const { return state_; }
-  /// What a look must take in: all, once a write of unknown outcome may have changed the channel.
-  [[nodiscard]] Look look() const { return unsure_ ? Look::all : Look::request; }
+  /// What a look must take in: all, once a write of unknown outcome may have changed the channel,
+  /// or RESPONSE is written and must still be there.
+  [[nodiscard]] Look look() const {
+    return unsure_ || response_written_ ? Look::all : Look::request;
+  }
 
   /// `standing` is what judge() says of this picture.
   Step on_look(const Picture& picture, Standing standing, const PendingRequest& request);

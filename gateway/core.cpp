@@ -10,8 +10,12 @@ namespace millrace::gateway {
 
 namespace {
 
-/// Numbers reserved in the journal at once; a restart goes on behind the block.
+/// Numbers reserved in the journal at once; a restart goes on behind the block. The next block is
+/// asked for when half of it is used, so that no call waits for the disk.
 constexpr std::uint64_t block = 1000;
+
+/// Of the records that reserve numbers; a session counts its own from 1.
+constexpr std::uint64_t numbers_ticket = ~std::uint64_t{0};
 
 }  // namespace
 
@@ -19,7 +23,8 @@ Core::Core(CoreOptions options, const journal::Ledger& ledger)
     : options_(std::move(options)),
       dispatcher_(options_.dispatcher),
       epoch_(ledger.numbers().epoch),
-      next_number_(ledger.numbers().reserved),
+      last_number_(ledger.numbers().reserved),
+      recorded_(ledger.numbers().reserved),
       reserved_(ledger.numbers().reserved) {
   assert(epoch_ != 0);
   for (const Call& call : ledger.open_calls()) {
@@ -30,6 +35,7 @@ Core::Core(CoreOptions options, const journal::Ledger& ledger)
 ChannelActions Core::on_link_up(const std::string& machine,
                                 const std::vector<std::uint16_t>& channels, Moment now) {
   for (const std::uint16_t channel : channels) {
+    reserve_numbers({machine, channel});
     ChannelSession& session = open({machine, channel});
     if (session.retired()) {
       leaving_.erase(session.key());
@@ -140,6 +146,13 @@ ChannelActions Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcom
 }
 
 ChannelActions Core::on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket, Moment now) {
+  if (ticket == numbers_ticket) {
+    recorded_ = reserved_;
+    if (std::exchange(out_of_numbers_, false)) {
+      reconsider(now);
+    }
+    return finish();
+  }
   return step(key, now, [&](ChannelSession& session) { return session.on_recorded(ticket, now); });
 }
 
@@ -250,13 +263,23 @@ void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now)
     return;
   }
   const auto unserved = dispatcher_.why_unserved(offer.request.uuid, session.key());
+  const bool settled_here = unserved && offer.out_of_patience && policy.unserved &&
+                            policy.unserved->response_state != 0;
+  if ((!unserved || settled_here) && last_number_ == recorded_) {
+    out_of_numbers_ = true;
+    run(session,
+        session.leave("the journal has not confirmed new call numbers yet; the call waits for it",
+                      policy, now),
+        now);
+    return;
+  }
   if (!unserved && hold_inherited(session, offer, policy, now)) {
     return;
   }
   if (!unserved) {
     run(session, session.claim(next_id(session.key()), policy, now), now);
     carry_out(dispatcher_.add(*session.call()), now);
-  } else if (offer.out_of_patience && policy.unserved && policy.unserved->response_state != 0) {
+  } else if (settled_here) {
     run(session, session.claim(next_id(session.key()), policy, now), now);
     const Settlement settlement{"millrace: served by nobody", policy.unserved->response_state,
                                 "the gateway"};
@@ -313,11 +336,17 @@ void Core::reconsider(Moment now) {
 }
 
 fabric::CallId Core::next_id(const fabric::ChannelKey& key) {
-  if (next_number_ == reserved_) {
+  assert(last_number_ < recorded_);
+  ++last_number_;
+  reserve_numbers(key);
+  return {epoch_, last_number_};
+}
+
+void Core::reserve_numbers(const fabric::ChannelKey& key) {
+  if (reserved_ == recorded_ && reserved_ - last_number_ < block / 2) {
     reserved_ += block;
-    out_.push_back({key, Record{0, journal::Numbers{epoch_, reserved_}}});
+    out_.push_back({key, Record{numbers_ticket, journal::Numbers{epoch_, reserved_}}});
   }
-  return {epoch_, ++next_number_};
 }
 
 ChannelActions Core::finish() {

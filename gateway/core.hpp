@@ -119,6 +119,7 @@ class Core {
   [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key, const std::string& uuid) const;
   void reconsider(Moment now);
   fabric::CallId next_id(const fabric::ChannelKey& key);
+  void reserve_numbers(const fabric::ChannelKey& key);
   ChannelActions finish();
 
   CoreOptions options_;
@@ -129,8 +130,13 @@ class Core {
   std::map<fabric::ChannelKey, Inheritance> inherited_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;
-  std::uint64_t next_number_ = 0;
+  /// The last number given; numbers up to `recorded_` may be used, the journal was asked for those
+  /// up to `reserved_`.
+  std::uint64_t last_number_ = 0;
+  std::uint64_t recorded_ = 0;
   std::uint64_t reserved_ = 0;
+  /// A request was left because no number was there.
+  bool out_of_numbers_ = false;
   ChannelActions out_;
 };
 

@@ -95,10 +95,6 @@ class File final : public Journal, private Storage {
     });
   }
 
-  tl::expected<void, std::string> force() override {
-    return attempt([&] { journal::force(*file_, path_); });
-  }
-
   void start_force() override {
     asio::post(pool_, [this, file = file_, alive = std::weak_ptr(alive_)] {
       const auto forced = attempt([&] { journal::force(*file, path_); });

@@ -43,18 +43,16 @@ void Keeper::append(const Entry& entry, Recorded recorded) {
   ledger_.apply(entry);
   if (trouble_.empty()) {
     const std::string bytes = encode(entry);
-    auto written = storage_.append(bytes);
+    const auto written = storage_.append(bytes);
     size_ += bytes.size();
     dirty_ = true;
-    // A call number must never be given twice, whatever the policy.
-    if (written && options_.sync != Sync::never && std::holds_alternative<Numbers>(entry)) {
-      written = storage_.force();
-    }
     if (!written) {
       fail(written.error());
     }
   }
-  if (!trouble_.empty() || options_.sync == Sync::always) {
+  // A call number must never be given twice, whatever the policy.
+  const bool forced = options_.sync == Sync::always || std::holds_alternative<Numbers>(entry);
+  if (forced || !trouble_.empty()) {
     waiting_.push_back(std::move(recorded));
     start_forcing();
   } else {
@@ -105,7 +103,7 @@ void Keeper::on_forced(const std::string& failure) {
   auto batch = std::exchange(batch_, {});
   if (failure.empty()) {
     storage_.confirm(std::move(batch));
-    if (options_.sync == Sync::always) {
+    if (!waiting_.empty()) {
       start_forcing();
     }
     return;

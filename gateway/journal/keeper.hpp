@@ -33,9 +33,7 @@ class Storage {
   virtual tl::expected<void, std::string> append(std::string_view bytes) = 0;
   /// In one step, even if the power fails meanwhile; forced to the disk.
   virtual tl::expected<void, std::string> replace(std::string_view bytes) = 0;
-  /// Forces what was appended to the disk and waits for it.
-  virtual tl::expected<void, std::string> force() = 0;
-  /// The same without waiting: answered by one Keeper::on_forced, never from within.
+  /// Forces what was appended to the disk; answered by one Keeper::on_forced, never from within.
   virtual void start_force() = 0;
   /// Calls these soon, in their order, never from within.
   virtual void confirm(std::vector<Recorded> recorded) = 0;

@@ -180,7 +180,10 @@ void CallDesk::give_up(CallId call, Actions& actions) {
 void CallDesk::repeat(const Reply& answered, const Request& request, Actions& actions) {
   Reply reply = answered;
   reply.attempt = request.attempt;
-  reply.code = ServiceCode::repeated;
+  if (reply.code == ServiceCode::ok) {
+    // What failed or was refused is so the second time too.
+    reply.code = ServiceCode::repeated;
+  }
   ++counters_.repeated;
   actions.emplace_back(Send{std::move(reply)});
 }

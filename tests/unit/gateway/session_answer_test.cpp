@@ -223,5 +223,24 @@ TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
 }
 
+// The program was released with an empty RESPONSE. Found by the simulation.
+TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
+  desk.dispatched_call();
+  desk.before_action = [&] { desk.journal_works = desk.writes.empty(); };
+  desk.feed(desk.sut->on_reply(desk.reply("1.414", 1), desk.now));
+  ASSERT_EQ(desk.writes, std::vector<std::string>{"RESPONSE=1.414"});
+  ASSERT_THAT(desk.unconfirmed, testing::SizeIs(1)) << "the journal cannot say that it will clear";
+  desk.before_action = [] {};
+  desk.journal_works = true;
+  desk.feed(desk.sut->on_link_down("the controller is off", desk.now));
+  desk.channel.reset();
+  desk.call();
+  desk.feed(desk.sut->on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  desk.link_up();
+  desk.wait(std::chrono::milliseconds(20));
+  EXPECT_EQ(desk.channel.values().response_state, 1U);
+  EXPECT_EQ(desk.channel.values().response, "1.414");
+}
+
 }  // namespace
 }  // namespace millrace::gateway

@@ -119,6 +119,16 @@ TEST_F(CallDeskTest, AnswersARepeatFromMemory) {
   EXPECT_EQ(sut.status().repeated, 1U);
 }
 
+// The repeated one was written to the program as if it were an answer. Found by the simulation.
+TEST_F(CallDeskTest, RefusesAnAnswerThatCannotBeWrittenAlsoWhenItIsRepeated) {
+  started(request(1));
+  answered(1, Response{.text = "2.000000", .state = 0});
+  const auto sent = only<Send>(sut.on_request(again(request(1), 2), now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.code, ServiceCode::refused);
+  EXPECT_EQ(sut.status().repeated, 1U);
+}
+
 TEST_F(CallDeskTest, ForgetsTheOldestAnswersOnly) {
   CallDesk small({.instance = self, .memory = 2});
   for (std::uint64_t number = 1; number <= 3; ++number) {

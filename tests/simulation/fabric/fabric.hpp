@@ -1,0 +1,178 @@
+// The DDS side between gateways and instances, with what reliable, transient local, keep last 1
+// promises and nothing more:
+//
+// - a writer keeps the newest sample of each key; a reader that is matched gets it, also late; what
+//   is overwritten before it is sent is never seen; the samples of one writer come in their order;
+// - a sample taken back is seen as such by who is matched and had it, not by who comes later; it
+//   may overtake the sample itself;
+// - each side finds and loses the other on its own, by hearing from it (discovery, lease); who
+// loses
+//   a writer and finds it again gets its samples once more;
+// - a process that is killed leaves nothing; one that is frozen is lost by lease and loses others.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fabric/registry.hpp"
+#include "tests/simulation/history/history.hpp"
+#include "tests/simulation/time/process.hpp"
+#include "tests/simulation/time/random.hpp"
+
+namespace millrace::tests::simulation {
+
+/// fabric::CallEndListener, as the gateway hears it.
+class GatewayEars {
+ public:
+  virtual ~GatewayEars() = default;
+  virtual void on_instance_ready(const fabric::InstanceIdentity& instance) = 0;
+  virtual void on_instance_changed(const fabric::InstanceIdentity& instance) = 0;
+  virtual void on_instance_gone(const fabric::InstanceId& instance) = 0;
+  virtual void on_reply(const fabric::Reply& reply) = 0;
+};
+
+/// fabric::ReplyEndListener.
+class InstanceEars {
+ public:
+  virtual ~InstanceEars() = default;
+  virtual void on_request(const fabric::Request& request) = 0;
+  virtual void on_withdrawn(const Key& key) = 0;
+};
+
+struct FabricWeather {
+  /// A sample's way.
+  Time delay_least = 50us;
+  Time delay_most = 2ms;
+  /// So many in a hundred are lost and sent again after a heartbeat.
+  unsigned lost = 0;
+  Time lease = 500ms;
+  Time discovery_least = 1ms;
+  Time discovery_most = 30ms;
+};
+
+/// Numbers of the ends in this fabric; each life of a process has its own.
+using EndNumber = std::size_t;
+
+class Fabric {
+ public:
+  Fabric(Agenda& agenda, History& history, Random random)
+      : agenda_(agenda), history_(history), random_(random) {}
+
+  FabricWeather weather;
+
+  EndNumber join(Process& process, GatewayEars& ears);
+  EndNumber join(Process& process, InstanceEars& ears, const fabric::InstanceIdentity& identity);
+  /// `told`: it says good-bye; otherwise the others find out by its lease.
+  void leave(EndNumber end, bool told);
+  /// Its process was frozen, or goes on after so long.
+  void frozen(EndNumber end);
+  void thawed(EndNumber end, Time after);
+
+  /// False if the writer of this UUID is not open yet.
+  bool publish(EndNumber gateway, const fabric::Request& request);
+  void withdraw(EndNumber gateway, const Key& key, const std::string& uuid);
+  void publish(EndNumber instance, const fabric::Reply& reply);
+  void change_identity(EndNumber instance, const fabric::InstanceIdentity& identity);
+
+  /// Whether anything comes through from one end to the other.
+  void set_path(EndNumber from, EndNumber to, bool open);
+  void open_all_paths();
+  /// The ends that are there.
+  [[nodiscard]] std::vector<EndNumber> ends() const;
+
+ private:
+  template <typename Value>
+  struct Sample {
+    std::uint64_t number = 0;
+    /// None: taken back.
+    std::optional<Value> value;
+  };
+  template <typename Value>
+  struct Writer {
+    std::uint64_t last = 0;
+    std::map<Key, Sample<Value>> samples;
+  };
+  /// What a reader has and its process has not taken.
+  template <typename Value>
+  struct Cached {
+    std::optional<Value> value;
+    bool withdrawn = false;
+    EndNumber from = 0;
+  };
+  struct End {
+    Process* process = nullptr;
+    std::uint64_t life = 0;
+    bool there = true;
+    bool awake = true;
+    GatewayEars* gateway = nullptr;
+    InstanceEars* instance = nullptr;
+    // A gateway's.
+    fabric::Registry registry;
+    std::set<fabric::EndpointHandle> matched;
+    std::map<std::string, Writer<fabric::Request>> requests;
+    std::map<std::pair<Key, fabric::InstanceId>, fabric::Reply> replies_in;
+    bool discovery_due = false;
+    // An instance's.
+    fabric::InstanceIdentity identity;
+    Writer<fabric::Reply> replies;
+    std::map<Key, Cached<fabric::Request>> requests_in;
+    bool drain_due = false;
+  };
+  /// One end as the other knows it.
+  struct Side {
+    bool path = true;
+    /// The other hears this one.
+    bool heard = false;
+    /// What the gateway knows of the instance: its request reader, its reply writer; the instance
+    /// knows both or none.
+    bool reader = false;
+    bool writer = false;
+    std::uint64_t epoch = 0;
+  };
+  struct Pair {
+    EndNumber gateway = 0;
+    EndNumber instance = 0;
+    /// What the gateway has of the instance, and the instance of the gateway.
+    Side of_instance;
+    Side of_gateway;
+    /// Numbers of the newest samples that arrived.
+    std::uint64_t requests = 0;
+    std::uint64_t replies = 0;
+    bool requests_due = false;
+    bool replies_due = false;
+  };
+
+  using PairPointer = std::shared_ptr<Pair>;
+
+  EndNumber add(Process& process);
+  void pair_up(EndNumber gateway, EndNumber instance);
+  void refresh(const PairPointer& pair);
+  void refresh(const PairPointer& pair, Side& side, const End& other, bool of_instance);
+  void find(const PairPointer& pair, bool of_instance);
+  void lose(const PairPointer& pair, bool of_instance);
+  void lose_known(const PairPointer& pair, bool of_instance);
+  void discover(const PairPointer& pair, bool reader);
+  void look_around(EndNumber gateway);
+  void take_changes(EndNumber gateway);
+  void send_requests(const PairPointer& pair, bool again = false);
+  void send_replies(const PairPointer& pair, bool again = false);
+  void arrive_requests(const PairPointer& pair);
+  void arrive_replies(const PairPointer& pair);
+  void take_requests(EndNumber instance);
+  void take_replies(EndNumber gateway);
+  [[nodiscard]] Time delay(bool again);
+  [[nodiscard]] std::uint64_t parties(const Pair& pair) const;
+  void within(const PairPointer& pair, Time delay, std::function<void()> act);
+  [[nodiscard]] std::vector<PairPointer> pairs_of(EndNumber end) const;
+
+  Agenda& agenda_;
+  History& history_;
+  Random random_;
+  std::vector<std::unique_ptr<End>> ends_;
+  std::vector<PairPointer> pairs_;
+};
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,60 @@
+// What goes wrong, drawn from the seed: each simulation has some kinds of faults and not others, so
+// that rare ones are not drowned by frequent ones.
+#pragma once
+
+#include <vector>
+
+#include "tests/simulation/time/random.hpp"
+#include "tests/simulation/world.hpp"
+
+namespace millrace::tests::simulation {
+
+class Storm {
+ public:
+  Storm(World& world, Random random);
+
+  /// Faults from now on, for so long.
+  void begin(Time duration);
+  /// All is mended, as far as it is not by itself.
+  void end();
+  [[nodiscard]] bool over() const { return over_; }
+
+ private:
+  using Fault = void (Storm::*)();
+  void strike();
+  void soon(Time delay, std::function<void()> act);
+  /// Undone at the end at the latest.
+  void for_a_while(std::function<void()> undo);
+
+  // faults/storm_machines.cpp
+  void cut_link();
+  void silence_link();
+  void slow_link();
+  void refuse_requests();
+  void lose_requests();
+  void reset_channel();
+  void switch_controller_off();
+  // faults/storm_processes.cpp
+  void kill_gateway();
+  void cut_gateway_power();
+  void stop_gateway();
+  void freeze_gateway();
+  void kill_service();
+  void drain_service();
+  void freeze_service();
+  void fill_disk();
+  void step_clock();
+  // faults/storm_fabric.cpp
+  void cut_path();
+  void cut_off();
+  void lose_samples();
+
+  World& world_;
+  Random random_;
+  std::vector<Fault> kinds_;
+  Time pause_ = 200ms;
+  Time end_{};
+  bool over_ = false;
+};
+
+}  // namespace millrace::tests::simulation

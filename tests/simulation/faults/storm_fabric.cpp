@@ -1,0 +1,60 @@
+// Faults of the network between gateways and services.
+#include "tests/simulation/faults/storm.hpp"
+
+namespace millrace::tests::simulation {
+
+void Storm::cut_path() {
+  // One way, or both.
+  const auto ends = world_.fabric().ends();
+  if (ends.size() < 2) {
+    return;
+  }
+  const EndNumber from = ends[random_.below(ends.size())];
+  const EndNumber to = ends[random_.below(ends.size())];
+  const bool both = random_.chance(50);
+  const auto set = [this, from, to, both](bool open) {
+    world_.fabric().set_path(from, to, open);
+    if (both) {
+      world_.fabric().set_path(to, from, open);
+    }
+  };
+  world_.history().note("network", "a path is cut");
+  set(false);
+  for_a_while([this, set] {
+    world_.history().note("network", "a path is open again");
+    set(true);
+  });
+}
+
+void Storm::cut_off() {
+  // One end from all others.
+  const auto ends = world_.fabric().ends();
+  if (ends.empty()) {
+    return;
+  }
+  const EndNumber one = ends[random_.below(ends.size())];
+  const auto set = [this, one, ends](bool open) {
+    for (const EndNumber other : ends) {
+      world_.fabric().set_path(one, other, open);
+      world_.fabric().set_path(other, one, open);
+    }
+  };
+  world_.history().note("network", "an end is cut off");
+  set(false);
+  for_a_while([this, set] {
+    world_.history().note("network", "an end is back");
+    set(true);
+  });
+}
+
+void Storm::lose_samples() {
+  FabricWeather& weather = world_.fabric().weather;
+  weather.lost = static_cast<unsigned>(1 + random_.below(60));
+  weather.delay_most = random_.mostly(1ms, 20ms, 300ms, 30);
+  for_a_while([&weather] {
+    weather.lost = 0;
+    weather.delay_most = FabricWeather{}.delay_most;
+  });
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,68 @@
+// Faults of controllers and of the way to them.
+#include "tests/simulation/faults/storm.hpp"
+
+namespace millrace::tests::simulation {
+
+void Storm::cut_link() {
+  Controller& controller = *random_.pick(world_.controllers());
+  world_.gateway_of(controller).cut_links(controller.name(), "connection reset");
+}
+
+void Storm::silence_link() {
+  Controller& controller = *random_.pick(world_.controllers());
+  Cable& cable = world_.cable_of(controller);
+  world_.history().note(controller.name(), "nothing comes through");
+  cable.silent = true;
+  for_a_while([this, &cable, &controller] {
+    world_.history().note(controller.name(), "all comes through again");
+    cable.silent = false;
+  });
+}
+
+void Storm::slow_link() {
+  Controller& controller = *random_.pick(world_.controllers());
+  Cable& cable = world_.cable_of(controller);
+  cable.delay_most = random_.mostly(5ms, 200ms, 2500ms, 30);
+  cable.delay_least = random_.between(Time{}, cable.delay_most);
+  world_.history().note(controller.name(), "is slow");
+  for_a_while([&cable] {
+    cable.delay_least = Cable{}.delay_least;
+    cable.delay_most = Cable{}.delay_most;
+  });
+}
+
+void Storm::refuse_requests() {
+  Cable& cable = world_.cable_of(*random_.pick(world_.controllers()));
+  cable.refused = static_cast<unsigned>(1 + random_.below(50));
+  for_a_while([&cable] { cable.refused = 0; });
+}
+
+void Storm::lose_requests() {
+  Cable& cable = world_.cable_of(*random_.pick(world_.controllers()));
+  cable.lost = static_cast<unsigned>(1 + random_.below(30));
+  for_a_while([&cable] { cable.lost = 0; });
+}
+
+void Storm::reset_channel() {
+  Controller& controller = *random_.pick(world_.controllers());
+  controller.reset(static_cast<std::uint16_t>(1 + random_.below(controller.size())),
+                   random_.mostly(Time{}, 20ms, 500ms, 50));
+}
+
+void Storm::switch_controller_off() {
+  Controller& controller = *random_.pick(world_.controllers());
+  if (!controller.powered()) {
+    return;
+  }
+  controller.switch_off();
+  if (random_.chance(50)) {
+    world_.gateway_of(controller).cut_links(controller.name(), "connection reset");
+  }
+  for_a_while([this, &controller] {
+    controller.switch_on();
+    // Its TCP stack answers the old connection's next segment with a reset.
+    world_.gateway_of(controller).cut_links(controller.name(), "connection reset");
+  });
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,321 @@
+#include "tests/simulation/gateway/ads_link.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace millrace::tests::simulation {
+
+using gateway::Variable;
+using gateway::WriteOutcome;
+
+namespace {
+
+/// cnc/ads/client.hpp
+constexpr Time timeout = 2000ms;
+constexpr unsigned most_silent_timeouts = 3;
+/// Nothing of an old connection is executed later than this after its end; a new one takes longer.
+constexpr Time leftovers = 60ms;
+
+void put(gateway::Picture& picture, Variable variable, gateway::Value value) {
+  switch (variable) {
+    case Variable::uuid:
+      picture.uuid = std::get<std::string>(std::move(value));
+      break;
+    case Variable::request:
+      picture.request = std::get<std::string>(std::move(value));
+      break;
+    case Variable::request_state:
+      picture.request_state = std::get<std::uint32_t>(value);
+      break;
+    case Variable::response_state:
+      picture.response_state = std::get<std::uint32_t>(value);
+      break;
+    case Variable::response:
+      picture.response = std::get<std::string>(std::move(value));
+      break;
+  }
+}
+
+}  // namespace
+
+struct AdsLink::Request {
+  std::uint16_t channel = 0;
+  std::optional<AdsWrite> write;
+  gateway::Picture picture;
+  std::vector<Variable> variables;
+  Time first{};
+  bool refused = false;
+  /// The controller will never do it.
+  bool dropped = false;
+  bool executed = false;
+  /// The gateway knows how it ended.
+  bool settled = false;
+  std::uint64_t connection = 0;
+  std::uint64_t controller_life = 0;
+};
+
+AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
+                 LinkListener& listener, History& history, Random random)
+    : process_(process),
+      gateway_(gateway),
+      controller_(controller),
+      cable_(cable),
+      listener_(listener),
+      history_(history),
+      random_(random),
+      back_off_(static_cast<std::uint32_t>(random_.next())) {}
+
+void AdsLink::abandon() {
+  up_ = false;
+  ++connection_;
+  for (const RequestPointer& request : std::exchange(pending_, {})) {
+    request->settled = true;
+  }
+  leave_to_controller();
+}
+
+/// What is sent already may still be done, or not.
+void AdsLink::leave_to_controller() {
+  Time at = process_.agenda().now();
+  for (const RequestPointer& request : std::exchange(queued_, {})) {
+    if (random_.chance(50)) {
+      request->dropped = true;
+      continue;
+    }
+    at += random_.between(Time{}, (process_.agenda().now() + leftovers - at) / 2);
+    process_.agenda().at(at, {.parties = process_.parties() | controller_.parties()},
+                         [self = shared_from_this(), request] { self->execute(request); });
+  }
+}
+
+Time AdsLink::delay() {
+  return random_.between(cable_.delay_least, cable_.delay_most);
+}
+
+void AdsLink::start() {
+  process_.after(Time{}, [self = shared_from_this()] { self->connect(); });
+}
+
+void AdsLink::connect() {
+  const std::uint64_t connection = ++connection_;
+  const bool refused = !controller_.powered() && !cable_.silent && cable_.plugged;
+  const Time until = refused ? 1ms : (cable_.plugged && !cable_.silent ? 4 * delay() : 3000ms);
+  // Connect, the first ReadState, and the survey of the channels.
+  process_.after(until, [self = shared_from_this(), connection] {
+    if (self->connection_ != connection) {
+      return;
+    }
+    if (self->controller_.powered() && self->cable_.plugged && !self->cable_.silent) {
+      self->came_up();
+    } else {
+      self->wait_and_connect();
+    }
+  });
+}
+
+void AdsLink::wait_and_connect() {
+  process_.timer(back_off_.next(), [self = shared_from_this()] {
+    if (!self->up_) {
+      self->connect();
+    }
+  });
+}
+
+void AdsLink::came_up() {
+  up_ = true;
+  told_up_ = true;
+  silent_timeouts_ = 0;
+  controller_life_ = controller_.life();
+  last_execution_ = process_.agenda().now();
+  back_off_.reset();
+  history_.note(controller_.name(), "link up");
+  listener_.on_link_up(controller_.name(), controller_.numbers());
+}
+
+void AdsLink::cut(const std::string& reason) {
+  if (!up_) {
+    return;
+  }
+  up_ = false;
+  ++connection_;
+  history_.note(controller_.name(), "link down: " + reason);
+  const auto pending = std::exchange(pending_, {});
+  for (const RequestPointer& request : pending) {
+    request->settled = true;
+  }
+  leave_to_controller();
+  const bool reason_first = random_.chance(50);
+  process_.after(Time{}, [self = shared_from_this(), pending, reason, reason_first] {
+    if (reason_first) {
+      self->told_up_ = false;
+      self->listener_.on_link_down(self->controller_.name(), reason);
+    }
+    for (const RequestPointer& request : pending) {
+      self->fail(*request, false);
+    }
+    if (!reason_first) {
+      self->told_up_ = false;
+      self->listener_.on_link_down(self->controller_.name(), reason);
+    }
+    self->wait_and_connect();
+  });
+}
+
+void AdsLink::fail(const Request& request, bool timed_out) {
+  const Key key{controller_.name(), request.channel};
+  if (request.write) {
+    listener_.on_write(key, WriteOutcome::unknown, timed_out ? "timeout" : "link lost");
+  } else {
+    listener_.on_read_failed(key, timed_out ? "the controller does not answer" : "");
+  }
+}
+
+void AdsLink::refuse_unsent(std::uint16_t channel, bool is_write) {
+  process_.after(Time{}, [self = shared_from_this(), channel, is_write] {
+    const Key key{self->controller_.name(), channel};
+    if (is_write) {
+      self->listener_.on_write(key, WriteOutcome::refused, "link down");
+    } else {
+      self->listener_.on_read_failed(key, "");
+    }
+  });
+}
+
+void AdsLink::read(std::uint16_t channel, gateway::Look look) {
+  if (!up_) {
+    refuse_unsent(channel, false);
+    return;
+  }
+  auto request = std::make_shared<Request>();
+  request->channel = channel;
+  request->picture.look = look;
+  const auto variables = gateway::variables_of(look);
+  request->variables.assign(variables.begin(), variables.end());
+  if (cable_.shuffled) {
+    for (std::size_t i = request->variables.size(); i > 1; --i) {
+      std::swap(request->variables[i - 1], request->variables[random_.below(i)]);
+    }
+  }
+  send(request);
+}
+
+void AdsLink::write(std::uint16_t channel, AdsWrite write) {
+  if (!up_) {
+    refuse_unsent(channel, true);
+    return;
+  }
+  auto request = std::make_shared<Request>();
+  request->channel = channel;
+  request->write = std::move(write);
+  send(request);
+}
+
+void AdsLink::later(Time delay, void (AdsLink::*act)(const RequestPointer&),
+                    const RequestPointer& request) {
+  process_.agenda().after(delay, {.parties = process_.parties() | controller_.parties()},
+                          [self = weak_from_this(), act, request, life = process_.life()] {
+                            if (const auto link = self.lock()) {
+                              link->process_.run(
+                                  life, [link, act, request] { (link.get()->*act)(request); });
+                            }
+                          });
+}
+
+void AdsLink::send(const RequestPointer& request) {
+  request->connection = connection_;
+  request->controller_life = controller_life_;
+  request->dropped = cable_.silent || random_.chance(cable_.lost);
+  request->refused = random_.chance(cable_.refused);
+  pending_.push_back(request);
+  if (!request->dropped) {
+    queued_.push_back(request);
+  }
+  const Time now = process_.agenda().now();
+  last_execution_ = std::max(now + delay(), last_execution_);
+  process_.agenda().at(last_execution_, {.parties = process_.parties() | controller_.parties()},
+                       [self = shared_from_this(), request] { self->execute(request); });
+  process_.timer(timeout, [self = shared_from_this(), request] { self->timed_out(request); });
+}
+
+void AdsLink::execute(const RequestPointer& request) {
+  const bool there = controller_.powered() && controller_.life() == request->controller_life;
+  if (request->dropped || !there || request->executed) {
+    return;
+  }
+  std::erase(queued_, request);
+  if (request->refused) {
+    request->executed = true;
+    answer(request, delay());
+    return;
+  }
+  if (!request->write) {
+    request->executed = true;
+    request->first = process_.agenda().now();
+    sample(request, 0);
+    return;
+  }
+  request->executed = true;
+  MachineChannel& channel = controller_.channel(request->channel);
+  const AdsWrite& write = *request->write;
+  channel.crossed = channel.crossed || channel.standing() != write.request;
+  request->refused = !channel.write(write.variable, write.value);
+  if (!request->refused) {
+    history_.add(WriteDone{gateway_, channel.key(), write.call, write.request, write.variable,
+                           write.answer, write.value, channel.text(Variable::response)});
+  }
+  answer(request, delay());
+}
+
+void AdsLink::sample(const RequestPointer& request, std::size_t next) {
+  const bool there = controller_.powered() && controller_.life() == request->controller_life;
+  if (!there || request->settled) {
+    return;
+  }
+  const Variable variable = request->variables[next];
+  put(request->picture, variable, controller_.channel(request->channel).read(variable));
+  if (next + 1 == request->variables.size()) {
+    answer(request, delay());
+    return;
+  }
+  // One after the other, so a program may write in between.
+  process_.agenda().after(
+      random_.between(Time{}, 500us), {.parties = process_.parties() | controller_.parties()},
+      [self = shared_from_this(), request, next] { self->sample(request, next + 1); });
+}
+
+void AdsLink::answer(const RequestPointer& request, Time delay) {
+  later(delay, &AdsLink::answered, request);
+}
+
+void AdsLink::answered(const RequestPointer& request) {
+  if (request->settled || cable_.silent) {
+    return;
+  }
+  request->settled = true;
+  silent_timeouts_ = 0;
+  std::erase(pending_, request);
+  const Key key{controller_.name(), request->channel};
+  if (request->write) {
+    listener_.on_write(key, request->refused ? WriteOutcome::refused : WriteOutcome::written,
+                       request->refused ? "the controller refuses it" : "");
+  } else if (request->refused) {
+    listener_.on_read_failed(key, "the controller refuses it");
+  } else {
+    listener_.on_read(key, request->picture, request->first);
+  }
+}
+
+void AdsLink::timed_out(const RequestPointer& request) {
+  if (request->settled) {
+    return;
+  }
+  request->settled = true;
+  std::erase(pending_, request);
+  const bool too_silent = ++silent_timeouts_ >= most_silent_timeouts;
+  fail(*request, true);
+  if (too_silent) {
+    cut("it does not answer any more");
+  }
+}
+
+}  // namespace millrace::tests::simulation

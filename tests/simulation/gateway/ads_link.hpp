@@ -1,0 +1,110 @@
+// The way from a gateway to a controller, as gateway/machine_link and cnc/ads behave: one
+// connection that comes back by itself, requests in their order, everything pending fails when it
+// ends.
+//
+// What a controller has received on a connection that is gone it executes before it answers on a
+// new one, or never; how a real one behaves is not documented.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/action.hpp"
+#include "gateway/back_off.hpp"
+#include "tests/simulation/machine/controller.hpp"
+#include "tests/simulation/time/process.hpp"
+
+namespace millrace::tests::simulation {
+
+/// What lies between them; outlives both.
+struct Cable {
+  bool plugged = true;
+  /// Nothing comes through, and nobody is told.
+  bool silent = false;
+  /// One way.
+  Time delay_least = 100us;
+  Time delay_most = 2ms;
+  /// In a hundred requests: refused by the controller, or lost by it.
+  unsigned refused = 0;
+  unsigned lost = 0;
+  /// In any order, one after the other, for the variables of one look.
+  bool shuffled = false;
+};
+
+/// A write, and what it is about.
+struct AdsWrite {
+  gateway::Variable variable{};
+  gateway::Value value;
+  fabric::CallId call;
+  gateway::PendingRequest request;
+  std::optional<gateway::journal::Answer> answer;
+};
+
+class LinkListener {
+ public:
+  virtual ~LinkListener() = default;
+  virtual void on_link_up(const std::string& machine,
+                          const std::vector<std::uint16_t>& channels) = 0;
+  virtual void on_link_down(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_read(const Key& key, const gateway::Picture& picture, Time first) = 0;
+  virtual void on_read_failed(const Key& key, const std::string& reason) = 0;
+  virtual void on_write(const Key& key, gateway::WriteOutcome outcome,
+                        const std::string& reason) = 0;
+};
+
+class AdsLink : public std::enable_shared_from_this<AdsLink> {
+ public:
+  AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
+          LinkListener& listener, History& history, Random random);
+
+  void start();
+  /// The gateway is gone: no event comes any more.
+  void abandon();
+  void read(std::uint16_t channel, gateway::Look look);
+  void write(std::uint16_t channel, AdsWrite write);
+  /// The cable or the controller ends the connection.
+  void cut(const std::string& reason);
+
+ private:
+  struct Request;
+  using RequestPointer = std::shared_ptr<Request>;
+
+  void connect();
+  void wait_and_connect();
+  void leave_to_controller();
+  void came_up();
+  void send(const RequestPointer& request);
+  void execute(const RequestPointer& request);
+  void sample(const RequestPointer& request, std::size_t next);
+  void answer(const RequestPointer& request, Time delay);
+  void answered(const RequestPointer& request);
+  void timed_out(const RequestPointer& request);
+  void fail(const Request& request, bool timeout);
+  void refuse_unsent(std::uint16_t channel, bool is_write);
+  [[nodiscard]] Time delay();
+  /// An event of gateway and controller; `act` runs in the gateway only if this link still lives.
+  void later(Time delay, void (AdsLink::*act)(const RequestPointer&),
+             const RequestPointer& request);
+
+  Process& process_;
+  GatewayNumber gateway_;
+  Controller& controller_;
+  Cable& cable_;
+  LinkListener& listener_;
+  History& history_;
+  Random random_;
+  gateway::BackOff back_off_;
+  bool up_ = false;
+  /// on_link_up was called and on_link_down not yet.
+  bool told_up_ = false;
+  std::uint64_t connection_ = 0;
+  std::uint64_t controller_life_ = 0;
+  Time last_execution_{};
+  unsigned silent_timeouts_ = 0;
+  /// The gateway waits for these, and the controller has not done those.
+  std::vector<RequestPointer> pending_;
+  std::vector<RequestPointer> queued_;
+};
+
+}  // namespace millrace::tests::simulation

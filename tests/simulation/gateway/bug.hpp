@@ -1,0 +1,48 @@
+// Mistakes that can be made on purpose, to prove that the simulation finds them. They sit in the
+// simulation's own hands and feet of the gateway and the services; production code has none.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace millrace::tests::simulation {
+
+enum class Bug : std::uint8_t {
+  none,
+  state_before_text,
+  answer_without_look,
+  look_without_texts,
+  no_confirming_look,
+  instance_loss_ignored,
+  reply_by_channel,
+  given_to_the_busy,
+  at_most_once_forgotten,
+  unknown_write_repeated,
+  recorded_before_forced,
+  clearing_not_journalled,
+  numbers_not_journalled,
+  desk_without_memory,
+};
+
+struct BugName {
+  Bug bug;
+  std::string_view name;
+};
+
+inline constexpr std::array bug_names{
+    BugName{Bug::state_before_text, "state-before-text"},
+    BugName{Bug::answer_without_look, "answer-without-look"},
+    BugName{Bug::no_confirming_look, "no-confirming-look"},
+    BugName{Bug::instance_loss_ignored, "instance-loss-ignored"},
+    BugName{Bug::reply_by_channel, "reply-by-channel"},
+    BugName{Bug::given_to_the_busy, "given-to-the-busy"},
+    BugName{Bug::at_most_once_forgotten, "at-most-once-forgotten"},
+    BugName{Bug::unknown_write_repeated, "unknown-write-repeated"},
+    BugName{Bug::recorded_before_forced, "recorded-before-forced"},
+    BugName{Bug::clearing_not_journalled, "clearing-not-journalled"},
+    BugName{Bug::numbers_not_journalled, "numbers-not-journalled"},
+    BugName{Bug::desk_without_memory, "desk-without-memory"},
+};
+
+}  // namespace millrace::tests::simulation

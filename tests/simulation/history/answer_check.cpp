@@ -1,0 +1,109 @@
+#include "tests/simulation/history/answer_check.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "tests/simulation/service/words.hpp"
+
+namespace millrace::tests::simulation {
+
+std::vector<std::string> AnswerCheck::on(const Fact& fact, Time now) {
+  violations_.clear();
+  std::visit([&](const auto& one) { on(one, now); }, fact);
+  return std::exchange(violations_, {});
+}
+
+void AnswerCheck::close(Channel& channel, Time now) {
+  if (!channel.stretches.empty() && !channel.stretches.back().until) {
+    channel.stretches.back().until = now;
+  }
+}
+
+void AnswerCheck::on(const ProgramAsked& fact, Time now) {
+  Channel& channel = channels_[fact.key];
+  close(channel, now);
+  channel.stretches.push_back({fact.request, now, {}, {}});
+  channel.crossed_by.reset();
+  channel.cleared = false;
+}
+
+void AnswerCheck::on(const ProgramMoved& fact, Time now) {
+  Channel& channel = channels_[fact.key];
+  if (!(channel.cleared && fact.texts_stay)) {
+    close(channel, now);
+  }
+}
+
+void AnswerCheck::on(const Looked& fact, Time now) {
+  if (fact.picture.has(gateway::Variable::uuid) &&
+      fact.picture.has(gateway::Variable::request_state)) {
+    looks_[{fact.gateway, fact.key}] = {fact.first, now};
+  }
+}
+
+void AnswerCheck::on(const WriteAsked& fact, Time) {
+  const auto look = looks_.find({fact.gateway, fact.key});
+  if (look == looks_.end()) {
+    violations_.push_back(fmt::format("I2: {} is written to {} without a look",
+                                      fact.call.to_string(), fact.key.to_string()));
+    return;
+  }
+  const Channel& channel = channels_[fact.key];
+  const auto& stretches = channel.stretches;
+  const bool stood =
+      channel.crossed_by == fact.call || std::ranges::any_of(stretches, [&](const Stretch& one) {
+        const bool ours = one.request == fact.request && one.from <= look->second.end;
+        return ours &&
+               (!one.until || *one.until >= look->second.first || one.answered_by == fact.call);
+      });
+  if (!stood) {
+    violations_.push_back(fmt::format(
+        "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
+        name_of(fact.variable).substr(12), fact.call.to_string(), fact.request.text));
+  }
+}
+
+void AnswerCheck::on(const WriteDone& fact, Time now) {
+  Channel& channel = channels_[fact.key];
+  const bool stands = !channel.stretches.empty() && !channel.stretches.back().until &&
+                      channel.stretches.back().request == fact.request;
+  if (!stands) {
+    channel.crossed_by = fact.call;
+  }
+  channel.cleared = channel.cleared || fact.variable == gateway::Variable::request_state;
+  const auto* state = std::get_if<std::uint32_t>(&fact.value);
+  if (fact.variable != gateway::Variable::response_state || state == nullptr || *state == 0) {
+    return;
+  }
+  if (!fact.answer) {
+    return;
+  }
+  if (fact.response != fact.answer->text) {
+    violations_.push_back(fmt::format("I3: {} is released while RESPONSE is \"{}\", not \"{}\"",
+                                      fact.call.to_string(), fact.response, fact.answer->text));
+  }
+  if (++finals_[fact.call] > 1) {
+    violations_.push_back(
+        fmt::format("I1: {} is answered {} times", fact.call.to_string(), finals_[fact.call]));
+  }
+  if (!channel.stretches.empty()) {
+    Stretch& last = channel.stretches.back();
+    close(channel, now);
+    last.answered_by = last.answered_by.value_or(fact.call);
+  }
+}
+
+void AnswerCheck::on(const JournalLost&, Time) {
+  // A program that asks the same again gets the answer of a call whose end is forgotten.
+  finals_.clear();
+}
+
+void AnswerCheck::on(const ProgramReleased& fact, Time) {
+  if (!fact.crossed && !answers(fact.text, fact.request.text)) {
+    violations_.push_back(fmt::format("I2: {} asked \"{}\" and reads \"{}\"", fact.key.to_string(),
+                                      fact.request.text, fact.text));
+  }
+}
+
+}  // namespace millrace::tests::simulation

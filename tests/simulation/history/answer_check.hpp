@@ -1,0 +1,62 @@
+// I1 At most one final answer is written to a channel per call.
+// I2 What is written belongs to the call that stands in the channel: at the last look before the
+//    write, its program still waited for it.
+// I3 RESPONSE is complete before RESPONSE_STATE ≠ 0; a program reads the answer to its own
+//    question.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "tests/simulation/history/history.hpp"
+
+namespace millrace::tests::simulation {
+
+class AnswerCheck final : public Check {
+ public:
+  std::vector<std::string> on(const Fact& fact, Time now) override;
+
+ private:
+  /// A request that stood in a channel, and until when.
+  struct Stretch {
+    gateway::PendingRequest request;
+    Time from{};
+    std::optional<Time> until;
+    /// The call whose answer ended it.
+    std::optional<fabric::CallId> answered_by;
+  };
+  struct Channel {
+    std::vector<Stretch> stretches;
+    /// Its answer was on its way when the program moved on: what it wrote looks like a call of its
+    /// own that still stands.
+    std::optional<fabric::CallId> crossed_by;
+    /// REQUEST_STATE is cleared for an answer: a program that takes its request back now changes
+    /// nothing that can be seen.
+    bool cleared = false;
+  };
+  struct LookAt {
+    Time first{};
+    Time end{};
+  };
+
+  void on(const ProgramAsked& fact, Time now);
+  void on(const ProgramMoved& fact, Time now);
+  void on(const ProgramReleased& fact, Time now);
+  void on(const Looked& fact, Time now);
+  void on(const WriteAsked& fact, Time now);
+  void on(const WriteDone& fact, Time now);
+  void on(const JournalLost& fact, Time now);
+  template <typename Other>
+  void on(const Other&, Time) {}
+
+  static void close(Channel& channel, Time now);
+
+  std::map<Key, Channel> channels_;
+  std::map<std::pair<GatewayNumber, Key>, LookAt> looks_;
+  std::map<fabric::CallId, int> finals_;
+  std::vector<std::string> violations_;
+};
+
+}  // namespace millrace::tests::simulation

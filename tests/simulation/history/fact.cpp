@@ -1,0 +1,98 @@
+#include "tests/simulation/history/fact.hpp"
+
+#include <fmt/format.h>
+
+#include "gateway/words.hpp"
+
+namespace millrace::tests::simulation {
+
+namespace {
+
+std::string text_of(const gateway::Value& value) {
+  const auto* state = std::get_if<std::uint32_t>(&value);
+  return state != nullptr ? std::to_string(*state)
+                          : fmt::format("\"{}\"", gateway::printable(std::get<std::string>(value)));
+}
+
+std::string text_of(const gateway::PendingRequest& request) {
+  return fmt::format("{:.8} \"{}\" state {}", request.uuid, request.text, request.state);
+}
+
+std::string text_of(const gateway::Picture& picture) {
+  std::string words;
+  const auto add = [&](gateway::Variable variable, const gateway::Value& value) {
+    if (picture.has(variable)) {
+      words += fmt::format(" {}={}", name_of(variable).substr(12), text_of(value));
+    }
+  };
+  using enum gateway::Variable;
+  add(uuid, picture.uuid.substr(0, 8));
+  add(request, picture.request);
+  add(request_state, picture.request_state);
+  add(response_state, picture.response_state);
+  add(response, picture.response);
+  return words;
+}
+
+std::string short_of(const fabric::InstanceId& instance) {
+  return instance.to_string().substr(0, 8);
+}
+
+struct Words {
+  std::string operator()(const ProgramAsked& one) const {
+    return fmt::format("{}  program asks {}", one.key.to_string(), text_of(one.request));
+  }
+  std::string operator()(const ProgramMoved& one) const {
+    return fmt::format("{}  {}", one.key.to_string(), one.why);
+  }
+  std::string operator()(const ProgramReleased& one) const {
+    return fmt::format("{}  program goes on with state {}, \"{}\"", one.key.to_string(), one.state,
+                       gateway::printable(one.text));
+  }
+  std::string operator()(const Looked& one) const {
+    return fmt::format("{}  gateway {} looked:{}", one.key.to_string(), one.gateway,
+                       text_of(one.picture));
+  }
+  std::string operator()(const WriteAsked& one) const {
+    return fmt::format("{}  gateway {} sends {} for {}", one.key.to_string(), one.gateway,
+                       name_of(one.variable).substr(12), one.call.to_string());
+  }
+  std::string operator()(const WriteDone& one) const {
+    return fmt::format("{}  {} = {} by gateway {} for {}", one.key.to_string(),
+                       name_of(one.variable).substr(12), text_of(one.value), one.gateway,
+                       one.call.to_string());
+  }
+  std::string operator()(const Claimed& one) const {
+    return fmt::format("{}  gateway {} claims {} as {}", one.key.to_string(), one.gateway,
+                       text_of(one.request), one.call.to_string());
+  }
+  std::string operator()(const GivenOut& one) const {
+    return fmt::format("{}  gateway {} gives {} to {}, attempt {}", one.key.to_string(),
+                       one.gateway, one.call.to_string(), short_of(one.instance), one.attempt);
+  }
+  std::string operator()(const Ended& one) const {
+    return fmt::format("gateway {}: {} is over", one.gateway, one.call.to_string());
+  }
+  std::string operator()(const Started& one) const {
+    return fmt::format("{}  instance {} starts {}, attempt {}", one.request.key.to_string(),
+                       short_of(one.instance), one.request.call.to_string(), one.request.attempt);
+  }
+  std::string operator()(const Finished& one) const {
+    return fmt::format("instance {} has finished {}", short_of(one.instance), one.call.to_string());
+  }
+  std::string operator()(const Retried& one) const {
+    return fmt::format("operator: retry {}", one.call.to_string());
+  }
+  std::string operator()(const JournalLost& one) const {
+    return fmt::format("gateway {} has lost the end of its journal", one.gateway);
+  }
+  std::string operator()(const Note& one) const { return fmt::format("{}: {}", one.who, one.what); }
+};
+
+}  // namespace
+
+std::string to_string(const Fact& fact) {
+  return std::visit(Words{}, fact);
+}
+
+}  // namespace millrace::tests::simulation

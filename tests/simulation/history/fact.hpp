@@ -1,0 +1,124 @@
+// What happened in a simulation, as somebody sees it who sees everything.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "fabric/messages.hpp"
+#include "gateway/journal/entry.hpp"
+#include "gateway/picture.hpp"
+#include "tests/simulation/time/agenda.hpp"
+
+namespace millrace::tests::simulation {
+
+using Key = fabric::ChannelKey;
+
+/// A gateway of the simulation, counted from 0; it keeps its number when it starts again.
+using GatewayNumber = std::size_t;
+
+/// The program wrote REQUEST_STATE ≠ 0: from now on it waits for an answer to this.
+struct ProgramAsked {
+  Key key;
+  gateway::PendingRequest request;
+};
+/// It wrote something else: what it asked before stands no more as it was.
+struct ProgramMoved {
+  Key key;
+  std::string why;
+  /// Nothing but the states changed.
+  bool texts_stay = true;
+};
+/// RESPONSE_STATE let it go on; this is what it read then.
+struct ProgramReleased {
+  Key key;
+  gateway::PendingRequest request;
+  /// An answer was on its way to the channel when the program asked something else.
+  bool crossed = false;
+  std::string text;
+  std::uint32_t state = 0;
+};
+/// A look of a gateway: what it read, and between which times.
+struct Looked {
+  GatewayNumber gateway = 0;
+  Key key;
+  gateway::Picture picture;
+  Time first{};
+};
+/// A gateway sends a write of this call's answer.
+struct WriteAsked {
+  GatewayNumber gateway = 0;
+  Key key;
+  fabric::CallId call;
+  gateway::PendingRequest request;
+  gateway::Variable variable{};
+};
+/// It takes place; the channel as it is then.
+struct WriteDone {
+  GatewayNumber gateway = 0;
+  Key key;
+  fabric::CallId call;
+  gateway::PendingRequest request;
+  gateway::Variable variable{};
+  /// Of the final answer, if the call has one.
+  std::optional<gateway::journal::Answer> answer;
+  gateway::Value value;
+  std::string response;
+};
+struct Claimed {
+  GatewayNumber gateway = 0;
+  Key key;
+  fabric::CallId call;
+  gateway::PendingRequest request;
+  /// The journal had said that it cannot be written.
+  bool in_trouble = false;
+};
+/// The gateway decides who gets the call. `load` calls it had given to that instance before.
+struct GivenOut {
+  GatewayNumber gateway = 0;
+  Key key;
+  fabric::CallId call;
+  std::uint32_t attempt = 0;
+  fabric::InstanceId instance;
+  /// The instance is there, of this service, for this channel, and not draining.
+  bool ready = true;
+  std::uint32_t load = 0;
+  std::uint32_t room = 1;
+};
+struct Ended {
+  GatewayNumber gateway = 0;
+  fabric::CallId call;
+};
+/// A handler starts.
+struct Started {
+  fabric::InstanceId instance;
+  fabric::Request request;
+  fabric::Delivery delivery{};
+};
+struct Finished {
+  fabric::InstanceId instance;
+  fabric::CallId call;
+};
+/// An operator has the call given out again.
+struct Retried {
+  fabric::CallId call;
+};
+/// This gateway starts with less than it had journalled.
+struct JournalLost {
+  GatewayNumber gateway = 0;
+};
+/// Anything else, for the reader of a trace.
+struct Note {
+  std::string who;
+  std::string what;
+};
+
+using Fact =
+    std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked, WriteDone,
+                 Claimed, GivenOut, Ended, Started, Finished, Retried, JournalLost, Note>;
+
+/// One line, without the time.
+std::string to_string(const Fact& fact);
+
+}  // namespace millrace::tests::simulation

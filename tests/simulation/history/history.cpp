@@ -1,0 +1,55 @@
+#include "tests/simulation/history/history.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tests/simulation/history/answer_check.hpp"
+#include "tests/simulation/history/dispatch_check.hpp"
+#include "tests/simulation/history/execution_check.hpp"
+
+namespace millrace::tests::simulation {
+
+namespace {
+
+double seconds(Time time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+}  // namespace
+
+History::History(const Agenda& agenda, Trace trace) : agenda_(agenda), trace_(std::move(trace)) {
+  checks_.push_back(std::make_unique<AnswerCheck>());
+  checks_.push_back(std::make_unique<DispatchCheck>());
+  checks_.push_back(std::make_unique<ExecutionCheck>());
+}
+
+void History::add(const Fact& fact) {
+  if (trace_) {
+    print(to_string(fact));
+  }
+  for (const auto& check : checks_) {
+    for (const std::string& sentence : check->on(fact, agenda_.now())) {
+      violated(sentence);
+    }
+  }
+}
+
+void History::note(const std::string& who, const std::string& what) {
+  if (trace_) {
+    print(to_string(Note{who, what}));
+  }
+}
+
+void History::violated(const std::string& sentence) {
+  violations_.push_back(fmt::format("{}, at {:.6f} s", sentence, seconds(agenda_.now())));
+  if (trace_) {
+    print("VIOLATION " + sentence);
+  }
+}
+
+void History::print(const std::string& line) {
+  trace_(fmt::format("{:12.6f}  {}", seconds(agenda_.now()), line));
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,48 @@
+// The history of one simulation: each fact is judged as it happens, and traced if somebody reads
+// it.
+//
+//   History history(agenda, [](const std::string& line) { std::puts(line.c_str()); });
+//   history.add(Started{…});
+//   history.violations();        // "I4: …, at 1.204 s"
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/history/fact.hpp"
+
+namespace millrace::tests::simulation {
+
+/// Watches one invariant or a few that belong together.
+class Check {
+ public:
+  virtual ~Check() = default;
+  /// A sentence for each violation.
+  virtual std::vector<std::string> on(const Fact& fact, Time now) = 0;
+};
+
+class History {
+ public:
+  using Trace = std::function<void(const std::string& line)>;
+
+  /// Without a trace no line is made.
+  explicit History(const Agenda& agenda, Trace trace = {});
+
+  void add(const Fact& fact);
+  void note(const std::string& who, const std::string& what);
+  void violated(const std::string& sentence);
+  [[nodiscard]] bool traced() const { return static_cast<bool>(trace_); }
+  [[nodiscard]] const std::vector<std::string>& violations() const { return violations_; }
+
+ private:
+  void print(const std::string& line);
+
+  const Agenda& agenda_;
+  Trace trace_;
+  std::vector<std::unique_ptr<Check>> checks_;
+  std::vector<std::string> violations_;
+};
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,56 @@
+// One channel of a controller: the real Service Interface of the virtual CNC with its kernel rules,
+// and a history of what its program asks.
+#pragma once
+
+#include <memory>
+
+#include "cnc/simulator/service_interface.hpp"
+#include "tests/simulation/history/history.hpp"
+
+namespace millrace::tests::simulation {
+
+class MachineChannel {
+ public:
+  MachineChannel(Key key, cnc::simulator::ServiceRules rules, Agenda& agenda, History& history);
+
+  [[nodiscard]] const Key& key() const { return key_; }
+
+  // Over ADS.
+  [[nodiscard]] gateway::Value read(gateway::Variable variable) const;
+  /// False if the controller refuses it.
+  bool write(gateway::Variable variable, const gateway::Value& value);
+
+  // What the program does.
+  void set(gateway::Variable variable, const gateway::Value& value);
+  [[nodiscard]] std::uint32_t state(gateway::Variable variable) const;
+  [[nodiscard]] std::string text(gateway::Variable variable) const;
+
+  /// NC reset.
+  void reset();
+  /// The controller starts: all is zero again.
+  void power_up();
+
+  /// What stands in the channel as a request; state 0 = nothing. A gateway's own writes change
+  /// nothing of it.
+  [[nodiscard]] const gateway::PendingRequest& standing() const { return standing_; }
+  /// Something was written for another request than the one that stands: it was on its way when the
+  /// program asked anew, and nobody can help that.
+  bool crossed = false;
+
+  /// Called after each write over ADS.
+  std::function<void()> on_ads_write = [] {};
+
+ private:
+  [[nodiscard]] cnc::simulator::Variable& at(gateway::Variable variable) const;
+  void report();
+
+  Key key_;
+  cnc::simulator::ServiceRules rules_;
+  Agenda& agenda_;
+  History& history_;
+  struct Kernel;
+  std::shared_ptr<Kernel> kernel_;
+  gateway::PendingRequest standing_;
+};
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,74 @@
+#include "tests/simulation/machine/controller.hpp"
+
+#include <algorithm>
+
+namespace millrace::tests::simulation {
+
+void Controller::add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random) {
+  const Key key{name_, static_cast<std::uint16_t>(lines_.size() + 1)};
+  Line line;
+  line.channel = std::make_unique<MachineChannel>(key, rules, agenda_, history_);
+  line.program = std::make_unique<Program>(*line.channel, std::move(habits), agenda_, party_,
+                                           history_, random);
+  lines_.push_back(std::move(line));
+}
+
+std::vector<std::uint16_t> Controller::numbers() const {
+  std::vector<std::uint16_t> numbers;
+  for (std::size_t i = 1; i <= lines_.size(); ++i) {
+    numbers.push_back(static_cast<std::uint16_t>(i));
+  }
+  return numbers;
+}
+
+void Controller::start_programs() {
+  for (Line& line : lines_) {
+    line.program->start();
+  }
+}
+
+void Controller::reset(std::uint16_t number, Time pause) {
+  Line& line = lines_.at(number - 1U);
+  if (!powered_) {
+    return;
+  }
+  line.program->stop();
+  line.channel->reset();
+  agenda_.after(pause, {.parties = parties()}, [this, &line, life = life_] {
+    if (life == life_ && !line.program->active()) {
+      line.program->start();
+    }
+  });
+}
+
+void Controller::switch_off() {
+  history_.note(name_, "is switched off");
+  powered_ = false;
+  ++life_;
+  for (Line& line : lines_) {
+    line.program->stop();
+  }
+}
+
+void Controller::switch_on() {
+  if (powered_) {
+    return;
+  }
+  powered_ = true;
+  for (Line& line : lines_) {
+    line.channel->power_up();
+    line.program->start();
+  }
+}
+
+bool Controller::done() const {
+  return std::ranges::all_of(lines_, [](const Line& line) { return line.program->done(); });
+}
+
+void Controller::calm_down() {
+  for (Line& line : lines_) {
+    line.program->calm_down();
+  }
+}
+
+}  // namespace millrace::tests::simulation

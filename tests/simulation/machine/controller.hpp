@@ -1,0 +1,55 @@
+// A controller: its channels with their programs, behind one ADS router. It can be switched off.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/machine/program.hpp"
+
+namespace millrace::tests::simulation {
+
+class Controller {
+ public:
+  Controller(std::string name, Party party, Agenda& agenda, History& history)
+      : name_(std::move(name)), party_(party), agenda_(agenda), history_(history) {}
+
+  void add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random);
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] std::uint64_t parties() const { return std::uint64_t{1} << party_; }
+  [[nodiscard]] bool powered() const { return powered_; }
+  /// Counts how often it was switched on.
+  [[nodiscard]] std::uint64_t life() const { return life_; }
+  [[nodiscard]] std::vector<std::uint16_t> numbers() const;
+  [[nodiscard]] MachineChannel& channel(std::uint16_t number) {
+    return *lines_.at(number - 1U).channel;
+  }
+  [[nodiscard]] Program& program(std::uint16_t number) { return *lines_.at(number - 1U).program; }
+  [[nodiscard]] std::size_t size() const { return lines_.size(); }
+
+  void start_programs();
+  /// NC reset of one channel; its program starts again after `pause`.
+  void reset(std::uint16_t number, Time pause);
+  void switch_off();
+  void switch_on();
+
+  [[nodiscard]] bool done() const;
+  void calm_down();
+
+ private:
+  struct Line {
+    std::unique_ptr<MachineChannel> channel;
+    std::unique_ptr<Program> program;
+  };
+
+  std::string name_;
+  Party party_;
+  Agenda& agenda_;
+  History& history_;
+  std::vector<Line> lines_;
+  bool powered_ = true;
+  std::uint64_t life_ = 1;
+};
+
+}  // namespace millrace::tests::simulation

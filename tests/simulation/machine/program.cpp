@@ -1,0 +1,139 @@
+#include "tests/simulation/machine/program.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tests/simulation/service/words.hpp"
+
+namespace millrace::tests::simulation {
+
+using gateway::Variable;
+
+Program::Program(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, Party party,
+                 History& history, Random random)
+    : channel_(channel),
+      habits_(std::move(habits)),
+      agenda_(agenda),
+      party_(party),
+      history_(history),
+      random_(random),
+      left_(habits_.calls) {
+  channel_.on_ads_write = [this] {
+    // The program looks once a cycle; only a change makes a difference.
+    if (waiting_ && !looking_) {
+      looking_ = true;
+      after(random_.between(Time{}, habits_.cycle), &Program::look);
+    }
+  };
+}
+
+void Program::start() {
+  active_ = true;
+  waiting_ = false;
+  ++life_;
+  after(Time{}, &Program::begin);
+}
+
+void Program::stop() {
+  active_ = false;
+  waiting_ = false;
+  ++life_;
+}
+
+void Program::calm_down() {
+  calm_ = true;
+  left_ = std::min<std::size_t>(left_, 1);
+}
+
+void Program::after(Time delay, void (Program::*step)()) {
+  agenda_.after(delay, {.parties = std::uint64_t{1} << party_}, [this, life = life_, step] {
+    if (life == life_) {
+      (this->*step)();
+    }
+  });
+}
+
+void Program::begin() {
+  if (left_ == 0) {
+    active_ = false;
+    return;
+  }
+  --left_;
+  ++call_;
+  const bool again = call_ > 1 && random_.chance(habits_.repeats_itself);
+  if (!again) {
+    request_.uuid = random_.pick(habits_.uuids);
+    request_.text = fmt::format("{} {}", channel_.key().to_string(), call_);
+    request_.state = static_cast<std::uint32_t>(1 + random_.below(3));
+  }
+  channel_.set(Variable::uuid, request_.uuid);
+  after(random_.between(Time{}, habits_.cycle), &Program::write_request);
+}
+
+void Program::write_request() {
+  channel_.set(Variable::request, request_.text);
+  after(random_.between(Time{}, habits_.cycle), &Program::write_state);
+}
+
+void Program::write_state() {
+  channel_.set(Variable::request_state, request_.state);
+  waiting_ = true;
+  looking_ = false;
+  wait_at_ = 0;
+  if (!calm_ && random_.chance(habits_.impatient)) {
+    agenda_.after(random_.between(1ms, 1500ms),
+                  {.parties = std::uint64_t{1} << party_, .timer = true},
+                  [this, life = life_, call = call_] {
+                    if (life == life_) {
+                      lose_patience(call);
+                    }
+                  });
+  }
+}
+
+void Program::look() {
+  looking_ = false;
+  if (!waiting_ || channel_.state(Variable::response_state) == wait_at_) {
+    return;
+  }
+  const std::uint32_t state = channel_.state(Variable::response_state);
+  if (is_interim(state)) {
+    // L CYCLE [NAME="SysServiceWait.cyc", @P1=state]
+    wait_at_ = state;
+    return;
+  }
+  if (state == 0) {
+    // Between the last two writes of an answer that follows an interim one: not yet.
+    return;
+  }
+  waiting_ = false;
+  after(random_.chance(50) ? Time{} : habits_.cycle, &Program::read_response);
+}
+
+void Program::read_response() {
+  ++answered_;
+  history_.add(ProgramReleased{channel_.key(), channel_.standing(), channel_.crossed,
+                               channel_.text(Variable::response),
+                               channel_.state(Variable::response_state)});
+  next();
+}
+
+void Program::lose_patience(std::uint64_t call) {
+  if (!waiting_ || call != call_) {
+    return;
+  }
+  waiting_ = false;
+  history_.note(channel_.key().to_string(), "program has waited long enough");
+  if (random_.chance(50)) {
+    channel_.set(Variable::request_state, std::uint32_t{0});
+  }
+  next();
+}
+
+void Program::next() {
+  after(random_.chance(30) ? Time{} : random_.between(Time{}, habits_.pause), &Program::begin);
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,93 @@
+// An instance of a service: the real call desk of the SDK, with the simulation for its runner and
+// its handlers. Each start is an instance of its own.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "services/sdk/call_desk.hpp"
+#include "tests/simulation/fabric/fabric.hpp"
+#include "tests/simulation/gateway/bug.hpp"
+
+namespace millrace::tests::simulation {
+
+/// In a hundred calls.
+struct HandlerHabits {
+  unsigned slow = 10;
+  unsigned fails = 5;
+  /// Answers what cannot be written.
+  unsigned refused = 0;
+  unsigned interim = 10;
+  /// Never comes to an end.
+  unsigned stuck = 0;
+};
+
+struct ServicePlan {
+  std::string name;
+  std::string uuid;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  std::uint32_t concurrency = 1;
+  std::vector<fabric::ChannelScope> channels;
+  HandlerHabits habits;
+  Bug bug = Bug::none;
+};
+
+class ServiceProcess final : public InstanceEars {
+ public:
+  ServiceProcess(ServicePlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
+                 Random random);
+
+  void start();
+  /// kill -9
+  void kill();
+  /// Asks for no new call and leaves when the last one is answered.
+  void drain();
+  void freeze();
+  void thaw();
+  void step_clock(Time by) { clock_error_ += by; }
+  /// From now on handlers are well.
+  void calm_down();
+
+  [[nodiscard]] const ServicePlan& plan() const { return plan_; }
+  [[nodiscard]] bool running() const { return process_.running(); }
+  [[nodiscard]] bool frozen() const { return process_.frozen(); }
+  [[nodiscard]] bool stuck() const { return stuck_; }
+  [[nodiscard]] bool idle() const { return !desk_ || desk_->idle(); }
+  [[nodiscard]] std::optional<EndNumber> end() const { return end_; }
+
+ private:
+  void on_request(const fabric::Request& request) override;
+  void on_withdrawn(const Key& key) override;
+  void perform(const services::sdk::Actions& actions);
+  void perform(const services::sdk::Start& start);
+  void perform(const services::sdk::Send& send);
+  void perform(const services::sdk::Cancel& cancel);
+  void perform(const services::sdk::Drop&) {}
+  void handle(const fabric::Request& request);
+  void finish(const fabric::Request& request);
+  void close_when_idle();
+  void leave();
+  [[nodiscard]] fabric::Time now() const;
+
+  ServicePlan plan_;
+  Agenda& agenda_;
+  History& history_;
+  Fabric& fabric_;
+  Random random_;
+  Process process_;
+  Time clock_error_{};
+  bool calm_ = false;
+
+  // Of this life of the process.
+  fabric::InstanceIdentity identity_;
+  std::optional<services::sdk::CallDesk> desk_;
+  std::optional<EndNumber> end_;
+  bool closing_ = false;
+  bool closed_ = false;
+  bool stuck_ = false;
+  Time frozen_at_{};
+};
+
+}  // namespace millrace::tests::simulation

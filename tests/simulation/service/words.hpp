@@ -1,0 +1,34 @@
+// What the services of a simulation say, so that a program's answer can be told from another's.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace millrace::tests::simulation {
+
+inline constexpr std::uint32_t first_interim = 1000;
+inline constexpr std::uint32_t last_interim = 1003;
+
+/// These states leave the program waiting.
+constexpr bool is_interim(std::uint32_t state) {
+  return state >= first_interim && state <= last_interim;
+}
+
+/// The answer to a request begins with it.
+inline std::string answer_to(const std::string& request) {
+  return fmt::format("re {};", request);
+}
+
+/// An error of the SDK names it.
+inline std::string failure_of(const std::string& request) {
+  return fmt::format("cannot do re {};", request);
+}
+
+inline bool answers(const std::string& answer, const std::string& request) {
+  return answer.find(answer_to(request)) != std::string::npos || answer.starts_with("millrace: ") ||
+         answer.starts_with("operator: ");
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,56 @@
+#include "tests/simulation/time/agenda.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace millrace::tests::simulation {
+
+namespace {
+
+bool later(const Happening& a, const Happening& b) {
+  return std::tie(a.at, a.number) > std::tie(b.at, b.number);
+}
+
+}  // namespace
+
+void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
+  Happening one;
+  one.at = std::max(when, now_);
+  one.number = ++planned_;
+  one.parties = plan.parties;
+  one.timer = plan.timer;
+  one.lane = plan.lane;
+  one.cause = order_ != nullptr ? order_->cause() : 0;
+  one.act = std::move(act);
+  waiting_.push_back(std::move(one));
+  if (order_ == nullptr) {
+    std::ranges::push_heap(waiting_, later);
+  }
+}
+
+bool Agenda::step() {
+  if (waiting_.empty()) {
+    return false;
+  }
+  if (order_ == nullptr) {
+    std::ranges::pop_heap(waiting_, later);
+  } else {
+    const auto chosen = order_->choose(waiting_, now_);
+    if (!chosen) {
+      return false;
+    }
+    const auto place = waiting_.begin() + static_cast<std::ptrdiff_t>(*chosen);
+    std::rotate(place, place + 1, waiting_.end());
+  }
+  Happening next = std::move(waiting_.back());
+  waiting_.pop_back();
+  now_ = std::max(now_, next.at);
+  if (order_ != nullptr) {
+    order_->happens(next);
+  }
+  next.act();
+  return true;
+}
+
+}  // namespace millrace::tests::simulation

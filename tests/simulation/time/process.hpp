@@ -1,0 +1,74 @@
+// A process of the simulation: it can be killed, and frozen as by SIGSTOP. What was meant for a
+// killed one is lost; a frozen one finds it when it goes on.
+#pragma once
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "tests/simulation/time/agenda.hpp"
+
+namespace millrace::tests::simulation {
+
+class Process {
+ public:
+  Process(Agenda& agenda, Party party) : agenda_(agenda), party_(party) {}
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  [[nodiscard]] bool running() const { return running_; }
+  [[nodiscard]] bool frozen() const { return frozen_; }
+  /// Runs and is not frozen.
+  [[nodiscard]] bool awake() const { return running_ && !frozen_; }
+  [[nodiscard]] std::uint64_t parties() const { return std::uint64_t{1} << party_; }
+  [[nodiscard]] Agenda& agenda() const { return agenda_; }
+
+  void start() { running_ = true; }
+  void end() {
+    running_ = false;
+    frozen_ = false;
+    ++life_;
+    held_.clear();
+  }
+  void freeze() { frozen_ = true; }
+  void thaw() {
+    frozen_ = false;
+    for (auto& act : std::exchange(held_, {})) {
+      after(Time{}, std::move(act));
+    }
+  }
+
+  /// In this life of the process only.
+  void after(Time delay, std::function<void()> act) { plan(delay, false, std::move(act)); }
+  /// The same for a timer.
+  void timer(Time delay, std::function<void()> act) { plan(delay, true, std::move(act)); }
+
+  /// Counts the lives.
+  [[nodiscard]] std::uint64_t life() const { return life_; }
+  /// Within an event: now, or when it goes on.
+  void run(std::uint64_t life, std::function<void()> act) {
+    if (!running_ || life != life_) {
+      return;
+    }
+    if (frozen_) {
+      held_.push_back(std::move(act));
+    } else {
+      act();
+    }
+  }
+
+ private:
+  void plan(Time delay, bool timer, std::function<void()> act) {
+    agenda_.after(delay, {.parties = parties(), .timer = timer},
+                  [this, life = life_, act = std::move(act)] { run(life, act); });
+  }
+
+  Agenda& agenda_;
+  Party party_;
+  bool running_ = false;
+  bool frozen_ = false;
+  std::uint64_t life_ = 0;
+  std::vector<std::function<void()>> held_;
+};
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,55 @@
+// Where all chance of a simulation comes from: one seed, the same numbers everywhere.
+//
+//   Random random(17);
+//   if (random.chance(5)) …                       // 5 in 100
+//   const Time delay = random.between(1ms, 20ms);
+#pragma once
+
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+
+#include "tests/simulation/time/agenda.hpp"
+
+namespace millrace::tests::simulation {
+
+/// SplitMix64 (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", 2014).
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15U);
+    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9U;
+    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebU;
+    return z ^ (z >> 31U);
+  }
+
+  /// 0 to bound - 1.
+  std::size_t below(std::size_t bound) {
+    assert(bound > 0);
+    return static_cast<std::size_t>(next() % bound);
+  }
+  /// True that many times in a hundred.
+  bool chance(unsigned percent) { return below(100) < percent; }
+  /// Both ends included.
+  Time between(Time least, Time most) {
+    const auto span = static_cast<std::size_t>((most - least).count()) + 1;
+    return least + Time(static_cast<std::int64_t>(below(span)));
+  }
+  /// Mostly near `least`, sometimes as long as `most`: how networks and machines behave.
+  Time mostly(Time least, Time usual, Time most, unsigned percent) {
+    return chance(percent) ? between(usual, most) : between(least, usual);
+  }
+  template <typename Container>
+  auto& pick(Container& items) {
+    return items[below(items.size())];
+  }
+  /// A source of its own, so that one part's draws do not shift another's.
+  Random fork() { return Random(next()); }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace millrace::tests::simulation
