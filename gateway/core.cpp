@@ -263,8 +263,8 @@ void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now)
     return;
   }
   const auto unserved = dispatcher_.why_unserved(offer.request.uuid, session.key());
-  const bool settled_here = unserved && offer.out_of_patience && policy.unserved &&
-                            policy.unserved->response_state != 0;
+  const bool settled_here =
+      unserved && offer.out_of_patience && policy.unserved && policy.unserved->response_state != 0;
   if ((!unserved || settled_here) && last_number_ == recorded_) {
     out_of_numbers_ = true;
     run(session,

@@ -167,7 +167,7 @@ void Fabric::refresh(const PairPointer& pair, Side& side, const End& other, bool
   const std::uint64_t epoch = ++side.epoch;
   const Time wait = heard ? random_.between(weather.discovery_least, weather.discovery_most)
                           : random_.between(weather.lease / 2, weather.lease);
-  agenda_.after(wait, {.parties = parties(*pair), .timer = !heard},
+  agenda_.after(wait, {.parties = parties(*pair), .timer = true},
                 [this, pair, &side, epoch, heard, of_instance] {
                   if (side.epoch == epoch) {
                     heard ? find(pair, of_instance) : lose(pair, of_instance);
@@ -190,11 +190,12 @@ void Fabric::find(const PairPointer& pair, bool of_instance) {
   // Its two endpoints show in any order.
   const bool reader_first = random_.chance(50);
   discover(pair, reader_first);
-  within(pair, random_.between(Time{}, 2ms), [this, pair, reader_first, epoch = side.epoch] {
-    if (pair->of_instance.epoch == epoch) {
-      discover(pair, !reader_first);
-    }
-  });
+  agenda_.after(random_.between(Time{}, 2ms), {.parties = parties(*pair), .timer = true},
+                [this, pair, reader_first, epoch = side.epoch] {
+                  if (pair->of_instance.epoch == epoch) {
+                    discover(pair, !reader_first);
+                  }
+                });
 }
 
 void Fabric::discover(const PairPointer& pair, bool reader) {

@@ -84,7 +84,11 @@ void AdsLink::leave_to_controller() {
     }
     at += random_.between(Time{}, (process_.agenda().now() + leftovers - at) / 2);
     process_.agenda().at(at, {.parties = process_.parties() | controller_.parties()},
-                         [self = shared_from_this(), request] { self->execute(request); });
+                         [self = shared_from_this(), request] {
+                           --self->controller_.leftovers;
+                           self->execute(request);
+                         });
+    ++controller_.leftovers;
   }
 }
 
@@ -105,7 +109,9 @@ void AdsLink::connect() {
     if (self->connection_ != connection) {
       return;
     }
-    if (self->controller_.powered() && self->cable_.plugged && !self->cable_.silent) {
+    if (self->controller_.leftovers > 0) {
+      self->wait_and_connect();
+    } else if (self->controller_.powered() && self->cable_.plugged && !self->cable_.silent) {
       self->came_up();
     } else {
       self->wait_and_connect();

@@ -12,7 +12,6 @@ enum class Bug : std::uint8_t {
   none,
   state_before_text,
   answer_without_look,
-  look_without_texts,
   no_confirming_look,
   instance_loss_ignored,
   reply_by_channel,

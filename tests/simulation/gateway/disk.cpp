@@ -65,7 +65,7 @@ void Disk::start_force() {
 
 void Disk::confirm(std::vector<gateway::journal::Recorded> recorded) {
   for (auto& one : recorded) {
-    process_.after(Time{}, std::move(one));
+    process_.after(Time{}, std::move(one), 1);
   }
 }
 

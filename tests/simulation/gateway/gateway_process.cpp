@@ -93,6 +93,8 @@ void GatewayProcess::forget() {
   ready_.clear();
   given_.clear();
   last_looks_.clear();
+  last_states_.clear();
+  texts_read_.clear();
   held_texts_.clear();
   last_writes_.clear();
   process_.end();
@@ -220,6 +222,10 @@ void GatewayProcess::on_read(const Key& key, const gateway::Picture& picture, Ti
   history_.add(Looked{plan_.number, key, picture, first});
   if (picture.look == gateway::Look::request) {
     last_looks_[key] = picture;
+  } else if (picture.look == gateway::Look::state) {
+    last_states_[key] = picture;
+  } else if (picture.look == gateway::Look::texts) {
+    texts_read_.insert(key);
   }
   carry_out(core_->on_read(key, picture, moment()));
 }
@@ -276,6 +282,13 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
   if (plan_.bug == Bug::answer_without_look && action.look == gateway::Look::request &&
       current != current_.end() && current->second.answer && seen != last_looks_.end()) {
     process_.after(Time{}, [this, key, picture = seen->second] {
+      carry_out(core_->on_read(key, picture, moment()));
+    });
+    return;
+  }
+  if (texts_read_.erase(key) > 0 && plan_.bug == Bug::no_confirming_look &&
+      action.look == gateway::Look::state) {
+    process_.after(Time{}, [this, key, picture = last_states_.at(key)] {
       carry_out(core_->on_read(key, picture, moment()));
     });
     return;

@@ -141,6 +141,8 @@ class GatewayProcess final : public GatewayEars, public LinkListener {
   std::map<fabric::CallId, fabric::InstanceId> given_;
   // What the deliberate mistakes need.
   std::map<Key, gateway::Picture> last_looks_;
+  std::map<Key, gateway::Picture> last_states_;
+  std::set<Key> texts_read_;
   std::map<Key, gateway::Value> held_texts_;
   std::map<Key, gateway::Write> last_writes_;
 };

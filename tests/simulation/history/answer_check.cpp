@@ -15,8 +15,8 @@ std::vector<std::string> AnswerCheck::on(const Fact& fact, Time now) {
 }
 
 void AnswerCheck::close(Channel& channel, Time now) {
-  if (!channel.stretches.empty() && !channel.stretches.back().until) {
-    channel.stretches.back().until = now;
+  for (Stretch& one : channel.stretches) {
+    one.until = one.until.value_or(now);
   }
 }
 
@@ -24,7 +24,6 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   Channel& channel = channels_[fact.key];
   close(channel, now);
   channel.stretches.push_back({fact.request, now, {}, {}});
-  channel.crossed_by.reset();
   channel.cleared = false;
 }
 
@@ -43,6 +42,8 @@ void AnswerCheck::on(const Looked& fact, Time now) {
 }
 
 void AnswerCheck::on(const WriteAsked& fact, Time) {
+  // It may be done, or not; the gateway may never learn.
+  channels_[fact.key].cleared |= fact.variable == gateway::Variable::request_state;
   const auto look = looks_.find({fact.gateway, fact.key});
   if (look == looks_.end()) {
     violations_.push_back(fmt::format("I2: {} is written to {} without a look",
@@ -51,12 +52,10 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   }
   const Channel& channel = channels_[fact.key];
   const auto& stretches = channel.stretches;
-  const bool stood =
-      channel.crossed_by == fact.call || std::ranges::any_of(stretches, [&](const Stretch& one) {
-        const bool ours = one.request == fact.request && one.from <= look->second.end;
-        return ours &&
-               (!one.until || *one.until >= look->second.first || one.answered_by == fact.call);
-      });
+  const bool stood = std::ranges::any_of(stretches, [&](const Stretch& one) {
+    const bool ours = one.request == fact.request && one.from <= look->second.end;
+    return ours && (!one.until || *one.until >= look->second.first || one.answered_by == fact.call);
+  });
   if (!stood) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
@@ -66,17 +65,16 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
 
 void AnswerCheck::on(const WriteDone& fact, Time now) {
   Channel& channel = channels_[fact.key];
-  const bool stands = !channel.stretches.empty() && !channel.stretches.back().until &&
-                      channel.stretches.back().request == fact.request;
-  if (!stands) {
-    channel.crossed_by = fact.call;
+  const auto stands = [&](const Stretch& one) { return !one.until && one.request == fact.request; };
+  const bool crossed = std::ranges::none_of(channel.stretches, stands);
+  if (crossed && fact.variable != gateway::Variable::response) {
+    // The answer was on its way when the program moved on. What it has written looks as if the call
+    // still stood.
+    channel.stretches.push_back({fact.request, now, {}, {}});
   }
-  channel.cleared = channel.cleared || fact.variable == gateway::Variable::request_state;
   const auto* state = std::get_if<std::uint32_t>(&fact.value);
-  if (fact.variable != gateway::Variable::response_state || state == nullptr || *state == 0) {
-    return;
-  }
-  if (!fact.answer) {
+  if (fact.variable != gateway::Variable::response_state || state == nullptr || *state == 0 ||
+      !fact.answer) {
     return;
   }
   if (fact.response != fact.answer->text) {
@@ -87,10 +85,11 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     violations_.push_back(
         fmt::format("I1: {} is answered {} times", fact.call.to_string(), finals_[fact.call]));
   }
-  if (!channel.stretches.empty()) {
-    Stretch& last = channel.stretches.back();
-    close(channel, now);
-    last.answered_by = last.answered_by.value_or(fact.call);
+  for (Stretch& one : channel.stretches) {
+    if (stands(one)) {
+      one.until = now;
+      one.answered_by = fact.call;
+    }
   }
 }
 

@@ -29,9 +29,6 @@ class AnswerCheck final : public Check {
   };
   struct Channel {
     std::vector<Stretch> stretches;
-    /// Its answer was on its way when the program moved on: what it wrote looks like a call of its
-    /// own that still stands.
-    std::optional<fabric::CallId> crossed_by;
     /// REQUEST_STATE is cleared for an answer: a program that takes its request back now changes
     /// nothing that can be seen.
     bool cleared = false;

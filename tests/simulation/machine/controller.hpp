@@ -34,6 +34,9 @@ class Controller {
   void switch_off();
   void switch_on();
 
+  /// What it received on connections that are gone and has not done.
+  unsigned leftovers = 0;
+
   [[nodiscard]] bool done() const;
   void calm_down();
 

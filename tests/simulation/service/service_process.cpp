@@ -169,7 +169,7 @@ void ServiceProcess::handle(const fabric::Request& request) {
       });
     }
   }
-  process_.timer(end, [this, request] { finish(request); });
+  process_.after(end, [this, request] { finish(request); });
 }
 
 void ServiceProcess::finish(const fabric::Request& request) {

@@ -47,6 +47,8 @@ bool Agenda::step() {
   waiting_.pop_back();
   now_ = std::max(now_, next.at);
   if (order_ != nullptr) {
+    // What is first and what second is seen by the time.
+    now_ += 1ns;
     order_->happens(next);
   }
   next.act();

@@ -38,10 +38,14 @@ class Process {
     }
   }
 
-  /// In this life of the process only.
-  void after(Time delay, std::function<void()> act) { plan(delay, false, std::move(act)); }
+  /// In this life of the process only. What goes along one lane stays in its order.
+  void after(Time delay, std::function<void()> act, std::uint32_t lane = 0) {
+    plan(delay, {.parties = parties(), .lane = lane}, std::move(act));
+  }
   /// The same for a timer.
-  void timer(Time delay, std::function<void()> act) { plan(delay, true, std::move(act)); }
+  void timer(Time delay, std::function<void()> act) {
+    plan(delay, {.parties = parties(), .timer = true}, std::move(act));
+  }
 
   /// Counts the lives.
   [[nodiscard]] std::uint64_t life() const { return life_; }
@@ -58,9 +62,8 @@ class Process {
   }
 
  private:
-  void plan(Time delay, bool timer, std::function<void()> act) {
-    agenda_.after(delay, {.parties = parties(), .timer = timer},
-                  [this, life = life_, act = std::move(act)] { run(life, act); });
+  void plan(Time delay, const Plan& plan, std::function<void()> act) {
+    agenda_.after(delay, plan, [this, life = life_, act = std::move(act)] { run(life, act); });
   }
 
   Agenda& agenda_;

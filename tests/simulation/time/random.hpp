@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "tests/simulation/time/agenda.hpp"
 
@@ -17,6 +18,13 @@ namespace millrace::tests::simulation {
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
+  /// Without chance: every delay is the least, every toss of a coin has this outcome. For those who
+  /// try all orders of events themselves.
+  static Random still(std::uint64_t seed, bool toss) {
+    Random random(seed);
+    random.toss_ = toss;
+    return random;
+  }
 
   std::uint64_t next() {
     std::uint64_t z = (state_ += 0x9e3779b97f4a7c15U);
@@ -28,10 +36,13 @@ class Random {
   /// 0 to bound - 1.
   std::size_t below(std::size_t bound) {
     assert(bound > 0);
+    if (toss_) {
+      return 0;
+    }
     return static_cast<std::size_t>(next() % bound);
   }
   /// True that many times in a hundred.
-  bool chance(unsigned percent) { return below(100) < percent; }
+  bool chance(unsigned percent) { return toss_ ? *toss_ && percent > 0 : below(100) < percent; }
   /// Both ends included.
   Time between(Time least, Time most) {
     const auto span = static_cast<std::size_t>((most - least).count()) + 1;
@@ -46,10 +57,15 @@ class Random {
     return items[below(items.size())];
   }
   /// A source of its own, so that one part's draws do not shift another's.
-  Random fork() { return Random(next()); }
+  Random fork() {
+    Random random(next());
+    random.toss_ = toss_;
+    return random;
+  }
 
  private:
   std::uint64_t state_;
+  std::optional<bool> toss_;
 };
 
 }  // namespace millrace::tests::simulation

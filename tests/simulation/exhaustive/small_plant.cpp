@@ -1,0 +1,123 @@
+#include "tests/simulation/exhaustive/small_plant.hpp"
+
+namespace millrace::tests::simulation {
+
+namespace {
+
+const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+/// All that can be wrong for good shows within this, in virtual time.
+constexpr Time longest = 20s;
+
+/// Everybody has found everybody by then.
+constexpr Time settled = 400ms;
+
+Random chance(const SmallPlan& plan, std::uint64_t seed) {
+  return Random::still(seed, plan.leftovers_dropped);
+}
+
+GatewayPlan gateway_plan(const SmallPlan& plan) {
+  GatewayPlan gateway;
+  gateway.core.paces["m0"] = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .whole = 100ms};
+  gateway.journal.sync = gateway::journal::Sync::always;
+  gateway.journal.period = 1h;
+  gateway.bug = plan.bug;
+  return gateway;
+}
+
+ServicePlan service_plan(const SmallPlan& plan, const std::string& name) {
+  ServicePlan service;
+  service.name = name;
+  service.uuid = uuid;
+  service.delivery = plan.delivery;
+  service.habits = {.slow = 0, .fails = 0, .refused = 0, .interim = 0, .stuck = 0};
+  service.bug = plan.bug;
+  return service;
+}
+
+}  // namespace
+
+SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace trace)
+    : plan_(plan),
+      explorer_(explorer),
+      agenda_(&explorer),
+      history_(agenda_, std::move(trace)),
+      fabric_(agenda_, history_, chance(plan, 1)),
+      controller_("m0", 1, agenda_, history_),
+      gateway_(gateway_plan(plan), agenda_, 2, history_, fabric_, chance(plan, 2)),
+      first_(service_plan(plan, "first"), agenda_, 3, history_, fabric_, chance(plan, 3)),
+      second_(service_plan(plan, "second"), agenda_, 4, history_, fabric_, chance(plan, 4)) {
+  cable_.delay_least = Time{};
+  cable_.delay_most = Time{};
+  ProgramHabits habits;
+  habits.uuids = {uuid};
+  habits.calls = plan.calls;
+  habits.impatient = 0;
+  controller_.add(plan.rules, habits, chance(plan, 5));
+  gateway_.serve(controller_, cable_);
+}
+
+void SmallPlant::restart(Time pause) {
+  agenda_.after(pause, {.parties = everybody, .timer = true}, [this] {
+    gateway_.start();
+    first_.start();
+    second_.start();
+  });
+}
+
+void SmallPlant::strike() {
+  struck_ = true;
+  switch (plan_.mishap) {
+    case Mishap::none:
+      break;
+    case Mishap::gateway_killed:
+      gateway_.kill(false);
+      break;
+    case Mishap::gateway_power_cut:
+      gateway_.kill(true);
+      break;
+    case Mishap::instance_killed:
+      first_.kill();
+      break;
+    case Mishap::instance_drained:
+      first_.drain();
+      break;
+    case Mishap::link_cut:
+      gateway_.cut_links("m0", "connection reset");
+      break;
+    case Mishap::program_reset:
+      controller_.reset(1, Time{});
+      break;
+  }
+  restart(200ms);
+}
+
+bool SmallPlant::done() const {
+  return controller_.done() && struck_ && gateway_.running() && gateway_.open_calls() == 0;
+}
+
+std::vector<std::string> SmallPlant::run() {
+  first_.start();
+  second_.start();
+  gateway_.start();
+  // All are there when the program begins.
+  while (agenda_.now() < settled && agenda_.step()) {
+  }
+  explorer_.start();
+  controller_.start_programs();
+  agenda_.after(Time{}, {.parties = everybody}, [this] { strike(); });
+  while (history_.violations().empty() && !done() && agenda_.now() < longest && agenda_.step()) {
+    // An at-most-once call whose instance is lost waits for an operator.
+    for (const auto& [key, status] : std::map(gateway_.statuses())) {
+      if (status.state == fabric::ChannelState::held) {
+        gateway_.answer(key, status.call);
+      }
+    }
+  }
+  if (history_.violations().empty() && agenda_.now() >= longest) {
+    history_.violated("I5: the program still waits");
+  }
+  return history_.violations();
+}
+
+}  // namespace millrace::tests::simulation
