@@ -107,8 +107,9 @@ std::vector<Point> Arc::extremes() const {
   const double from = std::min(begin_angle, begin_angle + sweep);
   const double to = std::max(begin_angle, begin_angle + sweep);
   std::vector<Point> points;
-  for (double angle = std::ceil(from / quarter) * quarter; angle <= to; angle += quarter) {
-    points.push_back(at((angle - begin_angle) / sweep));
+  const auto last = static_cast<int>(std::floor(to / quarter));
+  for (auto i = static_cast<int>(std::ceil(from / quarter)); i <= last; ++i) {
+    points.push_back(at((i * quarter - begin_angle) / sweep));
   }
   return points;
 }

@@ -1,6 +1,7 @@
 #include "cnc/nc/run/interpolator.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -25,7 +26,7 @@ bool Interpolator::advance(const Tick& tick, Queue& queue) {
       const Block* next = queue.next();
       if (next != nullptr && next->skipped) {
         progress = true;
-        skip(*queue.pop(), tick);
+        skip(queue.take(), tick);
         continue;
       }
       if (next == nullptr || !may_begin(*next, tick)) {
@@ -57,15 +58,16 @@ void Interpolator::skip(const Block& block, const Tick& tick) {
 }
 
 void Interpolator::begin_next(Queue& queue) {
-  if (!approach_) {
-    begin(*queue.pop());
+  auto approach = std::exchange(approach_, std::nullopt);
+  if (!approach) {
+    begin(queue.take());
     return;
   }
   Block way = *queue.next();
-  const double path = path_length(position_, *approach_);
+  const double path = path_length(position_, *approach);
   const auto time = std::min(path * rapid_, longest_approach);
-  way.action = Motion{*std::exchange(approach_, std::nullopt),
-                      std::chrono::duration_cast<Duration>(time), path, std::nullopt};
+  way.action =
+      Motion{std::move(*approach), std::chrono::duration_cast<Duration>(time), path, std::nullopt};
   begin(std::move(way));
 }
 
@@ -121,6 +123,7 @@ void Interpolator::begin(Block block) {
 }
 
 bool Interpolator::execute(const Tick& tick) {
+  assert(current_);
   return std::visit([&](const auto& action) { return execute(action, tick); }, current_->action);
 }
 

@@ -21,7 +21,8 @@ Result<void> MotionState::check_limits(const std::vector<double>& target) const 
   for (std::size_t axis = 0; axis < std::min(target.size(), options_.limits.size()); ++axis) {
     const double least = options_.limits[axis].least;
     const double greatest = options_.limits[axis].greatest;
-    if (!(target[axis] >= least && target[axis] <= greatest)) {
+    const bool inside = target[axis] >= least && target[axis] <= greatest;
+    if (!inside) {
       return fault(0, "axis " + options_.axes[axis] + " would leave its limits, " +
                           values::display(least) + " to " + values::display(greatest) + ", for " +
                           values::display(target[axis]));

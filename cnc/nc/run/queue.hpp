@@ -3,9 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <deque>
-#include <optional>
 #include <utility>
 
 #include "cnc/nc/run/block.hpp"
@@ -35,11 +35,9 @@ class Queue {
   /// The next released block, null if there is none; valid until the queue changes.
   [[nodiscard]] const Block* next() const { return released_ == 0 ? nullptr : &blocks_.front(); }
 
-  /// Takes it out.
-  std::optional<Block> pop() {
-    if (released_ == 0) {
-      return std::nullopt;
-    }
+  /// Takes it out; there must be one.
+  Block take() {
+    assert(released_ > 0);
     Block block = std::move(blocks_.front());
     blocks_.pop_front();
     --released_;
