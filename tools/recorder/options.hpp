@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "tools/recording/filter.hpp"
 
@@ -32,6 +33,15 @@ struct Window {
   std::uint64_t size = std::uint64_t{256} * 1024 * 1024;
 };
 
+/// A file that belongs to what is recorded.
+struct AttachedFile {
+  std::string name{};
+  std::string media_type{};
+  std::string data{};
+  /// When it was read.
+  fabric::Time at{};
+};
+
 struct Options {
   std::filesystem::path file{};
   recording::Filter filter{};
@@ -50,6 +60,8 @@ struct Options {
   std::string library{};
   /// Goes into the metadata of each file: host, fabric, …
   std::map<std::string, std::string> labels{};
+  /// Go into each file as they are: the configuration of the fabric, …
+  std::vector<AttachedFile> attachments{};
 };
 
 }  // namespace millrace::tools::recorder

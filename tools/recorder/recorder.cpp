@@ -107,6 +107,11 @@ Recorder::Result Recorder::begin_file(Moment now) {
   }
   file_ = std::move(*file);
   file_begun_ = now;
+  for (const AttachedFile& attachment : options_.attachments) {
+    if (auto attached = file_->attach(attachment); !attached) {
+      return attached;
+    }
+  }
   // The header is on the disk before the first call is.
   return file_->close_chunk(options_.sync != Sync::none);
 }

@@ -21,6 +21,11 @@ RecordingFile::Result RecordingFile::write(const recording::Entry& entry) {
   return entries_.write(entry);
 }
 
+RecordingFile::Result RecordingFile::attach(const AttachedFile& file) {
+  const auto at = static_cast<mcap::Nanoseconds>(file.at.time_since_epoch().count());
+  return file_.write(mcap::Attachment{at, at, file.name, file.media_type, file.data});
+}
+
 RecordingFile::Result RecordingFile::close_chunk(bool sync) {
   return file_.close_chunk().and_then([&] { return sync ? sink_.sync() : Result{}; });
 }

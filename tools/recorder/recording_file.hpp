@@ -10,6 +10,7 @@
 
 #include "tools/mcap/file.hpp"
 #include "tools/mcap/writer.hpp"
+#include "tools/recorder/options.hpp"
 #include "tools/recording/hops.hpp"
 #include "tools/recording/writer.hpp"
 
@@ -26,6 +27,7 @@ class RecordingFile {
   RecordingFile(mcap::FileSink sink, const std::string& library);
 
   Result write(const recording::Entry& entry);
+  Result attach(const AttachedFile& file);
   /// Closes the chunk if there is one; `sync` has the disk hold it.
   Result close_chunk(bool sync);
   /// Adds `metadata` and the times of hops, closes and renames the file.

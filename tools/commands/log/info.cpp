@@ -41,6 +41,10 @@ void print_text(const Options& options, std::uint64_t size, const mcap::Survey& 
       fmt::print("  {}: {}\n", print::utf8(key), print::utf8(value));
     }
   }
+  for (const mcap::AttachmentIndex& attachment : survey.summary.attachments) {
+    fmt::print("attachment  {} ({})\n", print::utf8(attachment.name),
+               print::size_text(attachment.data_size));
+  }
 }
 
 boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
@@ -64,6 +68,11 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
     metadata[print::utf8(record.name)] = std::move(values);
   }
   out["metadata"] = std::move(metadata);
+  boost::json::array attachments;
+  for (const mcap::AttachmentIndex& attachment : survey.summary.attachments) {
+    attachments.push_back({{"name", print::utf8(attachment.name)}, {"size", attachment.data_size}});
+  }
+  out["attachments"] = std::move(attachments);
   boost::json::array problems;
   for (const mcap::Problem& problem : survey.problems) {
     problems.push_back({{"offset", problem.offset}, {"text", print::utf8(problem.text)}});

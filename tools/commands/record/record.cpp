@@ -1,6 +1,8 @@
 #include "tools/commands/record/record.hpp"
 
 #include <ctime>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include <boost/asio/io_context.hpp>
@@ -28,9 +30,12 @@ namespace {
 namespace program = idl::program;
 
 struct Options {
-  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace record"}) {}
+  explicit Options(CLI::App& command)
+      : fabric(command, {.name = "millrace record"}),
+        fabric_config(command.get_option("--fabric-config")) {}
 
   fabric::FabricFlags fabric;
+  const CLI::Option* fabric_config;
   recorder::Options recorder;
   std::vector<std::string> without_text;
   std::chrono::nanoseconds window{};
@@ -68,6 +73,20 @@ recorder::Options recorder_options(const Options& options, const fabric::Partici
                    {"domain", std::to_string(join.domain)},
                    {"clock", "CLOCK_REALTIME of the recording host"}};
   return result;
+}
+
+/// The fabric's configuration belongs to what was recorded with it.
+void attach_configuration(const Options& options, recorder::Options& settings) {
+  if (options.fabric_config->empty()) {
+    return;
+  }
+  const std::filesystem::path file = options.fabric_config->as<std::string>();
+  std::ifstream in(file, std::ios::binary);
+  settings.attachments.push_back({.name = file.filename().string(),
+                                  .media_type = "text/plain",
+                                  .data = std::string(std::istreambuf_iterator<char>(in), {}),
+                                  .at = std::chrono::time_point_cast<fabric::Time::duration>(
+                                      std::chrono::system_clock::now())});
 }
 
 /// What a power cut left of an earlier recording of this name is made whole, beside it.
@@ -180,6 +199,7 @@ void show(const Options& options, const std::vector<std::filesystem::path>& file
 int record(const Options& options) {
   const fabric::ParticipantOptions join = options.fabric.options();
   recorder::Options settings = recorder_options(options, join);
+  attach_configuration(options, settings);
   const std::string file = settings.file.string();
   repair_leftover(settings.file);
   fabric::Participant participant(join);

@@ -61,6 +61,26 @@ TEST_F(RecorderTest, WritesWhatItReceivesAndCountsIt) {
             "calls 2, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");
 }
 
+TEST_F(RecorderTest, AttachesTheConfigurationToEachFile) {
+  Options with_rotation = options();
+  with_rotation.rotate_size = 1;
+  with_rotation.attachments.push_back(
+      {.name = "fabric.textproto", .media_type = "text/plain", .data = "domain: 7\n"});
+  Recorder sut(with_rotation);
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.finish(7, 0));
+  ASSERT_GE(sut.files().size(), 2U);
+  for (const auto& file : sut.files()) {
+    auto source = mcap::FileSource::open(file);
+    const mcap::Survey survey = mcap::survey(*source);
+    EXPECT_TRUE(survey.problems.empty());
+    ASSERT_EQ(survey.summary.attachments.size(), 1U);
+    EXPECT_EQ(survey.summary.attachments[0].name, "fabric.textproto");
+    EXPECT_EQ(survey.summary.attachments[0].data_size, 10U);
+  }
+}
+
 TEST_F(RecorderTest, GrowsUnderAnotherNameUntilItIsWhole) {
   Recorder sut(options());
   ASSERT_TRUE(sut.start(now));
