@@ -134,6 +134,7 @@ fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
 }
 
 Decisions Dispatcher::add(const Call& call) {
+  const bool again = std::ranges::find(jobs_, call.id, &Job::call) != jobs_.end();
   forget(call.id);
   Job job;
   job.call = call.id;
@@ -142,7 +143,13 @@ Decisions Dispatcher::add(const Call& call) {
   job.attempts = call.attempts.empty() ? 0 : call.attempts.back().number;
   jobs_.push_back(std::move(job));
   Decisions decisions;
-  give_out(decisions);
+  if (again) {
+    // Its instance has room for another one.
+    give_out(decisions);
+  } else {
+    // Nothing that has waited longer can be given now, or it would have been.
+    try_to_give(jobs_.back(), decisions);
+  }
   return decisions;
 }
 
@@ -174,9 +181,16 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
 }
 
 Decisions Dispatcher::remove(const fabric::CallId& call) {
-  forget(call);
   Decisions decisions;
-  give_out(decisions);
+  const auto job = std::ranges::find(jobs_, call, &Job::call);
+  if (job == jobs_.end()) {
+    return decisions;
+  }
+  const auto instance = job->given ? instances_.find(job->instance) : instances_.end();
+  forget(call);
+  if (instance != instances_.end()) {
+    fill(instance->second, decisions);
+  }
   return decisions;
 }
 
@@ -193,14 +207,32 @@ void Dispatcher::forget(const fabric::CallId& call) {
 
 void Dispatcher::give_out(Decisions& decisions) {
   for (Job& job : jobs_) {
-    if (job.given || job.held) {
-      continue;
+    if (!job.given && !job.held) {
+      try_to_give(job, decisions);
     }
-    if (Instance* instance = choose(job)) {
-      give(job, *instance, decisions);
-    } else if (std::string reason = why_waiting(job); reason != job.reason) {
-      job.reason = std::move(reason);
-      decisions.emplace_back(Explain{job.call, job.key, job.reason});
+  }
+}
+
+void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
+  if (Instance* instance = choose(job)) {
+    give(job, *instance, decisions);
+  } else if (std::string reason = why_waiting(job); reason != job.reason) {
+    job.reason = std::move(reason);
+    decisions.emplace_back(Explain{job.call, job.key, job.reason});
+  }
+}
+
+void Dispatcher::fill(Instance& instance, Decisions& decisions) {
+  const fabric::InstanceIdentity& identity = instance.identity;
+  if (identity.draining || instance.lost_at) {
+    return;
+  }
+  for (Job& job : jobs_) {
+    if (instance.running >= std::max(1U, identity.concurrency)) {
+      return;
+    }
+    if (!job.given && !job.held && job.uuid == identity.uuid && closeness(identity, job.key)) {
+      give(job, instance, decisions);
     }
   }
 }

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <chrono>
+#include <list>
 #include <map>
 #include <optional>
 #include <string>
@@ -110,7 +111,12 @@ class Dispatcher {
   };
 
   void forget(const fabric::CallId& call);
+  /// All that waits, after the instances changed.
   void give_out(Decisions& decisions);
+  /// One call that waits: gives it, or says why it waits.
+  void try_to_give(Job& job, Decisions& decisions);
+  /// What waits for this instance, which has room for it.
+  void fill(Instance& instance, Decisions& decisions);
   void give(Job& job, Instance& instance, Decisions& decisions);
   void give_again(Instance& instance, Decisions& decisions);
   void lose(const Instance& instance, Decisions& decisions);
@@ -121,7 +127,7 @@ class Dispatcher {
   DispatcherOptions options_;
   std::map<fabric::InstanceId, Instance> instances_;
   /// In the order of their arrival.
-  std::vector<Job> jobs_;
+  std::list<Job> jobs_;
   std::uint64_t given_ = 0;
 };
 
