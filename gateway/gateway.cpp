@@ -373,7 +373,8 @@ struct Gateway::Impl final : fabric::CallEndListener,
   Machines machines;
 };
 
-Gateway::Gateway(const asio::any_io_executor& executor, const Settings& settings, idl::program::Log log)
+Gateway::Gateway(const asio::any_io_executor& executor, const Settings& settings,
+                 idl::program::Log log)
     : impl_(std::make_unique<Impl>(executor, settings, std::move(log))) {}
 
 Gateway::~Gateway() = default;

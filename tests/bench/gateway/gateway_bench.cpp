@@ -147,21 +147,26 @@ bool measure_throughput() {
       "{:.2f}   {}\n",
       raw, ours, ours / raw, verdict(ours / raw, 0.7, false));
   measure_over_ads(255);
+  return ours >= 0.7 * raw;
+}
 
+bool measure_cost() {
+  constexpr std::size_t calls = 10'000;
   std::map<std::size_t, double> cost;
   for (const std::size_t number : {std::size_t{1}, std::size_t{1000}}) {
     const tests::Domain domain;
     const auto instance = service(domain.number(), 1);
-    MemoryGateway gateway(domain.number(), number, number);
+    // The looks at channels that wait are no part of a call: once a second.
+    MemoryGateway gateway(domain.number(), number, number, std::chrono::seconds(1));
     gateway.await_instances(1);
-    gateway.run(warm_up * 2);
-    cost[number] = gateway.run(calls / 2).microseconds_per_call;
+    gateway.run(warm_up);
+    cost[number] = gateway.run(calls).microseconds_per_call;
   }
   fmt::print(
       "processor time of the gateway for each call: {:.1f} us with 1 channel, {:.1f} us with "
       "1,000   ratio {:.2f}   {}\n",
       cost[1], cost[1000], cost[1000] / cost[1], verdict(cost[1000] / cost[1], 1.2, true));
-  return ours >= 0.7 * raw && cost[1000] <= 1.2 * cost[1];
+  return cost[1000] <= 1.2 * cost[1];
 }
 
 bool measure_takeover() {
@@ -266,7 +271,7 @@ int run(int argc, char** argv) {
   std::string what;
   std::uint32_t seconds = 60;
   PeerOptions peer;
-  app.add_option("what", what, "call, throughput, program, load, idle, takeover or alarm");
+  app.add_option("what", what, "call, throughput, cost, program, load, idle, takeover or alarm");
   app.add_option("seconds", seconds, "of alarm");
   app.add_option("--peer", peer.kind)->group("");
   app.add_option("--domain", peer.domain)->group("");
@@ -283,6 +288,7 @@ int run(int argc, char** argv) {
   const std::map<std::string, std::function<bool()>> measurements{
       {"call", measure_call},
       {"throughput", measure_throughput},
+      {"cost", measure_cost},
       {"program", measure_program},
       {"load", measure_controller_load},
       {"idle", measure_idle},

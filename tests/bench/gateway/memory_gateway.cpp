@@ -32,9 +32,10 @@ Moment moment_now() {
 }  // namespace
 
 struct MemoryGateway::Impl final : fabric::CallEndListener {
-  Impl(std::uint32_t domain, std::size_t channels, std::size_t the_active)
+  Impl(std::uint32_t domain, std::size_t channels, std::size_t the_active,
+       std::chrono::milliseconds idle)
       : journal(journal::in_memory(io.get_executor())),
-        core({}, journal->ledger()),
+        core({.paces = {{"cnc", Pace{.idle = idle}}}}, journal->ledger()),
         active(the_active),
         places(channels + 1),
         timer(io),
@@ -192,8 +193,9 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
   fabric::CallEnd end;
 };
 
-MemoryGateway::MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active)
-    : impl_(std::make_unique<Impl>(domain, channels, active)) {}
+MemoryGateway::MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active,
+                             std::chrono::milliseconds idle)
+    : impl_(std::make_unique<Impl>(domain, channels, active, idle)) {}
 MemoryGateway::~MemoryGateway() = default;
 
 void MemoryGateway::await_instances(std::size_t count) {

@@ -1,6 +1,7 @@
 // The gateway's core on a real fabric, with controllers in memory: what a call costs without ADS.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,8 +14,10 @@ namespace millrace::bench {
 
 class MemoryGateway {
  public:
-  /// Channels 1 to `channels`, whose programs call as fast as they can, `active` of them.
-  MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active);
+  /// Channels 1 to `channels`, whose programs call as fast as they can, `active` of them. `idle` is
+  /// the time between two looks at a channel that is idle or waits.
+  MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active,
+                std::chrono::milliseconds idle = std::chrono::milliseconds(10));
   ~MemoryGateway();
 
   /// Runs until so many instances are ready.
