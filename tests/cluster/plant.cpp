@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "gateway/journal/format.hpp"
+#include "tools/mcap/file.hpp"
+#include "tools/recording/reader.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -64,19 +66,52 @@ Flags Plant::joining(const std::string& host) const {
   return {"--fabric-config", hosts_->folder() / file};
 }
 
-Task& Plant::start(const std::string& host, const std::string& name, const std::string& program,
-                   Flags flags) {
+Task& Plant::run(const std::string& host, const std::string& name, const std::string& program,
+                 const Flags& flags) {
   auto& task = tasks_[name];
   task = hosts_->up(host, program, flags);
   task->await("^ready: ");
   return *task;
 }
 
+Task& Plant::start(const std::string& host, const std::string& name, const std::string& program,
+                   Flags flags) {
+  const Flags join = joining(host);
+  flags.insert(flags.end(), join.begin(), join.end());
+  return run(host, name, program, flags);
+}
+
+std::string Plant::millrace(const std::string& host, Flags flags, int exit_code) {
+  const Flags join = joining(host);
+  flags.insert(flags.end(), join.begin(), join.end());
+  const auto task = hosts_->up(host, "millrace", flags);
+  EXPECT_EQ(task->wait(), exit_code) << task->output() << task->log();
+  return task->output();
+}
+
+void Plant::record() {
+  if (!tasks_.contains("recorder")) {
+    start(recorder_host_, "recorder", "millrace", {"record", "-o", recording()});
+  }
+}
+
+void Plant::record_again() {
+  tasks_.erase("recorder");
+  record();
+}
+
+void Plant::end_recording() {
+  Task& recorder = task("recorder");
+  recorder.terminate();
+  EXPECT_EQ(recorder.wait(), 0) << recorder.log();
+  EXPECT_THAT(recorder.log(), HasSubstr("and lost 0;"));
+}
+
 std::string Plant::write_program(const Load& load) const {
-  std::string text = read_file(MILLRACE_TEST_DATA "/nc/cluster/counting.nc");
+  std::string text = read_file(MILLRACE_TEST_DATA "/nc/cluster/" + load.program);
   text = replaced(text, "@UUID@", load.uuid);
   text = replaced(text, "@CALLS@", std::to_string(load.calls));
-  const std::filesystem::path file = hosts_->folder() / "counting.nc";
+  const std::filesystem::path file = hosts_->folder() / load.program;
   std::ofstream(file) << text;
   return file;
 }
@@ -91,23 +126,24 @@ Task& Plant::cnc(const Load& load) {
   for (std::uint32_t channel = 1; channel <= load.channels; ++channel) {
     flags.insert(flags.end(), {"--run", fmt::format("{}={}", channel, program)});
   }
-  return start("controller", "cnc", "millrace-cnc", std::move(flags));
+  return run("controller", "cnc", "millrace-cnc", flags);
 }
 
 Task& Plant::gateway(const Flags& flags) {
+  record();
   const std::string address = hosts_->address("controller");
   Flags all = joining("gateway");
   all.insert(all.end(), {"--machine", fmt::format("cnc={}:{}/{}", address, port, net_id(address)),
                          "--journal", hosts_->folder() / "journal"});
   all.insert(all.end(), flags.begin(), flags.end());
-  return start("gateway", "gateway", "millrace-gateway", std::move(all));
+  return run("gateway", "gateway", "millrace-gateway", all);
 }
 
 Task& Plant::service(const std::string& host, const std::string& name, const Flags& flags) {
   Flags all = joining(host);
   all.insert(all.end(), {"--name", name, "--record", hosts_->folder() / "executions"});
   all.insert(all.end(), flags.begin(), flags.end());
-  return start(host, name, "millrace-slow-service", std::move(all));
+  return run(host, name, "millrace-slow-service", all);
 }
 
 std::size_t Plant::finished() const {
@@ -115,11 +151,12 @@ std::size_t Plant::finished() const {
   return static_cast<std::size_t>(std::ranges::count(executions, Step::finished, &Execution::step));
 }
 
-std::chrono::duration<double> Plant::await_finished(std::size_t more) {
+std::chrono::duration<double> Plant::await_finished(std::size_t more,
+                                                    std::chrono::milliseconds timeout) {
   const auto start = std::chrono::steady_clock::now();
   const std::size_t wanted = finished() + more;
   while (finished() < wanted) {
-    if (std::chrono::steady_clock::now() - start > patience) {
+    if (std::chrono::steady_clock::now() - start > timeout) {
       throw std::runtime_error(
           fmt::format("only {} of {} calls were finished in time", finished(), wanted));
     }
@@ -130,8 +167,15 @@ std::chrono::duration<double> Plant::await_finished(std::size_t more) {
 
 History Plant::history() const {
   const std::string bytes = read_file(hosts_->folder() / "journal" / "calls.journal");
-  return {gateway::journal::decode(bytes).entries,
-          read_executions(hosts_->folder() / "executions")};
+  History history{gateway::journal::decode(bytes).entries,
+                  read_executions(hosts_->folder() / "executions")};
+  if (auto file = tools::mcap::FileSource::open(recording())) {
+    const auto report = tools::recording::read_entries(
+        *file, {},
+        [&](const tools::recording::Entry& entry) { history.recording.push_back(entry); });
+    EXPECT_THAT(report.problems, IsEmpty()) << "I7: the recording is not whole";
+  }
+  return history;
 }
 
 void Plant::expect_all_answered(std::chrono::milliseconds timeout) {
@@ -146,7 +190,10 @@ void Plant::expect_all_answered(std::chrono::milliseconds timeout) {
   EXPECT_EQ(gateway.wait(), 0);
   cnc.terminate();
   EXPECT_EQ(cnc.wait(), 0);
-  EXPECT_THAT(violations(history()), IsEmpty());
+  end_recording();
+  const History all = history();
+  EXPECT_THAT(all.recording, Not(IsEmpty()));
+  EXPECT_THAT(violations(all), IsEmpty());
 }
 
 std::string Plant::logs() const {

@@ -33,6 +33,8 @@ struct Load {
   std::uint32_t channels = 1;
   std::uint32_t calls = 1;
   std::string uuid = slow_uuid;
+  /// A file of tests/data/nc/cluster.
+  std::string program = "counting.nc";
 };
 
 class Plant {
@@ -46,33 +48,49 @@ class Plant {
 
   /// From now on programs on `host` join by this file of deploy/profiles.
   void set_profile(const std::string& host, const std::string& file);
+  /// The fabric is recorded on `host` rather than on the host "recorder".
+  void record_on(const std::string& host) { recorder_host_ = host; }
 
   /// Started and ready. A second one takes the place of the first, which must have ended.
   Task& cnc(const Load& load);
-  /// Started and ready, with its journal.
+  /// Started and ready, with its journal. A recorder is started before the first one.
   Task& gateway(const Flags& flags = {});
   /// millrace-slow-service under a name of its own, started and ready. The name stands for the
   /// process: a service that is started anew needs another one.
   Task& service(const std::string& host, const std::string& name, const Flags& flags = {});
+  /// Any other program that joins the fabric, by its name among the programs of this build.
+  Task& start(const std::string& host, const std::string& name, const std::string& program,
+              Flags flags = {});
+  /// The operator's command on a host, to its end: what it printed. `exit_code` is that of success
+  /// unless the test expects another.
+  std::string millrace(const std::string& host, Flags flags, int exit_code = 0);
   Task& task(const std::string& name) { return *tasks_.at(name); }
 
-  /// Waits until all programs of the CNC have ended, then stops the gateway, and fails the test for
-  /// a program that did not get its own answers and for each violated invariant.
+  /// Waits until all programs of the CNC have ended, then stops the gateway and the recorder, and
+  /// fails the test for a program that did not get its own answers, for a recording that is not
+  /// whole (I7), and for each violated invariant.
   void expect_all_answered(std::chrono::milliseconds timeout = patience);
 
   /// How many calls services have finished so far.
   [[nodiscard]] std::size_t finished() const;
   /// Waits until that many more are finished, and returns how long it took.
-  std::chrono::duration<double> await_finished(std::size_t more);
+  std::chrono::duration<double> await_finished(std::size_t more,
+                                               std::chrono::milliseconds timeout = patience);
+  /// A recorder in the place of one that was killed.
+  void record_again();
 
-  /// What has been written down so far.
+  /// What has been written down so far; the recording once the recorder has ended.
   [[nodiscard]] History history() const;
+  /// The file of the recorder.
+  [[nodiscard]] std::filesystem::path recording() const { return hosts_->folder() / "run.mcap"; }
   /// What all programs have written, for a test that failed.
   [[nodiscard]] std::string logs() const;
 
  private:
-  Task& start(const std::string& host, const std::string& name, const std::string& program,
-              Flags flags);
+  Task& run(const std::string& host, const std::string& name, const std::string& program,
+            const Flags& flags);
+  void record();
+  void end_recording();
   [[nodiscard]] Flags joining(const std::string& host) const;
   [[nodiscard]] std::string write_program(const Load& load) const;
 
@@ -80,6 +98,7 @@ class Plant {
   /// By host.
   std::map<std::string, std::string> profiles_;
   std::map<std::string, std::unique_ptr<Task>> tasks_;
+  std::string recorder_host_ = "recorder";
   /// Of the CNC that was started last.
   Load load_;
 };

@@ -69,19 +69,18 @@ class ContainerTask : public Task {
   [[nodiscard]] std::string log() const override { return process_.error_output(); }
   void kill() override {
     // Not through the engine: the moment of the crash must be known.
-    ::kill(program(), SIGKILL);
+    ::kill(pid(), SIGKILL);
     process_.wait();
   }
   void terminate() override { run({"docker", "kill", "--signal", "TERM", name_}); }
   void pause() override { run({"docker", "pause", name_}); }
   void resume() override { run({"docker", "unpause", name_}); }
+  [[nodiscard]] pid_t pid() const override {
+    return std::stoi(run({"docker", "inspect", "--format", "{{.State.Pid}}", name_}));
+  }
   int wait(std::chrono::milliseconds timeout) override { return process_.wait(timeout); }
 
  private:
-  pid_t program() const {
-    return std::stoi(run({"docker", "inspect", "--format", "{{.State.Pid}}", name_}));
-  }
-
   const std::string name_;
   Process process_;
 };

@@ -37,6 +37,7 @@ class NamespaceTask : public Task {
   void terminate() override { process_.terminate(); }
   void pause() override { process_.signal(SIGSTOP); }
   void resume() override { process_.signal(SIGCONT); }
+  [[nodiscard]] pid_t pid() const override { return process_.pid(); }
   int wait(std::chrono::milliseconds timeout) override { return process_.wait(timeout); }
 
  private:

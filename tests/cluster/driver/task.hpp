@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <sys/types.h>
+
 #include "tests/support/process.hpp"
 
 namespace millrace::tests::cluster {
@@ -37,6 +39,9 @@ class Task {
   /// Freezes the program until resume().
   virtual void pause() = 0;
   virtual void resume() = 0;
+
+  /// The id of the program's process, as this process sees it; it must run.
+  [[nodiscard]] virtual pid_t pid() const = 0;
 
   /// Waits for the end: the exit code, or 128 + the signal.
   virtual int wait(std::chrono::milliseconds timeout = patience) = 0;

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "tests/cluster/history/record_check.hpp"
+
 namespace millrace::tests::cluster {
 
 namespace {
@@ -18,6 +20,8 @@ struct Story {
   std::uint32_t answers = 0;
   std::uint32_t answered_attempt = 0;
   bool ended = false;
+  /// A step of the answer was taken before the one that must stand before it.
+  bool out_of_order = false;
 };
 
 using Stories = std::map<std::string, Story>;
@@ -36,8 +40,12 @@ struct Reader {
     Story& story = stories[entry.call.to_string()];
     ++story.answers;
     story.answered_attempt = entry.answer.attempt;
+    story.out_of_order = story.out_of_order || story.ended;
   }
-  void operator()(const journal::Clearing&) const {}
+  void operator()(const journal::Clearing& entry) const {
+    Story& story = stories[entry.call.to_string()];
+    story.out_of_order = story.out_of_order || story.answers == 0 || story.ended;
+  }
   void operator()(const journal::Ended& entry) const {
     stories[entry.call.to_string()].ended = true;
   }
@@ -67,6 +75,7 @@ class Judge {
     expect(story.answered_attempt <= story.attempts,
            "I2: call {} was answered for attempt {}, which was not given out", call,
            story.answered_attempt);
+    expect(!story.out_of_order, "I3: the answer of call {} was not written step by step", call);
     expect(story.ended, "I5: call {} has not ended", call);
   }
 
@@ -111,6 +120,14 @@ std::vector<std::string> violations(const History& history) {
   for (const auto& [call, starts] : starts_of(history.executions)) {
     judge.starts(call, starts, stories[call]);
   }
+  std::set<std::string> ended;
+  for (const auto& [call, story] : stories) {
+    if (story.ended) {
+      ended.insert(call);
+    }
+  }
+  const auto recorded = violations_recorded(history.recording, ended);
+  judge.violations.insert(judge.violations.end(), recorded.begin(), recorded.end());
   return judge.violations;
 }
 

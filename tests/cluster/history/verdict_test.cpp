@@ -51,6 +51,25 @@ TEST(Verdict, NamesAnAnswerToAnAttemptThatWasNotGivenOut) {
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I2: call 1-7")));
 }
 
+TEST(Verdict, NamesAnAnswerWhoseStepsWereNotTakenInOrder) {
+  using gateway::journal::Clearing;
+  EXPECT_THAT(violations({{dispatched(1), answered(1), Clearing{call}, Ended{call}}, {}}),
+              IsEmpty());
+  EXPECT_THAT(violations({{dispatched(1), Clearing{call}, answered(1), Ended{call}}, {}}),
+              ElementsAre(StartsWith("I3: the answer of call 1-7")));
+  EXPECT_THAT(violations({{dispatched(1), Ended{call}, answered(1)}, {}}),
+              ElementsAre(StartsWith("I3: the answer of call 1-7")));
+}
+
+TEST(Verdict, JudgesTheRecordingToo) {
+  History history{{dispatched(1), answered(1), Ended{call}}, {}};
+  fabric::Event event{.key = {"cnc", 1}, .call = call, .kind = fabric::EventKind::withdrawn};
+  history.recording.push_back({.sample = event});
+  event.kind = fabric::EventKind::written;
+  history.recording.push_back({.sample = event});
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I3: call 1-7")));
+}
+
 TEST(Verdict, NamesAnAtMostOnceCallThatStartedTwice) {
   const History history{{dispatched(2, fabric::Delivery::at_most_once), answered(2), Ended{call}},
                         {started("first", 1), started("second", 2)}};

@@ -7,8 +7,10 @@
 namespace millrace::tests::cluster {
 namespace {
 
+using testing::ContainsRegex;
 using testing::Each;
 using testing::Field;
+using testing::HasSubstr;
 
 class TheFabric : public Scenario {};
 
@@ -22,7 +24,7 @@ TEST_P(TheFabric, ReachesAHostWithoutMulticastByItsPeers) {
 }
 
 TEST_P(TheFabric, ConsistsOfPeersOnlyWhereNobodyHasMulticast) {
-  for (const char* host : {"gateway", "service-1", "service-2"}) {
+  for (const char* host : {"gateway", "recorder", "service-1", "service-2"}) {
     sut().network().stop_multicast(host);
     sut().set_profile(host, "many_networks.fabric.textproto");
   }
@@ -34,6 +36,7 @@ TEST_P(TheFabric, ConsistsOfPeersOnlyWhereNobodyHasMulticast) {
 }
 
 TEST_P(TheFabric, StaysOnOneHostByDefault) {
+  sut().record_on("gateway");
   sut().set_profile("gateway", "one_host.fabric.textproto");
   sut().set_profile("service-1", "one_host.fabric.textproto");
   sut().service("service-1", "elsewhere");
@@ -53,6 +56,30 @@ TEST_P(TheFabric, HearsNobodyOfAnotherDomainOrName) {
   sut().service("service-3", "ours");
   sut().expect_all_answered();
   EXPECT_THAT(sut().history().executions, Each(Field(&Execution::service, "ours")));
+}
+
+TEST_P(TheFabric, IsExplainedByTheDoctorWhereNobodyIsFound) {
+  sut().gateway();
+  sut().service("service-1", "slow-1");
+  const std::string well = sut().millrace("gateway", {"doctor", "--wait", "1s"}, 1);
+  EXPECT_THAT(well, ContainsRegex("slow-1 .*serves c0ffee00"));
+  EXPECT_THAT(well, HasSubstr("problem  cnc has no link"));  // it has not been started
+
+  sut().network().stop_multicast("service-2");
+  const std::string alone = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
+  EXPECT_THAT(alone, HasSubstr("interface eth0 (10.77.0.5) is up"));
+  EXPECT_THAT(alone, HasSubstr("nobody else is on fabric 'millrace', domain 0"));
+  EXPECT_THAT(alone, HasSubstr("no announcement came by multicast on eth0"));
+  EXPECT_THAT(alone, HasSubstr("name the other hosts in peers"));
+
+  sut().set_profile("service-2", "many_networks.fabric.textproto");
+  const std::string found = sut().millrace("service-2", {"doctor", "--wait", "1s"}, 1);
+  EXPECT_THAT(found, HasSubstr("peer 10.77.0.1 (10.77.0.1) is there"));
+  EXPECT_THAT(found, HasSubstr("problem  cnc has no link"));
+
+  sut().network().cut("recorder");
+  const std::string cut = sut().millrace("service-2", {"doctor", "--wait", "3s"}, 1);
+  EXPECT_THAT(cut, ContainsRegex("problem  peer 10.77.0.2 (cannot be reached|does not answer)"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Cluster, TheFabric, testing::ValuesIn(backends), name_of);

@@ -1,0 +1,68 @@
+// I6: what the archiver has acknowledged is in the archive, whatever became of its process.
+#include <fstream>
+#include <regex>
+#include <set>
+
+#include <gmock/gmock.h>
+
+#include "tests/cluster/scenarios/scenario.hpp"
+
+namespace millrace::tests::cluster {
+namespace {
+
+constexpr const char* archiver_uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7";
+constexpr std::uint32_t channels = 2;
+constexpr std::uint32_t calls = 200;
+
+class TheArchive : public Scenario {
+ protected:
+  std::filesystem::path folder() { return sut().hosts().folder() / "archive"; }
+
+  void start_archiver(const std::string& name) {
+    const auto config = sut().hosts().folder() / "archiver.textproto";
+    std::ofstream(config) << "folder: \"" << folder().string() << "\"\n";
+    sut().start("service-1", name, "millrace-archiver", {"--config", config});
+  }
+
+  /// The calls whose rows are in the archive, as often as they are.
+  std::multiset<std::string> kept() {
+    const auto query =
+        sut().hosts().up("service-1", "millrace-archiver",
+                         {"export", "--folder", folder(), "--kind", "put", "--format", "jsonl"});
+    EXPECT_EQ(query->wait(), 0) << query->log();
+    const std::string rows = query->output();
+    const std::regex call("\"call\":\"([^\"]+)\"");
+    std::multiset<std::string> found;
+    for (std::sregex_iterator row(rows.begin(), rows.end(), call), end; row != end; ++row) {
+      found.insert((*row)[1]);
+    }
+    return found;
+  }
+};
+
+TEST_P(TheArchive, HasEachAcknowledgedCallOnceAlthoughItsWriterWasKilled) {
+  start_archiver("archiver-1");
+  sut().gateway();
+  sut().cnc(
+      {.channels = channels, .calls = calls, .uuid = archiver_uuid, .program = "archiving.nc"});
+  sut().task("cnc").await("^\\[ch1\\] number 20$");
+  sut().task("archiver-1").kill();
+  start_archiver("archiver-2");
+  sut().expect_all_answered();
+  const std::multiset<std::string> rows = kept();
+  std::size_t answered = 0;
+  for (const gateway::journal::Entry& entry : sut().history().journal) {
+    if (const auto* answer = std::get_if<gateway::journal::Answered>(&entry)) {
+      ++answered;
+      EXPECT_EQ(rows.count(answer->call.to_string()), 1U) << "I6: " << answer->call.to_string();
+    }
+  }
+  EXPECT_EQ(answered, channels * calls);
+  sut().task("archiver-2").terminate();
+  EXPECT_EQ(sut().task("archiver-2").wait(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cluster, TheArchive, testing::ValuesIn(backends), name_of);
+
+}  // namespace
+}  // namespace millrace::tests::cluster

@@ -1,0 +1,47 @@
+// I8: what the programs take of their hosts does not grow with the calls.
+#include <map>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "tests/cluster/driver/resources.hpp"
+#include "tests/cluster/scenarios/scenario.hpp"
+
+namespace millrace::tests::cluster {
+namespace {
+
+constexpr std::uint32_t channels = 4;
+constexpr std::uint32_t calls = 2500;
+/// Buffers and tables have their final size by then.
+constexpr std::size_t settled = 2000;
+/// What an allocator keeps or gives back.
+constexpr std::size_t slack = 3U << 20U;
+
+class ALongRun : public Scenario {};
+
+TEST_P(ALongRun, TakesNoMoreMemoryThreadsAndDescriptorsThanItsBeginning) {
+  sut().service("service-1", "slow-1", {"--concurrency", "4"});
+  sut().gateway();
+  sut().cnc({.channels = channels, .calls = calls});
+  sut().await_finished(settled);
+  std::map<std::string, Resources> before;
+  for (const char* name : {"gateway", "slow-1", "recorder", "cnc"}) {
+    before[name] = resources_of(sut().task(name).pid());
+  }
+  sut().await_finished(channels * calls - settled - 100, std::chrono::minutes(2));
+  for (const auto& [name, then] : before) {
+    const Resources now = resources_of(sut().task(name).pid());
+    fmt::print("measured: {} {:.1f} MB after {} calls, {:.1f} MB after {}\n", name,
+               static_cast<double>(then.bytes) / 1e6, settled, static_cast<double>(now.bytes) / 1e6,
+               channels * calls - 100);
+    EXPECT_LE(now.bytes, then.bytes + slack) << "I8: " << name;
+    EXPECT_EQ(now.threads, then.threads) << "I8: " << name;
+    EXPECT_LE(now.descriptors, then.descriptors + 1) << "I8: " << name;
+  }
+  sut().expect_all_answered(std::chrono::minutes(1));
+}
+
+INSTANTIATE_TEST_SUITE_P(Cluster, ALongRun, testing::ValuesIn(backends), name_of);
+
+}  // namespace
+}  // namespace millrace::tests::cluster
