@@ -56,6 +56,7 @@ Decisions Dispatcher::on_instance_ready(const fabric::InstanceIdentity& identity
   const bool back = instance.identity.id != identity.id || instance.lost_at.has_value();
   instance.identity = identity;
   instance.lost_at.reset();
+  instance.seen = true;
   Decisions decisions;
   if (back) {
     give_again(instance, decisions);
@@ -103,7 +104,7 @@ std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
   std::string elsewhere;
   bool draining = false;
   for (const auto& [id, instance] : instances_) {
-    if (instance.identity.uuid != wanted) {
+    if (instance.identity.uuid != wanted || !instance.seen) {
       continue;
     }
     if (!closeness(instance.identity, key)) {
@@ -172,6 +173,7 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
     instance.identity.id = last.instance;
     instance.identity.uuid = job.uuid;
     instance.lost_at = now + options_.rejoin;
+    instance.seen = false;
   } else if (!instance.lost_at) {
     decisions.emplace_back(
         Give{job.call, job.key, Assignment{last, job.delivery, name_of(instance.identity)}});

@@ -95,6 +95,8 @@ class Dispatcher {
     std::uint64_t last_used = 0;
     /// Gone; lost at this time unless it comes back.
     std::optional<SteadyTime> lost_at;
+    /// False for an instance that only the journal has named yet.
+    bool seen = true;
   };
 
   struct Job {

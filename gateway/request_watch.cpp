@@ -5,7 +5,15 @@
 namespace millrace::gateway {
 
 Look RequestWatch::look() const {
-  return step_ == Step::texts ? Look::texts : Look::state;
+  switch (step_) {
+    case Step::state:
+      return Look::state;
+    case Step::texts:
+      return Look::texts;
+    case Step::confirm:
+      return Look::request;
+  }
+  return Look::state;
 }
 
 std::optional<PendingRequest> RequestWatch::on_look(const Picture& picture, bool with_texts) {
@@ -19,7 +27,8 @@ std::optional<PendingRequest> RequestWatch::on_look(const Picture& picture, bool
       return {};
     case Step::confirm:
       step_ = Step::state;
-      if (picture.request_state != found_.state) {
+      if (picture.request_state != found_.state || picture.uuid != found_.uuid ||
+          picture.request != found_.text) {
         return start(picture, with_texts);
       }
       return found_ == ignored_ && !again_ ? std::nullopt : std::optional(found_);

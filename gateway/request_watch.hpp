@@ -1,11 +1,12 @@
-// Finds requests in a channel: REQUEST_STATE, then the texts, then REQUEST_STATE again.
+// Finds requests in a channel: REQUEST_STATE, then the texts, then all of them again.
 //
 //   RequestWatch watch;
 //   if (auto request = watch.on_look(picture)) …     // read as watch.look() said
 //
 // The program writes UUID and REQUEST before REQUEST_STATE, so the state is its publish flag. The
-// reads are separate ADS calls: only two equal states around the texts prove that they belong
-// together.
+// reads are separate ADS calls, so state and texts are taken for one request only if they read the
+// same twice. The states alone prove nothing: a program that gives up a request and makes the next
+// one may set the same state again while its texts are half written.
 #pragma once
 
 #include <optional>

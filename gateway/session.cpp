@@ -274,6 +274,12 @@ void ChannelSession::poll_call(const Picture& picture, Moment now) {
     whole_due_ = now.steady + pace_.whole;
     if (!active.verified) {
       active.verified = true;
+      if (active.call.attempts.back().number == 0 &&
+          active.call.delivery == fabric::Delivery::at_least_once) {
+        // It was about to be answered in the service's place, and nobody was asked.
+        end(false, "the gateway started again before it had answered; looked at anew", now);
+        return;
+      }
       out_.emplace_back(Resume{active.call.id});
     }
   }

@@ -114,7 +114,9 @@ void GatewayProcess::kill(bool power) {
   if (plan_.in_memory) {
     disk_.wipe();
   }
-  if (lost || plan_.in_memory) {
+  // With `always` nothing is lost that somebody relies on, and nothing is forgiven.
+  const bool relied_on = plan_.journal.sync == journal::Sync::always && !plan_.in_memory;
+  if ((lost || plan_.in_memory) && !relied_on) {
     lost_memory_ = true;
     history_.add(JournalLost{plan_.number});
   }
@@ -225,7 +227,7 @@ void GatewayProcess::on_read(const Key& key, const gateway::Picture& picture, Ti
   } else if (picture.look == gateway::Look::state) {
     last_states_[key] = picture;
   } else if (picture.look == gateway::Look::texts) {
-    texts_read_.insert(key);
+    texts_read_.insert_or_assign(key, picture);
   }
   carry_out(core_->on_read(key, picture, moment()));
 }
@@ -286,9 +288,13 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
     });
     return;
   }
-  if (texts_read_.erase(key) > 0 && plan_.bug == Bug::no_confirming_look &&
-      action.look == gateway::Look::state) {
-    process_.after(Time{}, [this, key, picture = last_states_.at(key)] {
+  const auto texts = texts_read_.extract(key);
+  if (plan_.bug == Bug::no_confirming_look && !texts.empty() &&
+      action.look == gateway::Look::request) {
+    gateway::Picture unread = texts.mapped();
+    unread.look = action.look;
+    unread.request_state = last_states_.at(key).request_state;
+    process_.after(Time{}, [this, key, picture = unread] {
       carry_out(core_->on_read(key, picture, moment()));
     });
     return;

@@ -142,7 +142,7 @@ class GatewayProcess final : public GatewayEars, public LinkListener {
   // What the deliberate mistakes need.
   std::map<Key, gateway::Picture> last_looks_;
   std::map<Key, gateway::Picture> last_states_;
-  std::set<Key> texts_read_;
+  std::map<Key, gateway::Picture> texts_read_;
   std::map<Key, gateway::Value> held_texts_;
   std::map<Key, gateway::Write> last_writes_;
 };

@@ -23,6 +23,12 @@ void AnswerCheck::close(Channel& channel, Time now) {
 void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   Channel& channel = channels_[fact.key];
   close(channel, now);
+  for (const Stretch& one : channel.stretches) {
+    // Word for word what it has asked before: it may get the same answer again.
+    if (one.answered_by && one.request == fact.request) {
+      finals_.erase(*one.answered_by);
+    }
+  }
   channel.stretches.push_back({fact.request, now, {}, {}});
   channel.cleared = false;
 }

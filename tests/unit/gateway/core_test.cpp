@@ -35,7 +35,7 @@ class CoreTest : public testing::Test {
     const fabric::ChannelKey key{"cnc", channel};
     sut->on_read(key, {Look::state, "", "", state, 0, ""}, now);
     sut->on_read(key, {Look::texts, wanted, "2", 0, 0, ""}, now);
-    return sut->on_read(key, {Look::state, "", "", state, 0, ""}, now);
+    return sut->on_read(key, {Look::request, wanted, "2", state, 0, ""}, now);
   }
 
   /// Confirms the records in `actions`; returns what comes of it.
@@ -101,6 +101,22 @@ TEST_F(CoreTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
   EXPECT_THAT(left.front().event.detail, HasSubstr("call numbers"));
   EXPECT_THAT(all<Read>(confirm(up)), SizeIs(1)) << "the request is read once more";
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+// Another channel's request was claimed although nobody served it. Found by the simulation.
+TEST_F(CoreTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
+  journal::Dispatched dispatched;
+  dispatched.call = {7, 1};
+  dispatched.key = {"cnc", 1};
+  dispatched.request = {uuid, "2", 1};
+  dispatched.instance = instance(1).id;
+  ledger.apply(dispatched);
+  start();
+  link_up();
+  sut->on_read({"cnc", 1}, {Look::request, uuid, "2", 1, 0, ""}, now);
+  const auto left = all<Tell>(request(2));
+  ASSERT_THAT(left, SizeIs(1));
+  EXPECT_EQ(left.front().event.kind, fabric::EventKind::unserved);
 }
 
 TEST_F(CoreTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {

@@ -263,5 +263,38 @@ TEST_F(ChannelRequest, OfAnEarlierRunThatIsGoneIsNotResumed) {
   EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
 }
 
+// The second request had the state of the first, and its texts were half written. Found by the
+// simulation.
+TEST(RequestWatch, TakesNoRequestWhoseTextsAreHalfWrittenUnderTheStateOfTheOneBefore) {
+  RequestWatch sut;
+  EXPECT_FALSE(sut.on_look({Look::state, "", "", 3, 0, ""}));
+  EXPECT_FALSE(sut.on_look({Look::texts, "new uuid", "old text", 0, 0, ""}));
+  EXPECT_FALSE(sut.on_look({Look::request, "new uuid", "new text", 3, 0, ""}));
+  EXPECT_FALSE(sut.on_look({Look::texts, "new uuid", "new text", 0, 0, ""}));
+  const auto request = sut.on_look({Look::request, "new uuid", "new text", 3, 0, ""});
+  EXPECT_EQ(request, (PendingRequest{"new uuid", "new text", 3}));
+}
+
+// It waited for an instance for ever, whatever the policy said. Found by the simulation.
+TEST(RestartedGateway, LooksAnewAtACallThatItWasAboutToAnswerItself) {
+  Desk desk;
+  desk.ledger.apply(journal::Dispatched{{0x5f3a, 1},
+                                        {"cnc", 1},
+                                        {square_root_uuid, "2", 1},
+                                        {},
+                                        fabric::Delivery::at_least_once,
+                                        0,
+                                        {}});
+  desk.call();
+  desk.restart();
+  desk.served = false;
+  desk.link_up();
+  desk.wait(std::chrono::milliseconds(50));
+  EXPECT_EQ(desk.sut->call(), nullptr);
+  EXPECT_EQ(desk.resumed, 0U);
+  EXPECT_GE(desk.offers, 1U);
+  EXPECT_TRUE(desk.ledger.open_calls().empty());
+}
+
 }  // namespace
 }  // namespace millrace::gateway
