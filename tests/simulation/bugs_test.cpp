@@ -9,7 +9,7 @@
 namespace millrace::tests::simulation {
 namespace {
 
-constexpr std::uint64_t enough_seeds = 500;
+constexpr std::uint64_t enough_seeds = 2000;
 
 class Mistake : public testing::TestWithParam<BugName> {};
 
