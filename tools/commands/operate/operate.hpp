@@ -1,5 +1,5 @@
-// Subcommands with which an operator acts: `call`, `ping`, `health`, `drain`, `answer`, `retry`. One
-// source file each.
+// Subcommands with which an operator acts: `call`, `ping`, `health`, `drain`, `answer`, `retry`.
+// One source file each.
 #pragma once
 
 #include <chrono>
