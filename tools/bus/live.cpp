@@ -2,19 +2,20 @@
 
 namespace millrace::tools::bus {
 
-void Live::add(const recording::Entry& entry) {
+bool Live::add(const recording::Entry& entry) {
   if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
     const fabric::InstanceId& id = news->identity.id;
     if (news->change == recording::Change::gone) {
-      instances_.erase(id);
-      return;
+      return instances_.erase(id) != 0;
     }
-    LiveInstance& instance = instances_[id];
-    instance.identity = news->identity;
+    const auto [instance, fresh] = instances_.try_emplace(id);
+    instance->second.identity = news->identity;
     if (const auto early = early_.extract(id)) {
-      instance.status = early.mapped();
+      instance->second.status = early.mapped();
     }
-  } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
+    return fresh;
+  }
+  if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
     const auto instance = instances_.find(status->instance);
     if (instance != instances_.end()) {
       instance->second.status = *status;
@@ -22,10 +23,11 @@ void Live::add(const recording::Entry& entry) {
       early_.insert_or_assign(status->instance, *status);
     }
   } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
-    channels_.insert_or_assign(channel->key, *channel);
+    return channels_.insert_or_assign(channel->key, *channel).second;
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    machines_.insert_or_assign({machine->machine, machine->gateway}, *machine);
+    return machines_.insert_or_assign({machine->machine, machine->gateway}, *machine).second;
   }
+  return false;
 }
 
 std::vector<const LiveInstance*> Live::instances_of(const std::string& what) const {

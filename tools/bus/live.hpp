@@ -22,7 +22,8 @@ struct LiveInstance {
 
 class Live {
  public:
-  void add(const recording::Entry& entry);
+  /// True if it shows somebody new, or that somebody is gone; false for news of who is known.
+  bool add(const recording::Entry& entry);
 
   [[nodiscard]] const std::map<fabric::InstanceId, LiveInstance>& instances() const {
     return instances_;

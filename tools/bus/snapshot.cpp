@@ -14,11 +14,10 @@ using Clock = std::chrono::steady_clock;
 
 struct Listener : ObserverListener {
   void on_entry(recording::Entry entry) override {
-    // Load changes all the time and says nothing of who else is to come.
-    if (!std::holds_alternative<fabric::InstanceStatus>(entry.sample)) {
+    // Load and calls change all the time and say nothing of who else is to come.
+    if (live.add(entry)) {
       last_news = Clock::now();
     }
-    live.add(entry);
   }
 
   Live live;

@@ -1,4 +1,4 @@
-// One look at a fabric: joins it, listens until nothing new comes, and leaves.
+// One look at a fabric: joins it, listens until nobody new comes, and leaves.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ namespace millrace::tools::bus {
 struct Patience {
   /// Listens at least this long: everybody who is there has announced himself by then.
   std::chrono::milliseconds at_least{700};
-  /// And until nothing new came for this long.
+  /// And until nobody new came for this long.
   std::chrono::milliseconds quiet{200};
   std::chrono::milliseconds at_most{5000};
 };

@@ -74,6 +74,21 @@ TEST(TheLivePicture, HasTheNewestOfChannelsAndMachines) {
   EXPECT_TRUE(sut.machines().at({"cnc", {}}).connected);
 }
 
+TEST(TheLivePicture, TellsWhetherSomebodyIsNew) {
+  Live sut;
+  EXPECT_TRUE(sut.add(news(Change::ready, 1, "a")));
+  EXPECT_FALSE(sut.add(news(Change::ready, 1, "a")));
+  EXPECT_TRUE(sut.add(news(Change::gone, 1, "a")));
+  EXPECT_FALSE(sut.add(news(Change::gone, 1, "a")));
+  const recording::Entry channel{.sample = fabric::ChannelStatus{.key = {"cnc", 1}}};
+  EXPECT_TRUE(sut.add(channel));
+  EXPECT_FALSE(sut.add(channel));
+  const recording::Entry machine{.sample = fabric::MachineStatus{.machine = "cnc"}};
+  EXPECT_TRUE(sut.add(machine));
+  EXPECT_FALSE(sut.add(machine));
+  EXPECT_FALSE(sut.add({.sample = fabric::InstanceStatus{.instance = instance(1)}}));
+}
+
 TEST(TheLivePicture, KeepsApartTwoGatewaysOfOneMachine) {
   Live sut;
   const fabric::InstanceId first = instance(1), second = instance(2);
