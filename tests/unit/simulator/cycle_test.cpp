@@ -43,9 +43,11 @@ TEST(Cycle, KeepsItsPace) {
     times.push_back(now);
     return times.size() < 3;
   });
+  const auto start = std::chrono::steady_clock::now().time_since_epoch();
   sut.wake();
   io.run();
-  EXPECT_GE(times.at(2) - times.at(0), 10ms);
+  // Since wake(): the first cycle may come a little late, and the pace does not wait for it.
+  EXPECT_GE(times.at(2) - start, 10ms);
 }
 
 TEST(Cycle, CountsTheCyclesThatWereLate) {
