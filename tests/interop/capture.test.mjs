@@ -27,6 +27,7 @@ const name = Buffer.from('V.G.SERVICE.REQUEST\0', 'latin1');
 
 let folder;
 let cnc;
+let capture;
 let packets;
 let skip;
 
@@ -69,10 +70,9 @@ function startCapture(file, port) {
 /** Every AMS frame of a capture, as tshark decodes it. */
 function decode(file, port) {
   // While the capture still runs its last packet may be incomplete, which tshark reports as a failure.
-  const { stdout: output, stderr } = spawnSync('tshark', ['-r', file, '-d', `tcp.port==${port},ams`, '-Y', 'ams',
+  const { stdout: output } = spawnSync('tshark', ['-r', file, '-d', `tcp.port==${port},ams`, '-Y', 'ams',
     '-T', 'fields', ...fields.flatMap((field) => ['-e', field]), '-E', 'separator=|', '-E', 'occurrence=f'],
   { encoding: 'utf8' });
-  assert.ok(output, stderr);
   return output.trimEnd().split('\n').filter(Boolean).map((line) => {
     const values = line.split('|');
     return Object.fromEntries(fields.map((field, i) => [field.replace(/^.*\./, ''), values[i]]));
@@ -87,7 +87,7 @@ before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'millrace-capture-'));
   const file = join(folder, 'loopback.pcapng');
   cnc = await startVirtualCnc();
-  const capture = await startCapture(file, cnc.port);
+  capture = await startCapture(file, cnc.port);
   const client = new Client(adsClientSettings(cnc.port, 553));
   // A capture says that it runs a little before it does: connect until one connection was seen.
   for (let i = 0; i < 100 && capture.seen === 0; ++i) {
@@ -116,9 +116,12 @@ before(async () => {
   }
   await capture.stop();
   packets = frames();
+  assert.notEqual(packets.length, 0, 'tshark has decoded no AMS frame');
 });
 
 after(async () => {
+  // A capture that goes on would keep this process alive.
+  await capture?.stop();
   await cnc?.stop();
   if (folder) {
     rmSync(folder, { recursive: true });

@@ -1,4 +1,5 @@
 // I8: what the programs take of their hosts does not grow with the calls.
+#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
@@ -14,8 +15,9 @@ constexpr std::uint32_t channels = 4;
 constexpr std::uint32_t calls = 2500;
 /// Buffers and tables have their final size by then.
 constexpr std::size_t settled = 2000;
-/// What an allocator keeps or gives back.
-constexpr std::size_t slack = 3U << 20U;
+/// What an allocator keeps or gives back, which differs from run to run (1 to 7 MB were seen for a
+/// gateway).
+constexpr std::size_t slack = 12U << 20U;
 
 class ALongRun : public Scenario {};
 
@@ -28,7 +30,9 @@ TEST_P(ALongRun, TakesNoMoreMemoryThreadsAndDescriptorsThanItsBeginning) {
   for (const char* name : {"gateway", "slow-1", "recorder", "cnc"}) {
     before[name] = resources_of(sut().task(name).pid());
   }
-  sut().await_finished(channels * calls - settled - 100, std::chrono::minutes(2));
+  constexpr std::size_t nearly_all = channels * calls - 100;
+  sut().await_finished(nearly_all - std::min(nearly_all, sut().finished()),
+                       std::chrono::minutes(2));
   for (const auto& [name, then] : before) {
     const Resources now = resources_of(sut().task(name).pid());
     fmt::print("measured: {} {:.1f} MB after {} calls, {:.1f} MB after {}\n", name,
