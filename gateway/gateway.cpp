@@ -16,7 +16,9 @@
 #include "fabric/participant.hpp"
 #include "gateway/core.hpp"
 #include "gateway/journal/journal.hpp"
+#include "gateway/machine_link.hpp"
 #include "gateway/machines.hpp"
+#include "gateway/pulse.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::gateway {
@@ -29,14 +31,6 @@ namespace asio = boost::asio;
 Moment moment_now() {
   return {std::chrono::steady_clock::now(),
           std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
-}
-
-std::map<std::string, Pace> paces_of(const Settings& settings) {
-  std::map<std::string, Pace> paces;
-  for (const MachineSettings& machine : settings.machines) {
-    paces[machine.name] = machine.pace;
-  }
-  return paces;
 }
 
 GatewayIdentity identity_of(const journal::Journal& journal) {
@@ -91,52 +85,76 @@ spdlog::level::level_enum level_of(Level level) {
 struct Gateway::Impl final : fabric::CallEndListener,
                              fabric::CommandListener,
                              fabric::GatewayWatchListener,
+                             MachinesHands,
                              MachinesListener {
   Impl(const asio::any_io_executor& the_executor, Settings the_settings, idl::program::Log the_log)
       : executor(the_executor),
         log(std::move(the_log)),
         settings(std::move(the_settings)),
         journal(open_journal(executor, settings, log)),
-        core({.paces = paces_of(settings), .policies = settings.policies}, journal->ledger()),
+        core({.paces = paces_of(settings.machines), .policies = settings.policies},
+             journal->ledger()),
         timer(executor),
         last_chance(executor),
-        pulse(executor),
+        pulse(settings.join.lease),
+        pulse_timer(executor),
+        load_timer(executor),
         own(identity_of(*journal)),
         participant(settings.join),
         call_end(participant, executor, *this),
         command_end(participant, executor, *this),
         watch(participant, executor, *this),
-        machines(
-            executor, own, *this, [this] { return now(); }, log) {
+        machines(own, *this, *this) {
     journal->on_trouble(
         [this](const std::string& trouble) { carry_out(core.set_obstacle(trouble, now())); });
   }
 
-  /// Notices when this process stood still for so long that others may have taken it for gone: its
-  /// lease was renewed last up to 0.8 of its time before (Cyclone).
-  Moment now() {
+  Moment now() override {
     const Moment moment = moment_now();
-    const auto late = pulse_due ? moment.steady - *pulse_due : SteadyTime::duration(0);
-    if (late > settings.join.lease / 4) {
-      pulse_due = moment.steady;
-      if (machines.stood_still() || late > settings.join.lease) {
+    if (const auto late = pulse.late(moment.steady)) {
+      if (machines.stood_still() || *late > settings.join.lease) {
         log->warn("this gateway stood still for {:.1f} s",
-                  std::chrono::duration<double>(late).count());
+                  std::chrono::duration<double>(*late).count());
       }
     }
     return moment;
   }
 
   void beat() {
-    const Moment moment = now();
-    pulse_due = moment.steady + settings.join.lease / 4;
-    pulse.expires_at(*pulse_due);
-    pulse.async_wait([this](boost::system::error_code error) {
+    pulse_timer.expires_at(pulse.beat(now().steady));
+    pulse_timer.async_wait([this](boost::system::error_code error) {
       if (!error) {
         beat();
       }
     });
   }
+
+  void tell_load() {
+    constexpr std::chrono::seconds period{1};
+    load_timer.expires_after(period);
+    load_timer.async_wait([this](boost::system::error_code error) {
+      if (!error) {
+        machines.tell_load();
+        tell_load();
+      }
+    });
+  }
+
+  // What the machines need.
+  void after(std::chrono::nanoseconds delay, std::function<void()> act) override {
+    auto wait = std::make_shared<asio::steady_timer>(executor, delay);
+    wait->async_wait([wait, act = std::move(act)](boost::system::error_code error) {
+      if (!error) {
+        act();
+      }
+    });
+  }
+  std::unique_ptr<Link> connect(const MachineSettings& machine, LinkEvents& events) override {
+    auto link = std::make_unique<MachineLink>(executor, machine, events, log);
+    link->start();
+    return link;
+  }
+  void say(Level level, const std::string& text) override { log->log(level_of(level), text); }
 
   void start() {
     for (const Call& call : journal->ledger().open_calls()) {
@@ -149,6 +167,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
     }
     machines.set(settings.machines);
     beat();
+    tell_load();
   }
 
   void change(const Settings& wanted) {
@@ -157,7 +176,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
     }
     settings.machines = wanted.machines;
     settings.policies = wanted.policies;
-    carry_out(core.change(paces_of(settings), settings.policies, now()));
+    carry_out(core.change(paces_of(settings.machines), settings.policies, now()));
     machines.set(settings.machines);
   }
 
@@ -362,9 +381,9 @@ struct Gateway::Impl final : fabric::CallEndListener,
   asio::steady_timer last_chance;
   std::function<void()> finished;
   std::map<fabric::ChannelKey, asio::steady_timer> wakes;
-  /// Shows by its delay how long this process stood still.
-  asio::steady_timer pulse;
-  std::optional<SteadyTime> pulse_due;
+  Pulse pulse;
+  asio::steady_timer pulse_timer;
+  asio::steady_timer load_timer;
   GatewayIdentity own;
   fabric::Participant participant;
   fabric::CallEnd call_end;

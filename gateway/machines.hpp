@@ -1,9 +1,9 @@
 // The machines a gateway is set up for: connects to each, serves the channels that no other gateway
-// serves, and tells the fabric how its links are.
+// serves, and tells the fabric how its links are. Decides only; `MachinesHands` have the sockets.
 //
-//   Machines machines(executor, own, listener, log);
+//   Machines machines(own, hands, listener);
 //   machines.set(settings.machines);                  // again when the configuration changes
-//   → listener.on_link_up("cnc", {1, 2}), listener.on_machine_status(status)
+//   → hands.connect(…), listener.on_link_up("cnc", {1, 2}), listener.on_machine_status(status)
 //
 // Of two gateways that claim a channel the one that claimed it first serves it. The other does not
 // even connect if all its channels are taken (a controller keeps one connection for each host), and
@@ -16,13 +16,10 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/any_io_executor.hpp>
-
 #include "fabric/messages.hpp"
-#include "gateway/machine_link.hpp"
+#include "gateway/link.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/settings.hpp"
-#include "idl/program/log.hpp"
 
 namespace millrace::gateway {
 
@@ -36,7 +33,7 @@ struct GatewayIdentity {
   std::uint64_t epoch = 0;
 };
 
-/// Called on the executor. on_link_up() names the channels to serve, also when their number grew
+/// on_link_up() names the channels to serve, also when their number grew
 /// while the link was up.
 class MachinesListener : public LinkEvents {
  public:
@@ -57,10 +54,24 @@ class MachinesListener : public LinkEvents {
       const std::string& machine) const = 0;
 };
 
+/// What the machines have done for them. Calls nothing back from within, but for stood_still(),
+/// which now() may find due.
+class MachinesHands {
+ public:
+  virtual ~MachinesHands() = default;
+  virtual Moment now() = 0;
+  /// `act` may be called when the machines are gone already.
+  virtual void after(std::chrono::nanoseconds delay, std::function<void()> act) = 0;
+  /// A link that begins to connect.
+  virtual std::unique_ptr<Link> connect(const MachineSettings& settings, LinkEvents& events) = 0;
+  /// A line for the log.
+  virtual void say(Level level, const std::string& text) = 0;
+};
+
 class Machines {
  public:
-  Machines(boost::asio::any_io_executor executor, GatewayIdentity own, MachinesListener& listener,
-           std::function<Moment()> clock, idl::program::Log log);
+  /// Both must outlive this.
+  Machines(GatewayIdentity own, MachinesHands& hands, MachinesListener& listener);
   ~Machines();
   Machines(const Machines&) = delete;
   Machines& operator=(const Machines&) = delete;
@@ -79,6 +90,8 @@ class Machines {
   /// This process stood still for longer than others wait for it: machines that another gateway may
   /// have taken over are let go of, until it is known who serves them. False if there are none.
   bool stood_still();
+  /// About once a second: tells how busy the links are.
+  void tell_load();
 
   void read(const fabric::ChannelKey& key, Look look);
   void write(const fabric::ChannelKey& key, Variable variable, const Value& value);

@@ -254,6 +254,14 @@ MachineSettings parse_machine(const std::string& text) {
   return machine;
 }
 
+std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines) {
+  std::map<std::string, Pace> paces;
+  for (const MachineSettings& machine : machines) {
+    paces[machine.name] = machine.pace;
+  }
+  return paces;
+}
+
 void check_names(const std::vector<MachineSettings>& machines) {
   std::set<std::string> names;
   for (const MachineSettings& machine : machines) {

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,6 +50,9 @@ Settings read_settings(const std::filesystem::path& file);
 /// "NAME=HOST:PORT/NETID"; ":PORT" may be left out, "/NETID" for an IPv4 address (then ".1.1" is
 /// added to it). Throws idl::program::UsageError.
 MachineSettings parse_machine(const std::string& text);
+
+/// By machine.
+std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines);
 
 /// Throws idl::program::UsageError if two machines have one name.
 void check_names(const std::vector<MachineSettings>& machines);

@@ -1,0 +1,162 @@
+// Which machines and channels are ours, and which another gateway serves.
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/machines_impl.hpp"
+
+namespace millrace::gateway {
+
+namespace {
+
+/// How long a gateway listens for others before it serves: discovery takes some 10 ms on a quiet
+/// host.
+constexpr std::chrono::milliseconds listen_time{300};
+
+/// Had the call been given to an instance, or may it have been?
+bool under_way(const fabric::ChannelStatus& status) {
+  using enum fabric::ChannelState;
+  return status.attempt > 0 || status.state == running || status.state == held ||
+         status.state == answering;
+}
+
+}  // namespace
+
+void Machines::Impl::listen(MachineState& one) {
+  one.listens = true;
+  one.report.on_down("listening whether another gateway serves this machine", hands.now());
+  publish(one);
+  hands.after(listen_time,
+              [weak = weak_from_this(), machine = one.settings.name, listening = ++one.listening] {
+                const auto self = weak.lock();
+                if (!self) {
+                  return;
+                }
+                self->hands.now();
+                const auto found = self->machines.find(machine);
+                if (found == self->machines.end() || found->second.listening != listening) {
+                  return;
+                }
+                MachineState& it = found->second;
+                it.listens = false;
+                if (!it.has_served) {
+                  const auto claimed =
+                      self->claims.behind_those_that_serve(machine, it.report.status().claimed);
+                  it.report.claim(claimed, it.settings.channels);
+                }
+                self->review(machine);
+              });
+}
+
+void Machines::Impl::review_soon(const std::string& machine) {
+  hands.after({}, [weak = weak_from_this(), machine] {
+    if (const auto self = weak.lock()) {
+      self->hands.now();
+      self->review(machine);
+    }
+  });
+}
+
+void Machines::Impl::review(const std::string& machine) {
+  const auto found = machines.find(machine);
+  if (found == machines.end() || found->second.listens) {
+    return;
+  }
+  MachineState& one = found->second;
+  if (one.leaving && listener.channels_of(machine).empty()) {
+    const fabric::MachineStatus last = one.report.status();
+    machines.erase(found);
+    listener.on_machine_left(last);
+    return;
+  }
+  if (!one.leaving && refused_by_all(one)) {
+    // A call whose answer is half written is brought to its end all the same.
+    if (listener.channels_of(machine).empty()) {
+      drop_link(one, one.refusal);
+    } else if (!one.link) {
+      connect(one);
+    }
+    publish(one);
+    return;
+  }
+  if (!one.link) {
+    connect(one);
+  } else if (one.up) {
+    serve(one);
+  }
+  publish(one);
+}
+
+bool Machines::Impl::refused_by_all(MachineState& one) {
+  const std::string& name = one.settings.name;
+  const auto* other = claims.ahead_of_all(name, one.settings.channels, one.report.status().claimed);
+  if (other == nullptr) {
+    if (!one.refusal.empty()) {
+      say(Level::warn,
+          fmt::format("{}: taken over: {} is gone", one.settings.to_string(), predecessors[name]));
+      one.refusal.clear();
+    }
+    return false;
+  }
+  const std::string refusal =
+      fmt::format("{} serves it already; this gateway stands by", name_of(*other));
+  if (one.refusal != refusal) {
+    one.refusal = refusal;
+    say(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
+  }
+  for (const std::uint16_t channel : listener.channels_of(name)) {
+    refuse(one, channel, refusal);
+  }
+  one.served.clear();
+  one.report.on_down(refusal, hands.now());
+  return true;
+}
+
+void Machines::Impl::refuse(const MachineState& one, std::uint16_t channel,
+                            const std::string& reason) {
+  listener.on_refused({one.settings.name, channel}, reason);
+}
+
+void Machines::Impl::serve(MachineState& one) {
+  const std::string& name = one.settings.name;
+  Channels ours;
+  std::string refused;
+  for (const std::uint16_t channel : one.leaving || !one.refusal.empty() ? Channels{} : one.found) {
+    const fabric::ChannelKey key{name, channel};
+    const auto* other = claims.ahead(key, one.report.status().claimed);
+    if (other == nullptr) {
+      ours.push_back(channel);
+      continue;
+    }
+    const std::string reason =
+        fmt::format("channel {} is served by {} already", channel, name_of(*other));
+    refused += fmt::format("{}{}", refused.empty() ? "" : "; ", reason);
+    refuse(one, channel, reason);
+  }
+  if (!refused.empty() && refused != one.report.status().reason) {
+    say(Level::warn,
+        fmt::format("{}: {}; this gateway stands by for it", one.settings.to_string(), refused));
+  }
+  for (const std::uint16_t channel : ours) {
+    if (!one.served.contains(channel)) {
+      inherit({name, channel});
+    }
+  }
+  one.served = {ours.begin(), ours.end()};
+  one.has_served = one.has_served || !ours.empty();
+  if (one.refusal.empty()) {
+    one.report.on_up(ours.size(), refused, hands.now());
+  }
+  listener.on_link_up(name, ours);
+  publish(one);
+}
+
+void Machines::Impl::inherit(const fabric::ChannelKey& key) {
+  const auto left = last_seen.extract(key);
+  if (!left.empty() && under_way(left.mapped())) {
+    listener.on_inherited(left.mapped(), predecessors[key.machine]);
+  }
+}
+
+}  // namespace millrace::gateway
