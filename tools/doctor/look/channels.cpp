@@ -1,0 +1,43 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "tools/doctor/look/look.hpp"
+#include "tools/print/quoted.hpp"
+
+namespace millrace::tools::doctor::look {
+
+namespace {
+
+using print::safe;
+
+bool is_told(const Findings& found, const std::string& machine) {
+  return std::ranges::any_of(found.live.machines(),
+                             [&](const auto& each) { return each.second.machine == machine; });
+}
+
+}  // namespace
+
+void at_channels(const Findings& found, Report& report) {
+  using enum fabric::ChannelState;
+  for (const auto& [key, status] : found.live.channels()) {
+    const std::string channel = safe(key.to_string());
+    const std::string why = safe(status.reason);
+    if (status.state == link_down && !is_told(found, key.machine)) {
+      report.problem(fmt::format("{} has no link: {}", channel, why), "see its gateway's log");
+    } else if (status.state == unserved) {
+      report.problem(
+          fmt::format("{} waits for {}, which nobody serves: {}", channel, safe(status.uuid), why),
+          "start the service, or correct the UUID in the program");
+    } else if (status.state == held) {
+      report.problem(fmt::format("{} holds an at-most-once call: {}", channel, why),
+                     fmt::format("millrace answer {} RESPONSE --state N, or millrace retry {}",
+                                 channel, channel));
+    } else if (status.state == waiting) {
+      report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
+                     "start more instances; millrace stats shows how busy they are");
+    }
+  }
+}
+
+}  // namespace millrace::tools::doctor::look
