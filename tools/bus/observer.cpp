@@ -72,7 +72,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
 
   void open(const boost::asio::any_io_executor& executor, Interest interest);
   void close();
-  void drain();
+  bool drain();
   void drain_discovery();
   void hand_out(recording::Sample sample);
 
@@ -158,7 +158,7 @@ void Observer::Impl::close() {
   discovery.reset();
 }
 
-void Observer::Impl::drain() {
+bool Observer::Impl::drain() {
   drain_discovery();
   bool more = false;
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
@@ -166,6 +166,7 @@ void Observer::Impl::drain() {
     // Others on the executor have their turn in between.
     waker->wake();
   }
+  return more;
 }
 
 void Observer::Impl::drain_discovery() {
@@ -205,8 +206,8 @@ Observer::~Observer() {
   impl_->close();
 }
 
-void Observer::drain() {
-  impl_->drain();
+bool Observer::drain() {
+  return impl_->drain();
 }
 
 Counts Observer::counts() const {

@@ -48,8 +48,9 @@ class Observer {
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
 
-  /// Hands out what has arrived and was not yet handed out, without waiting.
-  void drain();
+  /// Hands out what has arrived and was not yet handed out, without waiting; true if it was much
+  /// and there may be more.
+  bool drain();
   [[nodiscard]] Counts counts() const;
 
  private:

@@ -1,5 +1,6 @@
 #include "tools/recorder/recorder.hpp"
 
+#include "tools/print/missing.hpp"
 #include "tools/recorder/file_names.hpp"
 
 namespace millrace::tools::recorder {
@@ -27,7 +28,9 @@ Recorder::Result Recorder::start(Moment now) {
 
 Recorder::Result Recorder::on_entry(recording::Entry entry, Moment now) {
   ++tally_.received;
-  if (!options_.filter.takes(entry)) {
+  const bool wanted = options_.filter.takes(entry);
+  completeness_.add(entry, wanted);
+  if (!wanted) {
     ++tally_.filtered;
     return {};
   }
@@ -89,7 +92,8 @@ Recorder::Result Recorder::close_chunk(bool sync) {
   return file_->close_chunk(sync);
 }
 
-Recorder::Result Recorder::finish(std::uint64_t delivered, std::uint64_t lost) {
+Recorder::Result Recorder::finish(std::uint64_t delivered, std::uint64_t lost, fabric::Time now) {
+  completeness_.finish(now);
   if (!file_) {
     return {};
   }
@@ -120,6 +124,10 @@ Recorder::Result Recorder::end_file(const std::map<std::string, std::string>& mo
   std::map<std::string, std::string> metadata = options_.labels;
   metadata.insert(more.begin(), more.end());
   metadata["written"] = std::to_string(file_->messages());
+  // In a file that others follow: so far.
+  for (const auto& [name, count] : print::missing_counts(missing())) {
+    metadata[std::string(name)] = std::to_string(count);
+  }
   metadata["file"] = std::to_string(file_number_);
   dirty_since_.reset();
   if (auto finished = file_->finish(metadata); !finished) {

@@ -4,7 +4,7 @@
 //   recorder.start(now);
 //   recorder.on_entry(entry, now);           // each entry, as it comes
 //   recorder.tick(now);                      // some times a second
-//   recorder.finish(counts);
+//   recorder.finish(delivered, lost, now);
 //
 // After an error nothing more can be written; what is in the file's closed chunks can be repaired.
 #pragma once
@@ -22,6 +22,7 @@
 #include "tools/recorder/options.hpp"
 #include "tools/recorder/recording_file.hpp"
 #include "tools/recorder/ring.hpp"
+#include "tools/recording/completeness.hpp"
 
 namespace millrace::tools::recorder {
 
@@ -48,10 +49,13 @@ class Recorder {
   Result on_entry(recording::Entry entry, Moment now);
   /// Closes chunks and files whose time has come.
   Result tick(Moment now);
-  /// Ends the recording in order. `delivered` and `lost` are what the bus counted.
-  Result finish(std::uint64_t delivered, std::uint64_t lost);
+  /// Ends the recording in order, at `now` of the clock of the entries. `delivered` and `lost` are
+  /// what the bus counted.
+  Result finish(std::uint64_t delivered, std::uint64_t lost, fabric::Time now);
 
   [[nodiscard]] Tally tally() const;
+  /// What is not there of the calls that are over, as far as the others tell of it.
+  [[nodiscard]] const recording::Missing& missing() const { return completeness_.missing(); }
   /// True when the disk has too little space left; the recording should be finished then.
   [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
   /// The finished files.
@@ -81,6 +85,7 @@ class Recorder {
   Moment write_until_ = Moment::min();
   bool disk_is_full_ = false;
   Tally tally_;
+  recording::Completeness completeness_;
   std::vector<std::filesystem::path> files_;
 };
 

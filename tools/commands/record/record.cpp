@@ -21,6 +21,7 @@
 #include "tools/commands/version.hpp"
 #include "tools/mcap/repair_file.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/missing.hpp"
 #include "tools/recorder/recorder.hpp"
 
 namespace millrace::tools::commands {
@@ -124,11 +125,10 @@ class Session : public bus::ObserverListener {
     if (result_) {
       io_.run();
     }
-    // What came before the signal belongs to the recording.
-    observer_.drain();
+    take_the_rest();
     const bus::Counts counts = observer_.counts();
     if (result_) {
-      keep(recorder_.finish(counts.delivered, counts.lost));
+      keep(recorder_.finish(counts.delivered, counts.lost, std::chrono::system_clock::now()));
     }
     return result_;
   }
@@ -144,6 +144,15 @@ class Session : public bus::ObserverListener {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  /// What came before the signal belongs to the recording; but a flood does not keep it from
+  /// ending.
+  void take_the_rest() {
+    constexpr auto patience = std::chrono::seconds(5);
+    const auto until = Clock::now() + patience;
+    while (observer_.drain() && Clock::now() < until) {
+    }
+  }
 
   void schedule_tick() {
     timer_.expires_after(std::chrono::milliseconds(50));
@@ -177,7 +186,7 @@ class Session : public bus::ObserverListener {
 
 /// The files, and with JSON the numbers too.
 void show(const Options& options, const std::vector<std::filesystem::path>& files,
-          const bus::Counts& counts, const recorder::Tally& tally) {
+          const bus::Counts& counts, const recorder::Recorder& recorder) {
   if (!options.json) {
     for (const std::filesystem::path& file : files) {
       fmt::print("{}\n", file.string());
@@ -188,12 +197,14 @@ void show(const Options& options, const std::vector<std::filesystem::path>& file
   for (const std::filesystem::path& file : files) {
     names.emplace_back(print::utf8(file.string()));
   }
-  print::print_json(boost::json::object{{"files", std::move(names)},
-                                        {"delivered", counts.delivered},
-                                        {"lost", counts.lost},
-                                        {"written", tally.written},
-                                        {"filtered", tally.filtered},
-                                        {"let_go", tally.let_go}});
+  const recorder::Tally tally = recorder.tally();
+  boost::json::object out{{"files", std::move(names)},  {"delivered", counts.delivered},
+                          {"lost", counts.lost},        {"written", tally.written},
+                          {"filtered", tally.filtered}, {"let_go", tally.let_go}};
+  for (const auto& [name, count] : print::missing_counts(recorder.missing())) {
+    out[name] = count;
+  }
+  print::print_json(out);
 }
 
 int record(const Options& options) {
@@ -211,12 +222,13 @@ int record(const Options& options) {
   const bus::Counts counts = session.counts();
   fmt::print(stderr,
              "millrace: the bus delivered {} samples and lost {}; {} written, {} filtered out, {} "
-             "let go by the window\n",
-             counts.delivered, counts.lost, tally.written, tally.filtered, tally.let_go);
+             "let go by the window\nmillrace: {}\n",
+             counts.delivered, counts.lost, tally.written, tally.filtered, tally.let_go,
+             print::missing_text(session.recorder().missing()));
   if (!result) {
     throw std::runtime_error(result.error());
   }
-  show(options, session.recorder().files(), counts, tally);
+  show(options, session.recorder().files(), counts, session.recorder());
   return session.recorder().disk_is_full() ? program::exit_failed : program::exit_done;
 }
 

@@ -13,6 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using recording::Entry;
+using recording::tests::at;
 using recording::tests::one_call;
 using recording::tests::square_root;
 
@@ -47,7 +48,7 @@ TEST_F(RecorderTest, WritesWhatItReceivesAndCountsIt) {
   ASSERT_TRUE(sut.start(now));
   record(sut, 1, 0);
   record(sut, 2, 10);
-  ASSERT_TRUE(sut.finish(14, 0));
+  ASSERT_TRUE(sut.finish(14, 0, at(10'000)));
   EXPECT_EQ(sut.tally().received, 14U);
   EXPECT_EQ(sut.tally().written, 14U);
   EXPECT_EQ(read(folder.path() / "run.mcap").size(), 14U);
@@ -61,6 +62,33 @@ TEST_F(RecorderTest, WritesWhatItReceivesAndCountsIt) {
             "calls 2, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");
 }
 
+TEST_F(RecorderTest, SaysWhatIsMissingWhateverItLeavesOutItself) {
+  Options partly = options();
+  partly.filter.uuids = {square_root};
+  partly.without_text = {square_root};
+  Recorder sut(partly);
+  ASSERT_TRUE(sut.start(now));
+  ASSERT_TRUE(sut.on_entry(
+      {.at = at(-10), .sample = fabric::MachineStatus{.machine = "cnc", .epoch = 0x5f}}, now));
+  record(sut, 1, 0);
+  for (const Entry& entry : one_call(2, 10)) {
+    if (!std::holds_alternative<fabric::Reply>(entry.sample)) {
+      ASSERT_TRUE(sut.on_entry(entry, now));
+    }
+  }
+  ASSERT_TRUE(sut.finish(14, 0, at(10'000)));
+  EXPECT_EQ(sut.missing(), (recording::Missing{.complete = 1, .incomplete = 1, .replies = 1}));
+
+  auto source = mcap::FileSource::open(folder.path() / "run.mcap");
+  const auto values = mcap::survey(*source).metadata.at(0).values;
+  EXPECT_EQ(values.at("calls_complete"), "1");
+  EXPECT_EQ(values.at("calls_incomplete"), "1");
+  EXPECT_EQ(values.at("calls_unseen"), "0");
+  EXPECT_EQ(values.at("missing_requests"), "0");
+  EXPECT_EQ(values.at("missing_replies"), "1");
+  EXPECT_EQ(values.at("missing_events"), "0");
+}
+
 TEST_F(RecorderTest, AttachesTheConfigurationToEachFile) {
   Options with_rotation = options();
   with_rotation.rotate_size = 1;
@@ -69,7 +97,7 @@ TEST_F(RecorderTest, AttachesTheConfigurationToEachFile) {
   Recorder sut(with_rotation);
   ASSERT_TRUE(sut.start(now));
   record(sut, 1, 0);
-  ASSERT_TRUE(sut.finish(7, 0));
+  ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
   ASSERT_GE(sut.files().size(), 2U);
   for (const auto& file : sut.files()) {
     auto source = mcap::FileSource::open(file);
@@ -86,7 +114,7 @@ TEST_F(RecorderTest, GrowsUnderAnotherNameUntilItIsWhole) {
   ASSERT_TRUE(sut.start(now));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.mcap"));
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.mcap.part"));
-  ASSERT_TRUE(sut.finish(0, 0));
+  ASSERT_TRUE(sut.finish(0, 0, at(10'000)));
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "run.mcap"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "run.mcap.part"));
 }
@@ -124,7 +152,7 @@ TEST_F(RecorderTest, LeavesOutWhatTheFilterRefuses) {
   Recorder sut(filtered);
   ASSERT_TRUE(sut.start(now));
   record(sut, 1, 0);
-  ASSERT_TRUE(sut.finish(7, 0));
+  ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
   EXPECT_EQ(sut.tally().filtered, 6U);
   EXPECT_EQ(read(folder.path() / "run.mcap").size(), 1U);
 }
@@ -135,7 +163,7 @@ TEST_F(RecorderTest, KeepsOnlyTheSizesOfTextsItMustNotKeep) {
   Recorder sut(discreet);
   ASSERT_TRUE(sut.start(now));
   record(sut, 1, 0);
-  ASSERT_TRUE(sut.finish(7, 0));
+  ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
   for (const Entry& entry : read(folder.path() / "run.mcap")) {
     if (const std::string* text = recording::text_of(entry)) {
       EXPECT_EQ(*text, "");
@@ -152,7 +180,7 @@ TEST_F(RecorderTest, BeginsANewFileAtItsSizeAndLosesNothing) {
   for (std::uint64_t number = 1; number <= 100; ++number) {
     record(sut, number, static_cast<double>(number) * 10);
   }
-  ASSERT_TRUE(sut.finish(700, 0));
+  ASSERT_TRUE(sut.finish(700, 0, at(10'000)));
   ASSERT_GT(sut.files().size(), 2U);
   EXPECT_EQ(sut.files()[1].filename(), "run-0002.mcap");
   std::size_t entries = 0;
@@ -189,7 +217,7 @@ TEST_F(RecorderTest, WritesItsWindowWhenACallFails) {
   record(sut, 4, 2550);  // still of interest
   now += 100ms;
   record(sut, 5, 2700);  // no more
-  ASSERT_TRUE(sut.finish(0, 0));
+  ASSERT_TRUE(sut.finish(0, 0, at(10'000)));
   EXPECT_EQ(read(folder.path() / "run.mcap").size(), 7U + 1U + 7U);
   EXPECT_EQ(sut.tally().failures, 1U);
   EXPECT_EQ(sut.tally().let_go, 14U);
@@ -201,7 +229,7 @@ TEST_F(RecorderTest, WritesNoFileIfNothingFails) {
   Recorder sut(window);
   ASSERT_TRUE(sut.start(now));
   record(sut, 1, 0);
-  ASSERT_TRUE(sut.finish(7, 0));
+  ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
@@ -221,7 +249,7 @@ TEST_F(RecorderTest, NoticesADiskThatIsNearlyFull) {
 TEST_F(RecorderTest, DoesNotOverwriteARecording) {
   Recorder first(options());
   ASSERT_TRUE(first.start(now));
-  ASSERT_TRUE(first.finish(0, 0));
+  ASSERT_TRUE(first.finish(0, 0, at(10'000)));
   Recorder sut(options());
   EXPECT_FALSE(sut.start(now));
 }

@@ -1,0 +1,22 @@
+#include "tools/print/missing.hpp"
+
+#include <gtest/gtest.h>
+
+namespace millrace::tools::print {
+namespace {
+
+TEST(TextOfWhatIsMissing, SaysThatEverythingIsThere) {
+  EXPECT_EQ(missing_text({.complete = 5000}), "5000 calls are complete");
+  EXPECT_EQ(missing_text({.complete = 1}), "1 call is complete");
+}
+
+TEST(TextOfWhatIsMissing, NamesWhatIsNot) {
+  EXPECT_EQ(
+      missing_text(
+          {.complete = 7, .incomplete = 2, .unseen = 3, .requests = 1, .replies = 0, .events = 4}),
+      "7 calls are complete; of 2 calls something is missing: at least 1 request, 0 replies, "
+      "4 events; of 3 calls nothing was received");
+}
+
+}  // namespace
+}  // namespace millrace::tools::print
