@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <spdlog/common.h>
 
 #include "cnc/ads/address.hpp"

@@ -6,6 +6,9 @@
 //     return program::run(app, argc, argv, [&] { …; program::ready("serving cnc/1-2"); …; return 0;
 //     });
 //   }
+//
+// <CLI/App.hpp> is enough for what links millrace::manners. A program outside this tree that makes
+// a CLI::App of its own includes <CLI/CLI.hpp>: the rest of CLI11 is not in libmillrace-sdk.
 #pragma once
 
 #include <functional>
@@ -13,7 +16,7 @@
 #include <string>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 namespace millrace::idl::program {
 

@@ -1,6 +1,6 @@
 #include "idl/program/log.hpp"
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/null_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 #include "fabric/messages.hpp"
 #include "tools/recording/filter.hpp"

@@ -12,7 +12,7 @@
 #include <functional>
 #include <string>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 namespace millrace::tools::commands {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+#include <CLI/App.hpp>
 
 #include "fabric/command_line.hpp"
 #include "tools/recording/filter.hpp"
