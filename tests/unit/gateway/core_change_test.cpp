@@ -1,0 +1,165 @@
+// Channels that leave, come back or are taken over, and policies that change, while calls are under
+// way.
+#include <gmock/gmock.h>
+
+#include "tests/unit/gateway/core_test.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using namespace std::chrono_literals;
+
+TEST_F(CoreTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto published = all<Publish>(confirm(request(1)));
+  EXPECT_THAT(all<Hide>(sut->retire({"cnc", 1}, now)), IsEmpty());
+  fabric::Reply reply;
+  reply.key = {"cnc", 1};
+  reply.call = published.front().request.call;
+  reply.instance = instance(1).id;
+  reply.state = 1;
+  EXPECT_THAT(all<Record>(sut->on_reply(reply, now)), SizeIs(1));
+  EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1, 2));
+}
+
+TEST_F(CoreTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
+  start();
+  link_up();
+  // The read that the link has begun.
+  EXPECT_THAT(all<Hide>(sut->retire({"cnc", 2}, now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 2}, {Look::state, "", "", 1, 0, ""}, now)), SizeIs(1));
+  EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1));
+  EXPECT_THAT(sut->on_wake({"cnc", 2}, now), IsEmpty());
+}
+
+TEST_F(CoreTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  const auto actions = sut->release({"cnc", 1}, "served by another gateway", now);
+  EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
+  EXPECT_THAT(all<Hide>(actions), SizeIs(1));
+  EXPECT_THAT(all<Write>(actions), IsEmpty());
+  EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(2));
+}
+
+TEST_F(CoreTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
+  start();
+  link_up();
+  EXPECT_THAT(all<Hide>(sut->release({"cnc", 2}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->on_link_dropped("cnc", "not wanted", now)), SizeIs(1));
+}
+
+TEST_F(CoreTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  ledger.apply(journal::Answered{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
+  ledger.apply(journal::Clearing{{7, 1001}});
+  start();
+  EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
+  const auto actions = sut->on_read({"cnc", 1}, {Look::all, uuid, "2", 0, 0, "1.4"}, now);
+  ASSERT_THAT(all<Write>(actions), SizeIs(1));
+  EXPECT_EQ(all<Write>(actions).front(), (Write{Variable::response_state, 1U}));
+  EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), SizeIs(1));
+}
+
+TEST_F(CoreTest, TakesAChannelBackThatWasLeaving) {
+  start();
+  link_up();
+  sut->retire({"cnc", 1}, now);
+  sut->on_link_up("cnc", {1, 2}, now);
+  sut->on_instance_ready(instance(1), now);
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CoreTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f (pid 1 on host7)"});
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+  EXPECT_THAT(
+      all<Show>(actions).back().status.reason,
+      HasSubstr("gateway 5f (pid 1 on host7), which is gone, may have given this call out"));
+  Verdict verdict;
+  EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now))),
+              SizeIs(1));
+}
+
+TEST_F(CoreTest, StillHoldsAnInheritedCallAfterARestart) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  confirm(request(1));
+  start();
+  sut->on_instance_ready(once, now);
+  link_up();
+  sut->on_read({"cnc", 1}, {Look::request, uuid, "2", 1, 0, ""}, now);
+  ASSERT_TRUE(sut->next_time());
+  now.steady = *sut->next_time();
+  EXPECT_THAT(all<Publish>(confirm(sut->on_time(now))), IsEmpty());
+}
+
+TEST_F(CoreTest, RunsAnInheritedCallThatMayRunTwice) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CoreTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->on_read({"cnc", 1}, {Look::state, "", "", 0, 0, ""}, now);
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CoreTest, AppliesNewPoliciesToRequestsThatWait) {
+  start();
+  link_up();
+  request(1);
+  now.steady += 5s;
+  EXPECT_THAT(all<Read>(sut->change({}, {.everywhere = {.unserved = Rule{1s, 901}}}, now)),
+              SizeIs(1));
+  request(1);
+  sut->on_wake({"cnc", 1}, now);
+  const auto records = all<Record>(request(1));
+  ASSERT_THAT(records, testing::Not(IsEmpty()));
+  EXPECT_EQ(std::get<journal::Answered>(records.back().entry).answer.state, 901U);
+}
+
+TEST_F(CoreTest, KeepsThePolicyUnderWhichACallWasAccepted) {
+  start({.policies = {.everywhere = {.deadline = Rule{10s, 0}}}});
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  sut->change({}, {.everywhere = {.deadline = Rule{1s, 902}}}, now);
+  now.steady += 5s;
+  EXPECT_THAT(all<Record>(sut->on_wake({"cnc", 1}, now)), IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,71 @@
+// A core with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/core.hpp"
+
+namespace millrace::gateway {
+
+class CoreTest : public testing::Test {
+ protected:
+  inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+  static fabric::InstanceIdentity instance(std::uint8_t number) {
+    fabric::InstanceIdentity one;
+    one.id.bytes.fill(number);
+    one.uuid = uuid;
+    return one;
+  }
+
+  CoreTest() { ledger.apply(journal::Numbers{7, 1000}); }
+
+  void start(CoreOptions options = {}) { sut.emplace(std::move(options), ledger); }
+
+  /// A request as the session finds it: state, texts, state again.
+  ChannelActions request(std::uint16_t channel, const std::string& wanted = uuid,
+                         std::uint32_t state = 1) {
+    const fabric::ChannelKey key{"cnc", channel};
+    sut->on_read(key, {Look::state, "", "", state, 0, ""}, now);
+    sut->on_read(key, {Look::texts, wanted, "2", 0, 0, ""}, now);
+    return sut->on_read(key, {Look::request, wanted, "2", state, 0, ""}, now);
+  }
+
+  /// Confirms the records in `actions`; returns what comes of it.
+  ChannelActions confirm(const ChannelActions& actions) {
+    ChannelActions all;
+    for (const ChannelAction& one : actions) {
+      if (const auto* record = std::get_if<Record>(&one.action)) {
+        ledger.apply(record->entry);
+        std::ranges::copy(sut->on_recorded(one.key, record->ticket, now), std::back_inserter(all));
+      }
+    }
+    return all;
+  }
+
+  template <typename Wanted>
+  static std::vector<Wanted> all(const ChannelActions& actions) {
+    std::vector<Wanted> found;
+    for (const ChannelAction& one : actions) {
+      if (const auto* wanted = std::get_if<Wanted>(&one.action)) {
+        found.push_back(*wanted);
+      }
+    }
+    return found;
+  }
+
+  void link_up() { confirm(sut->on_link_up("cnc", {1, 2}, now)); }
+
+  journal::Ledger ledger;
+  std::optional<Core> sut;
+  Moment now{SteadyTime(std::chrono::hours(1)), fabric::Time(std::chrono::hours(1))};
+};
+
+}  // namespace millrace::gateway
