@@ -45,11 +45,11 @@ Image image_of(const std::string& program) {
   return image == images.end() ? Image{"millrace/services"} : image->second;
 }
 
-/// `docker run` in the foreground: its output and its exit code are the program's.
+/// `docker run` in the foreground.
 class ContainerTask : public Task {
  public:
   ContainerTask(std::string name, std::vector<std::string> command)
-      : name_(std::move(name)), process_(std::move(command)) {}
+      : Task(std::move(command)), name_(std::move(name)) {}
   ~ContainerTask() override {
     Process remove({"/usr/bin/env", "docker", "rm", "--force", name_});
     remove.wait();
@@ -57,20 +57,10 @@ class ContainerTask : public Task {
   ContainerTask(const ContainerTask&) = delete;
   ContainerTask& operator=(const ContainerTask&) = delete;
 
-  std::vector<std::string> await(const std::string& pattern,
-                                 std::chrono::milliseconds timeout) override {
-    return process_.await(pattern, timeout);
-  }
-  std::vector<std::string> await_log(const std::string& pattern,
-                                     std::chrono::milliseconds timeout) override {
-    return process_.await_error(pattern, timeout);
-  }
-  [[nodiscard]] std::string output() const override { return process_.output(); }
-  [[nodiscard]] std::string log() const override { return process_.error_output(); }
   void kill() override {
     // Not through the engine: the moment of the crash must be known.
     ::kill(pid(), SIGKILL);
-    process_.wait();
+    wait();
   }
   void terminate() override { run({"docker", "kill", "--signal", "TERM", name_}); }
   void pause() override { run({"docker", "pause", name_}); }
@@ -78,23 +68,21 @@ class ContainerTask : public Task {
   [[nodiscard]] pid_t pid() const override {
     return std::stoi(run({"docker", "inspect", "--format", "{{.State.Pid}}", name_}));
   }
-  int wait(std::chrono::milliseconds timeout) override { return process_.wait(timeout); }
 
  private:
   const std::string name_;
-  Process process_;
 };
 
 }  // namespace
 
 Containers::Containers(const std::vector<std::string>& names, std::uint64_t seed)
-    : network_namespace_(engine_namespace()),
+    : Hosts(names),
+      network_namespace_(engine_namespace()),
       project_(fmt::format("millrace-cluster-{}", ::getpid())) {
   std::filesystem::permissions(folder(), std::filesystem::perms::all);
   std::vector<Port> ports;
   for (const std::string& name : names) {
     const std::size_t number = ports.size() + 1;
-    addresses_[name] = fmt::format("10.77.0.{}", number);
     bridges_[name] = fmt::format("host-{}", number);
     ports.push_back({name, all_namespaces / network_namespace_, fmt::format("port-{}", number)});
   }
@@ -207,10 +195,6 @@ std::unique_ptr<Task> Containers::up(const std::string& host, const std::string&
   command.insert(command.end(), {"--entrypoint", file, image.name});
   command.insert(command.end(), arguments.begin(), arguments.end());
   return std::make_unique<ContainerTask>(name, std::move(command));
-}
-
-std::string Containers::address(const std::string& host) const {
-  return addresses_.at(host);
 }
 
 std::string Containers::obstacle() {

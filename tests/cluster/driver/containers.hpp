@@ -3,10 +3,8 @@
 #pragma once
 
 #include <map>
-#include <optional>
 
 #include "tests/cluster/driver/hosts.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -19,9 +17,6 @@ class Containers : public Hosts {
 
   std::unique_ptr<Task> up(const std::string& host, const std::string& program,
                            const std::vector<std::string>& arguments) override;
-  Network& network() override { return *network_; }
-  [[nodiscard]] std::string address(const std::string& host) const override;
-  [[nodiscard]] std::filesystem::path folder() const override { return folder_.path(); }
 
   /// Why there can be none here; empty if there can.
   static std::string obstacle();
@@ -37,11 +32,8 @@ class Containers : public Hosts {
   /// Of the engine, as `ip` calls it.
   const std::string network_namespace_;
   const std::string project_;
-  TemporaryFolder folder_;
   /// By host.
-  std::map<std::string, std::string> addresses_;
   std::map<std::string, std::string> bridges_;
-  std::optional<Network> network_;
   int tasks_ = 0;
 };
 

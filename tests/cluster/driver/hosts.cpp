@@ -2,10 +2,18 @@
 
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "tests/cluster/driver/containers.hpp"
 #include "tests/cluster/driver/namespaces.hpp"
 
 namespace millrace::tests::cluster {
+
+Hosts::Hosts(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    addresses_[name] = fmt::format("10.77.0.{}", addresses_.size() + 1);
+  }
+}
 
 std::vector<Backend> backends_here() {
   return {Containers::obstacle().empty() ? Backend::containers : Backend::namespaces};

@@ -3,18 +3,21 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/cluster/driver/task.hpp"
 #include "tests/cluster/network/network.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tests::cluster {
 
 class Hosts {
  public:
-  Hosts() = default;
+  explicit Hosts(const std::vector<std::string>& names);
   virtual ~Hosts() = default;
   Hosts(const Hosts&) = delete;
   Hosts& operator=(const Hosts&) = delete;
@@ -23,11 +26,22 @@ class Hosts {
   virtual std::unique_ptr<Task> up(const std::string& host, const std::string& program,
                                    const std::vector<std::string>& arguments) = 0;
   /// cut, heal, loss, delay.
-  virtual Network& network() = 0;
+  Network& network() { return *network_; }
   /// The IPv4 address of a host; the n-th that the hosts were made with has 10.77.0.n.
-  [[nodiscard]] virtual std::string address(const std::string& host) const = 0;
+  [[nodiscard]] const std::string& address(const std::string& host) const {
+    return addresses_.at(host);
+  }
   /// For files of this test, shared by all hosts.
-  [[nodiscard]] virtual std::filesystem::path folder() const = 0;
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_.path(); }
+
+ protected:
+  /// Made by the back end once the hosts are there, and gone before they go.
+  std::optional<Network> network_;
+
+ private:
+  TemporaryFolder folder_;
+  /// By host.
+  std::map<std::string, std::string> addresses_;
 };
 
 /// Where the hosts come from.

@@ -1,6 +1,5 @@
 #include "tests/cluster/driver/namespaces.hpp"
 
-#include <csignal>
 #include <cstdio>
 #include <regex>
 
@@ -16,33 +15,6 @@ namespace {
 const std::filesystem::path all_namespaces = "/run/netns";
 /// Of each host, as the profiles name it.
 constexpr const char* device = "eth0";
-
-/// A process in a network namespace: `ip netns exec` becomes the program, so its id is the
-/// program's.
-class NamespaceTask : public Task {
- public:
-  explicit NamespaceTask(std::vector<std::string> command) : process_(std::move(command)) {}
-
-  std::vector<std::string> await(const std::string& pattern,
-                                 std::chrono::milliseconds timeout) override {
-    return process_.await(pattern, timeout);
-  }
-  std::vector<std::string> await_log(const std::string& pattern,
-                                     std::chrono::milliseconds timeout) override {
-    return process_.await_error(pattern, timeout);
-  }
-  [[nodiscard]] std::string output() const override { return process_.output(); }
-  [[nodiscard]] std::string log() const override { return process_.error_output(); }
-  void kill() override { process_.kill(); }
-  void terminate() override { process_.terminate(); }
-  void pause() override { process_.signal(SIGSTOP); }
-  void resume() override { process_.signal(SIGCONT); }
-  [[nodiscard]] pid_t pid() const override { return process_.pid(); }
-  int wait(std::chrono::milliseconds timeout) override { return process_.wait(timeout); }
-
- private:
-  Process process_;
-};
 
 /// Namespaces of runs whose process is gone.
 void remove_leftovers() {
@@ -63,13 +35,12 @@ void remove_leftovers() {
 }  // namespace
 
 Namespaces::Namespaces(const std::vector<std::string>& names, std::uint64_t seed)
-    : prefix_(fmt::format("millrace-{}-", ::getpid())) {
+    : Hosts(names), prefix_(fmt::format("millrace-{}-", ::getpid())), names_(names) {
   remove_leftovers();
   std::vector<Port> ports;
   try {
     for (const std::string& name : names) {
       make_namespace(name);
-      addresses_[name] = fmt::format("10.77.0.{}", ports.size() + 1);
       ports.push_back({name, all_namespaces / network_namespace(name), device});
     }
     network_.emplace(std::move(ports), seed);
@@ -103,7 +74,7 @@ void Namespaces::configure(const std::string& host) {
 }
 
 void Namespaces::remove_all() noexcept {
-  for (const auto& [host, address] : addresses_) {
+  for (const std::string& host : names_) {
     try {
       run({"ip", "netns", "delete", network_namespace(host)});
     } catch (const std::exception& error) {
@@ -117,11 +88,8 @@ std::unique_ptr<Task> Namespaces::up(const std::string& host, const std::string&
   std::vector<std::string> command{"/usr/bin/env",          "ip",           "netns", "exec",
                                    network_namespace(host), binary(program)};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  return std::make_unique<NamespaceTask>(std::move(command));
-}
-
-std::string Namespaces::address(const std::string& host) const {
-  return addresses_.at(host);
+  // `ip netns exec` becomes the program, so its id is the program's.
+  return std::make_unique<Task>(std::move(command));
 }
 
 std::string Namespaces::obstacle() {

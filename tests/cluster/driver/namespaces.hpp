@@ -1,11 +1,7 @@
 // Hosts as network namespaces of this machine; programs are ordinary processes in them.
 #pragma once
 
-#include <map>
-#include <optional>
-
 #include "tests/cluster/driver/hosts.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -18,9 +14,6 @@ class Namespaces : public Hosts {
 
   std::unique_ptr<Task> up(const std::string& host, const std::string& program,
                            const std::vector<std::string>& arguments) override;
-  Network& network() override { return *network_; }
-  [[nodiscard]] std::string address(const std::string& host) const override;
-  [[nodiscard]] std::filesystem::path folder() const override { return folder_.path(); }
 
   /// Why there can be none here; empty if there can.
   static std::string obstacle();
@@ -32,10 +25,7 @@ class Namespaces : public Hosts {
   void remove_all() noexcept;
 
   const std::string prefix_;
-  TemporaryFolder folder_;
-  /// By host.
-  std::map<std::string, std::string> addresses_;
-  std::optional<Network> network_;
+  const std::vector<std::string> names_;
 };
 
 }  // namespace millrace::tests::cluster

@@ -1,8 +1,11 @@
-// A program that runs on a host of the cluster.
+// A program that runs on a host of the cluster: a process of this machine whose output and exit
+// code are the program's.
 #pragma once
 
 #include <chrono>
+#include <csignal>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <sys/types.h>
@@ -11,10 +14,11 @@
 
 namespace millrace::tests::cluster {
 
-/// Ends with its object, whatever happens to the test.
+/// Ends with its object, whatever happens to the test. A back end says otherwise where the process
+/// only stands for the program.
 class Task {
  public:
-  Task() = default;
+  explicit Task(std::vector<std::string> command) : process_(std::move(command)) {}
   virtual ~Task() = default;
   Task(const Task&) = delete;
   Task& operator=(const Task&) = delete;
@@ -22,29 +26,36 @@ class Task {
   /// Waits for a line of standard output in which `pattern` (ECMAScript) is found: the whole match
   /// and its groups. Throws std::runtime_error with all output if the program ends or the time is
   /// up before.
-  virtual std::vector<std::string> await(const std::string& pattern,
-                                         std::chrono::milliseconds timeout = patience) = 0;
+  std::vector<std::string> await(const std::string& pattern,
+                                 std::chrono::milliseconds timeout = patience) {
+    return process_.await(pattern, timeout);
+  }
   /// The same for the log.
-  virtual std::vector<std::string> await_log(const std::string& pattern,
-                                             std::chrono::milliseconds timeout = patience) = 0;
+  std::vector<std::string> await_log(const std::string& pattern,
+                                     std::chrono::milliseconds timeout = patience) {
+    return process_.await_error(pattern, timeout);
+  }
   /// Standard output so far.
-  [[nodiscard]] virtual std::string output() const = 0;
+  [[nodiscard]] std::string output() const { return process_.output(); }
   /// Standard error so far.
-  [[nodiscard]] virtual std::string log() const = 0;
+  [[nodiscard]] std::string log() const { return process_.error_output(); }
 
   /// As a crash does (SIGKILL).
-  virtual void kill() = 0;
+  virtual void kill() { process_.kill(); }
   /// As an operator does (SIGTERM).
-  virtual void terminate() = 0;
+  virtual void terminate() { process_.terminate(); }
   /// Freezes the program until resume().
-  virtual void pause() = 0;
-  virtual void resume() = 0;
+  virtual void pause() { process_.signal(SIGSTOP); }
+  virtual void resume() { process_.signal(SIGCONT); }
 
   /// The id of the program's process, as this process sees it; it must run.
-  [[nodiscard]] virtual pid_t pid() const = 0;
+  [[nodiscard]] virtual pid_t pid() const { return process_.pid(); }
 
   /// Waits for the end: the exit code, or 128 + the signal.
-  virtual int wait(std::chrono::milliseconds timeout = patience) = 0;
+  int wait(std::chrono::milliseconds timeout = patience) { return process_.wait(timeout); }
+
+ private:
+  Process process_;
 };
 
 }  // namespace millrace::tests::cluster
