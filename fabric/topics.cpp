@@ -10,8 +10,15 @@ namespace {
 
 constexpr std::int32_t last_only = 1;
 
+/// A call and its withdrawal: a recorder that is slow, or finds the writer only now, gets the
+/// request although the call is over.
+constexpr std::int32_t request_and_end = 2;
+
+/// Of one channel by one instance, for the same reason.
+constexpr std::int32_t replies_in_flight = 128;
+
 /// The event topic has no key, so the depth is what may be on its way at once.
-constexpr std::int32_t events_in_flight = 1024;
+constexpr std::int32_t events_in_flight = 8192;
 
 /// Neither has this one: an operator sends them one by one.
 constexpr std::int32_t commands_in_flight = 16;
@@ -32,8 +39,8 @@ Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 }  // namespace
 
-const Topic request_topic{"millrace/request", &millrace_Request_desc, true, last_only};
-const Topic reply_topic{"millrace/reply", &millrace_Reply_desc, true, last_only};
+const Topic request_topic{"millrace/request", &millrace_Request_desc, true, request_and_end};
+const Topic reply_topic{"millrace/reply", &millrace_Reply_desc, true, replies_in_flight};
 const Topic channel_topic{"millrace/channel", &millrace_ChannelStatus_desc, true, last_only};
 const Topic instance_topic{"millrace/instance", &millrace_InstanceStatus_desc, true, last_only};
 const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};
@@ -44,6 +51,10 @@ const Topic outcome_topic{"millrace/outcome", &millrace_Outcome_desc, true, last
 Qos writer_qos(const Topic& topic, std::string_view user_data) {
   Qos qos = common_qos(topic, user_data);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, topic.writer_depth);
+  // For those who join later the last sample of each key stays, and none that others only have not
+  // acknowledged yet.
+  dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, last_only, DDS_LENGTH_UNLIMITED,
+                              DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
   // A withdrawal is said explicitly (Writer::withdraw). What a writer leaves behind when it dies is
   // not withdrawn: a service goes on with the call and its gateway comes back for the answer.
   dds_qset_writer_data_lifecycle(qos.get(), false);

@@ -12,6 +12,7 @@ namespace millrace::tests::integration {
 namespace {
 
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -176,8 +177,10 @@ TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
   EXPECT_EQ(gateway.wait(), 0);
   recorder.terminate();
   EXPECT_EQ(recorder.wait(), 0) << recorder.error_output();
-  EXPECT_THAT(recorder.error_output(),
-              AllOf(HasSubstr("and lost 0;"), HasSubstr("millrace: 200 calls are complete\n")));
+  // The gateway may have seen the first call before it found the recorder.
+  EXPECT_THAT(
+      recorder.error_output(),
+      AllOf(HasSubstr("and lost 0;"), ContainsRegex("millrace: (199|200) calls are complete\n")));
 
   const std::string channels = run({"log", "ls", "--json", file}).output();
   EXPECT_EQ(exit_code, 0);

@@ -38,12 +38,12 @@ void Completeness::add(const Entry& entry, bool wanted) {
   if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
     add_event(*event, wanted, entry.at);
   } else if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
-    if (is_open(request->call)) {
+    if (is_open(request->call, entry.at)) {
       insert(trace_of(request->call, wanted).requested, request->attempt);
       on_channel(request->key, request->call, entry.at);
     }
   } else if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
-    if (is_open(reply->call)) {
+    if (is_open(reply->call, entry.at)) {
       Trace& trace = trace_of(reply->call, wanted);
       on_channel(reply->key, reply->call, entry.at);
       if (reply->kind == fabric::ReplyKind::final) {
@@ -69,8 +69,12 @@ void Completeness::on_machine(const fabric::MachineStatus& status) {
 }
 
 void Completeness::add_event(const fabric::Event& event, bool wanted, fabric::Time at) {
+  if (event.call == fabric::CallId{}) {
+    return;  // A request that nobody serves is no call yet.
+  }
+  const bool was_open = is_open(event.call, at);
   const bool is_new = event.kind == EventKind::seen && on_seen(event, at);
-  if (!is_new && !is_open(event.call)) {
+  if (!is_new && !was_open) {
     return;
   }
   Trace& trace = trace_of(event.call, wanted);
@@ -110,14 +114,13 @@ void Completeness::add_event(const fabric::Event& event, bool wanted, fabric::Ti
   }
 }
 
-/// False for a call that is known, and for those of tools.
+/// False for a call that is known.
 bool Completeness::on_seen(const fabric::Event& event, fabric::Time at) {
   const fabric::CallId& call = event.call;
-  const auto found = gateways_.find(call.epoch);
-  if (found == gateways_.end() || call.number <= found->second.last) {
+  Gateway& gateway = gateways_.at(call.epoch);
+  if (call.number <= gateway.last) {
     return false;
   }
-  Gateway& gateway = found->second;
   if (gateway.first == 0) {
     // What began before may be of a time when nobody listened.
     gateway.first = call.number;
@@ -179,13 +182,13 @@ void Completeness::on_status(const fabric::ChannelStatus& status, fabric::Time a
   }
 }
 
-/// Of a gateway, not judged yet, and not of a time when nobody listened.
-bool Completeness::is_open(const fabric::CallId& call) const {
-  const auto found = gateways_.find(call.epoch);
-  if (found == gateways_.end()) {
-    return false;
+/// Not judged yet, and not of a time when nobody listened.
+bool Completeness::is_open(const fabric::CallId& call, fabric::Time at) {
+  const auto [place, is_new] = gateways_.try_emplace(call.epoch);
+  if (is_new) {
+    strangers_.emplace_back(at, call.epoch);
   }
-  const Gateway& gateway = found->second;
+  const Gateway& gateway = place->second;
   return traces_.contains(call) ||
          ((call.number > gateway.last || in_a_gap(call)) && !gateway.judged.contains(call.number));
 }
@@ -208,7 +211,24 @@ bool Completeness::in_a_gap(const fabric::CallId& call) const {
   return gap != gaps_.end() && gap->first.epoch == call.epoch && gap->second.from <= call.number;
 }
 
+void Completeness::forget_strangers(fabric::Time until) {
+  while (!strangers_.empty() && strangers_.front().first <= until) {
+    const std::uint64_t epoch = strangers_.front().second;
+    strangers_.pop_front();
+    const auto stranger = gateways_.find(epoch);
+    if (stranger == gateways_.end() || !stranger->second.processes.empty()) {
+      continue;
+    }
+    gateways_.erase(stranger);
+    const auto is_its = [&](const auto& one) { return one.first.epoch == epoch; };
+    std::erase_if(traces_, is_its);
+    std::erase_if(gaps_, is_its);
+    std::erase_if(gap_order_, [&](const fabric::CallId& gap) { return gap.epoch == epoch; });
+  }
+}
+
 void Completeness::settle(fabric::Time until) {
+  forget_strangers(until);
   while (!over_.empty() && over_.front().first <= until) {
     const auto [at, call] = over_.front();
     over_.pop_front();
@@ -295,6 +315,7 @@ void Completeness::judge(Traces::iterator found, bool at_once) {
 }
 
 void Completeness::finish(fabric::Time now) {
+  forget_strangers(now);
   settle(now - last_moment);
   settle_gaps(now);
   while (!over_.empty()) {

@@ -107,17 +107,20 @@ class Completeness {
   void on_channel(const fabric::ChannelKey& key, const fabric::CallId& call, fabric::Time at);
   void on_status(const fabric::ChannelStatus& status, fabric::Time at);
   void on_machine(const fabric::MachineStatus& status);
-  [[nodiscard]] bool is_open(const fabric::CallId& call) const;
+  [[nodiscard]] bool is_open(const fabric::CallId& call, fabric::Time at);
   Trace& trace_of(const fabric::CallId& call, bool wanted);
   void set_over(const fabric::CallId& call, Trace& trace, fabric::Time at);
   void settle(fabric::Time until);
   void settle_gaps(fabric::Time until);
+  void forget_strangers(fabric::Time until);
   void judge(Traces::iterator trace, bool at_once);
   [[nodiscard]] bool in_a_gap(const fabric::CallId& call) const;
   [[nodiscard]] std::uint64_t unseen_in(std::uint64_t epoch, const Gap& gap);
 
   Missing missing_;
   std::map<std::uint64_t, Gateway> gateways_;
+  /// Epochs of calls, and when they were first heard of: a gateway shows itself, a tool does not.
+  std::deque<std::pair<fabric::Time, std::uint64_t>> strangers_;
   Traces traces_;
   /// The newest call of each channel.
   std::map<fabric::ChannelKey, fabric::CallId> current_;

@@ -1,5 +1,6 @@
 #include "tools/commands/record/record.hpp"
 
+#include <algorithm>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -43,6 +44,10 @@ struct Options {
   bool on_error = false;
   bool json = false;
 };
+
+/// Longer than a busy machine keeps a program from running: those who take a recorder for gone keep
+/// nothing for it any more.
+constexpr std::chrono::milliseconds shortest_lease = std::chrono::seconds(10);
 
 /// "millrace-20260301T070000Z.mcap"
 std::string default_name() {
@@ -208,7 +213,8 @@ void show(const Options& options, const std::vector<std::filesystem::path>& file
 }
 
 int record(const Options& options) {
-  const fabric::ParticipantOptions join = options.fabric.options();
+  fabric::ParticipantOptions join = options.fabric.options();
+  join.lease = std::max(join.lease, shortest_lease);
   recorder::Options settings = recorder_options(options, join);
   attach_configuration(options, settings);
   const std::string file = settings.file.string();

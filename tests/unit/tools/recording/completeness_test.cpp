@@ -264,6 +264,20 @@ TEST_F(ACompleteness, LeavesCallsOfToolsOut) {
   EXPECT_EQ(missing(), Missing{});
 }
 
+TEST_F(ACompleteness, KeepsNothingOfCallsOfTools) {
+  for (std::uint64_t number = 1; number <= 1000; ++number) {
+    add(of_epoch(one_call(1, static_cast<double>(number) * 100), 0x100 + number));
+  }
+  EXPECT_LT(sut.open(), 30U);
+}
+
+TEST_F(ACompleteness, HearsOfAGatewayAfterItsFirstCallsToo) {
+  add(one_call(17, 0));
+  add({gateway(10)});
+  add(without<fabric::Reply>(one_call(18, 20)));
+  EXPECT_EQ(missing(), (Missing{.complete = 1, .incomplete = 1, .replies = 1}));
+}
+
 TEST_F(ACompleteness, DoesNotCareInWhichOrderTopicsCome) {
   add({gateway(-1000)});
   auto entries = one_call(17, 0);
