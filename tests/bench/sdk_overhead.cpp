@@ -10,18 +10,17 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "fabric/reader.hpp"
 #include "fabric/writer.hpp"
 #include "idl/program/log.hpp"
 #include "services/sdk/service.hpp"
+#include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -115,28 +114,6 @@ bool measure_calls(std::uint64_t calls) {
   return out.print() && in_met;
 }
 
-double resident_mib(pid_t process) {
-  std::ifstream statm(fmt::format("/proc/{}/statm", process));
-  long total = 0;
-  long resident = 0;
-  statm >> total >> resident;
-  return static_cast<double>(resident * ::sysconf(_SC_PAGESIZE)) / (1024 * 1024);
-}
-
-/// Seconds of processor time a process has used.
-double processor_seconds(pid_t process) {
-  std::ifstream stat(fmt::format("/proc/{}/stat", process));
-  std::string field;
-  // The 14th and 15th field, proc(5); the name, which is the second, has no blank.
-  for (int i = 1; i < 14; ++i) {
-    stat >> field;
-  }
-  long user = 0;
-  long system = 0;
-  stat >> user >> system;
-  return static_cast<double>(user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
-}
-
 struct Idle {
   std::string program;
   std::vector<std::string> arguments{};
@@ -150,11 +127,11 @@ bool measure_idle(const Idle& idle) {
   command.insert(command.end(), idle.arguments.begin(), idle.arguments.end());
   tests::Process service(command);
   service.await("^ready: ");
-  const double before = processor_seconds(service.pid());
+  const double before = bench::processor_seconds(service.pid());
   std::this_thread::sleep_for(idle_time);
-  const double used = processor_seconds(service.pid()) - before;
+  const double used = bench::processor_seconds(service.pid()) - before;
   const double percent = 100 * used / std::chrono::duration<double>(idle_time).count();
-  const double memory = resident_mib(service.pid());
+  const double memory = bench::resident_mib(service.pid());
   fmt::print(
       "{} idle: {:.1f} MiB resident, goal {:.0f} MiB; {:.2f} % of a processor, goal {:.0f} %\n",
       idle.program, memory, goal_memory_mib, percent, goal_processor_percent);

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "tests/bench/gateway/peers.hpp"
-#include "tests/bench/gateway/process_use.hpp"
 #include "tests/bench/gateway/series.hpp"
+#include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -13,7 +13,7 @@
 #include "gateway/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "tests/bench/gateway/peers.hpp"
-#include "tests/bench/gateway/process_use.hpp"
+#include "tests/bench/process_use.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/support/service_interface.hpp"
 
