@@ -1,5 +1,6 @@
 // Two gateways set up for one machine: one serves, the other stands by.
 #include <csignal>
+#include <stdexcept>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,6 +20,19 @@ const std::string machine =
 std::string standing_by(const Process& first) {
   return "cnc .*: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()) +
          " on \\S+\\) serves it already; this gateway stands by";
+}
+
+/// Until whoever listens on the fabric has heard that the call of channel 1 runs, a gateway that
+/// stands by among them; that the first has said so does not mean it was heard.
+void await_running(const Chain& sut) {
+  std::string heard;
+  while (heard.find("running") == std::string::npos) {
+    Process channels = sut.millrace({"channels"});
+    if (channels.wait() != 0) {
+      throw std::runtime_error(channels.error_output());
+    }
+    heard = channels.output();
+  }
 }
 
 TEST(ASecondGateway, RefusesTheMachineAndNamesTheOneThatServesIt) {
@@ -107,6 +121,7 @@ TEST(ASecondGateway, HoldsAnAtMostOnceCallThatTheFirstHadGivenOut) {
   Process second = sut.gateway();
   second.await_error(standing_by(first));
   first.await_error("cnc/1: call .* given to");
+  await_running(sut);
   first.kill();
   second.await_error("cnc/1: call .*gateway .*, which is gone, may have given this call out");
   Process answer = sut.millrace({"answer", "cnc/1", "by hand", "--state", "7"});
