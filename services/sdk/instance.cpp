@@ -13,7 +13,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include "fabric/command_end.hpp"
+#include "fabric/instance_commands.hpp"
 #include "fabric/reply_end.hpp"
 #include "idl/program/watchdog.hpp"
 #include "services/sdk/runner.hpp"
@@ -23,10 +23,6 @@ namespace millrace::services::sdk {
 namespace asio = boost::asio;
 
 namespace {
-
-/// Gateways learn in about a millisecond that an instance drains; what they gave out until then
-/// arrives within this time and is still run.
-constexpr auto drain_grace = std::chrono::milliseconds(100);
 
 /// Tools want to see load; nobody may be kept busy with it.
 constexpr auto status_period = std::chrono::seconds(1);
@@ -76,7 +72,7 @@ fabric::ParticipantOptions join_options(const ServiceOptions& options) {
           .configuration = options.configuration};
 }
 
-struct Instance::Impl : fabric::CommandListener {
+struct Instance::Impl : fabric::InstanceCommandsListener {
   Impl(const ServiceOptions& options, Service::Log own_log)
       : log(std::move(own_log)),
         identity(make_identity(options)),
@@ -89,8 +85,10 @@ struct Instance::Impl : fabric::CommandListener {
   void leave();
   void drain();
   void report();
-  void on_command(const fabric::Command& command) override;
-  void tell(const fabric::Command& command, const std::string& detail);
+  [[nodiscard]] std::optional<std::uint32_t> running(
+      const fabric::InstanceId& instance) const override;
+  void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
+  void on_untold(const fabric::Command& command, const std::string& reason) override;
 
   const Service::Log log;
   const fabric::InstanceIdentity identity;
@@ -102,7 +100,7 @@ struct Instance::Impl : fabric::CommandListener {
   /// The supervisor of a service looks whether this loop turns.
   const idl::program::Watchdog watchdog{context.get_executor()};
   std::optional<fabric::ReplyEnd> end;
-  std::optional<fabric::CommandEnd> commands;
+  std::optional<fabric::InstanceCommands> commands;
   std::optional<fabric::InstanceStatus> reported;
   const fabric::Time started = std::chrono::system_clock::now();
   // Last: it uses all of the above.
@@ -135,7 +133,7 @@ void Instance::Impl::leave() {
 
 void Instance::Impl::drain() {
   end->set_draining(true);
-  grace.expires_after(drain_grace);
+  grace.expires_after(fabric::InstanceCommands::drain_grace);
   grace.async_wait([this](const boost::system::error_code& error) {
     if (!error) {
       runner->close_when_idle();
@@ -159,31 +157,17 @@ void Instance::Impl::report() {
   });
 }
 
-void Instance::Impl::on_command(const fabric::Command& command) {
-  if (command.instance != identity.id) {
-    return;
-  }
-  const std::uint32_t running = runner->status().running;
-  if (command.kind == fabric::CommandKind::drain) {
-    log->info("{} asks this instance to leave", command.issuer);
-    drain();
-    tell(command, fmt::format("leaves when the calls it runs ({}) are answered", running));
-  } else if (command.kind == fabric::CommandKind::ping) {
-    tell(command, fmt::format("runs {} calls", running));
-  }
+std::optional<std::uint32_t> Instance::Impl::running(const fabric::InstanceId& instance) const {
+  return instance == identity.id ? std::optional(runner->status().running) : std::nullopt;
 }
 
-void Instance::Impl::tell(const fabric::Command& command, const std::string& detail) {
-  const auto told = commands->publish({
-      .responder = identity.id,
-      .command = command.id,
-      .done = true,
-      .detail = detail,
-      .at = std::chrono::system_clock::now(),
-  });
-  if (!told) {
-    log->warn("{} is not told '{}': {}", command.issuer, detail, told.error());
-  }
+void Instance::Impl::on_drain(const fabric::InstanceId& /*instance*/, const std::string& issuer) {
+  log->info("{} asks this instance to leave", issuer);
+  drain();
+}
+
+void Instance::Impl::on_untold(const fabric::Command& command, const std::string& reason) {
+  log->warn("{} is not told what came of its command: {}", command.issuer, reason);
 }
 
 Instance::Instance(const ServiceOptions& options, Service::Log log)

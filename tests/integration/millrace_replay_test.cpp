@@ -147,6 +147,25 @@ TEST_F(Replay, StandsInForAService) {
   EXPECT_THAT(replay.output(), HasSubstr("6 calls answered from the recording, 0 did not match"));
 }
 
+TEST_F(Replay, StandingInForAServiceAnswersAnOperatorAsAnInstanceDoes) {
+  Process replay = chain.millrace({"replay", "--as-service", demo_recording});
+  replay.await("^ready: ");
+  Process gateway = [&] {
+    Process cnc = chain.cnc({"--run", demo_program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+    Process live = chain.gateway();
+    EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+    return live;
+  }();
+  const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+  EXPECT_THAT(run({"ping", square_root}).output(), HasSubstr("runs 0 calls"));
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(run({"drain", square_root}).output(), HasSubstr("leaves when the calls it runs"));
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_EQ(replay.wait(), 0) << replay.output();
+  EXPECT_THAT(replay.output(), HasSubstr("1 calls answered from the recording, 0 did not match"));
+  EXPECT_THAT(replay.error_output(), HasSubstr("asks the stand-in for " + square_root));
+}
+
 TEST_F(Replay, StandingInForAServiceSaysWhatItExpected) {
   Process replay = chain.millrace({"replay", "--as-service", demo_recording});
   replay.await("^ready: ");

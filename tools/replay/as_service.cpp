@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include <boost/asio/post.hpp>
 #include <unistd.h>
 
 namespace millrace::tools::replay {
@@ -29,6 +30,7 @@ AsService::AsService(fabric::Participant& participant, asio::any_io_executor exe
       matcher_(plan, options_.channels, options_.rounds),
       end_timer_(executor_) {
   open(participant);
+  commands_.emplace(participant, executor_, *this);
 }
 
 void AsService::open(fabric::Participant& participant) {
@@ -133,7 +135,9 @@ void AsService::repeat(const fabric::Request& request) {
 void AsService::say_next(const fabric::ChannelKey& key) {
   Pending& pending = pending_.at(key);
   if (pending.said == pending.script.size()) {
+    const fabric::InstanceId instance = pending.request.assigned;
     look_for_the_end();
+    leave_if_done(instance);
     return;
   }
   const auto at = pending.since + pending.script[pending.said].first;
@@ -163,8 +167,14 @@ void AsService::publish(Pending& pending) {
 }
 
 void AsService::on_withdrawn(const fabric::ChannelKey& key) {
-  pending_.erase(key);
+  const auto found = pending_.find(key);
+  if (found == pending_.end()) {
+    return;
+  }
+  const fabric::InstanceId instance = found->second.request.assigned;
+  pending_.erase(found);
   look_for_the_end();
+  leave_if_done(instance);
 }
 
 void AsService::look_for_the_end() {
@@ -186,6 +196,53 @@ void AsService::look_for_the_end() {
       }
     });
   }
+}
+
+std::optional<std::uint32_t> AsService::running(const fabric::InstanceId& instance) const {
+  if (!ends_.contains(instance)) {
+    return std::nullopt;
+  }
+  return static_cast<std::uint32_t>(std::ranges::count_if(pending_, [&](const auto& one) {
+    return one.second.request.assigned == instance && one.second.said < one.second.script.size();
+  }));
+}
+
+void AsService::on_drain(const fabric::InstanceId& instance, const std::string& issuer) {
+  fabric::ReplyEnd& end = *ends_.at(instance);
+  end.set_draining(true);
+  listener_.on_drain(end.identity(), issuer);
+  const auto [timer, is_new] = draining_.try_emplace(instance, executor_);
+  if (is_new) {
+    timer->second.expires_after(fabric::InstanceCommands::drain_grace);
+    timer->second.async_wait([this, instance](const boost::system::error_code& error) {
+      if (!error) {
+        leave_if_done(instance);
+      }
+    });
+  }
+}
+
+void AsService::on_untold(const fabric::Command& /*command*/, const std::string& /*reason*/) {
+  // An operator who hears nothing asks again.
+}
+
+void AsService::leave_if_done(const fabric::InstanceId& instance) {
+  const auto timer = draining_.find(instance);
+  if (timer == draining_.end() || timer->second.expiry() > std::chrono::steady_clock::now() ||
+      running(instance) != 0U) {
+    return;
+  }
+  // Not from one of its own callbacks.
+  asio::post(executor_, [this, instance] {
+    std::erase_if(pending_,
+                  [&](const auto& one) { return one.second.request.assigned == instance; });
+    ends_.erase(instance);
+    draining_.erase(instance);
+    if (ends_.empty() && !complete_) {
+      complete_ = true;
+      listener_.on_complete();
+    }
+  });
 }
 
 fabric::Reply AsService::reply_to(const fabric::Request& request, const Answer& answer) const {

@@ -15,6 +15,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "fabric/instance_commands.hpp"
 #include "fabric/participant.hpp"
 #include "fabric/reply_end.hpp"
 #include "tools/replay/matcher.hpp"
@@ -30,7 +31,9 @@ class AsServiceListener {
   virtual void on_match(const fabric::Request& request, std::size_t call) = 0;
   /// A call was answered with an error; `reason` says what was expected.
   virtual void on_mismatch(const fabric::Request& request, const std::string& reason) = 0;
-  /// Every recorded call has been made, and its answer has been taken.
+  /// An operator, `issuer`, asks an instance to leave.
+  virtual void on_drain(const fabric::InstanceIdentity& instance, const std::string& issuer) = 0;
+  /// Every recorded call has been made, and its answer has been taken; or every instance has left.
   virtual void on_complete() = 0;
 };
 
@@ -50,7 +53,7 @@ struct AsServiceOptions {
   std::string host{};
 };
 
-class AsService : public fabric::ReplyEndListener {
+class AsService : public fabric::ReplyEndListener, public fabric::InstanceCommandsListener {
  public:
   /// All but `executor` and `options` outlive this object. Throws std::runtime_error if the fabric
   /// cannot be used.
@@ -63,6 +66,10 @@ class AsService : public fabric::ReplyEndListener {
 
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::ChannelKey& key) override;
+  [[nodiscard]] std::optional<std::uint32_t> running(
+      const fabric::InstanceId& instance) const override;
+  void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
+  void on_untold(const fabric::Command& command, const std::string& reason) override;
 
  private:
   /// A live call that its gateway has not taken back.
@@ -83,6 +90,8 @@ class AsService : public fabric::ReplyEndListener {
   void say_next(const fabric::ChannelKey& key);
   void publish(Pending& pending);
   void look_for_the_end();
+  /// Ends a draining instance that has nothing left to say.
+  void leave_if_done(const fabric::InstanceId& instance);
   [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;
   [[nodiscard]] nanoseconds delay_of(const TimedAnswer& answer) const;
   [[nodiscard]] fabric::ReplyEnd* end_of(const fabric::InstanceId& instance);
@@ -96,6 +105,9 @@ class AsService : public fabric::ReplyEndListener {
   bool complete_ = false;
   boost::asio::steady_timer end_timer_;
   std::map<fabric::InstanceId, std::unique_ptr<fabric::ReplyEnd>> ends_;
+  /// Of the instances that drain: from then on they leave as soon as they are done.
+  std::map<fabric::InstanceId, boost::asio::steady_timer> draining_;
+  std::optional<fabric::InstanceCommands> commands_;
 };
 
 }  // namespace millrace::tools::replay

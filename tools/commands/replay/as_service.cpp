@@ -120,6 +120,11 @@ class StandIn : public tools::replay::AsServiceListener {
     }
   }
 
+  void on_drain(const fabric::InstanceIdentity& instance, const std::string& issuer) override {
+    fmt::print(stderr, "millrace: {} asks the stand-in for {} to leave\n", print::safe(issuer),
+               instance.uuid);
+  }
+
   void on_complete() override { io_.stop(); }
 
  private:
