@@ -50,21 +50,23 @@ TEST(ASecondGateway, RefusesTheMachineAndNamesTheOneThatServesIt) {
   EXPECT_THAT(machines.output(), HasSubstr("serves it already"));
 }
 
+// While a call is under way: one that is killed while it writes an answer leaves, without a
+// journal, a program that waits on.
 TEST(ASecondGateway, TakesOverWhenTheFirstIsKilled) {
   Chain sut;
-  Process service = sut.square_root();
-  Process cnc = sut.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
-  Process first = sut.gateway();
+  Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
+  Process first = sut.gateway({"--log-level", "debug"});
   first.await_error("link up");
   Process second = sut.gateway();
   second.await_error(standing_by(first));
+  Process service = sut.slow_service({"--work", "1500"});
+  first.await_error("cnc/1: call .* given to");
   first.kill();
   second.await_error("taken over: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()));
   Process third = sut.gateway();
   third.await_error(standing_by(second));
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
-  EXPECT_THAT(cnc.output(), HasSubstr("[ch1] 200 calls, last 1.414214\n"));
-  EXPECT_THAT(cnc.output(), Not(HasSubstr("failed")));
+  EXPECT_THAT(cnc.output(), HasSubstr("answer = first, state = 1\n"));
 }
 
 TEST(ASecondGateway, TakesOverWhenTheFirstEnds) {
