@@ -47,6 +47,9 @@ Recorder::Result Recorder::on_entry(recording::Entry entry, Moment now) {
 }
 
 Recorder::Result Recorder::write_window(Moment now) {
+  if (!ring_ || !options_.window) {
+    return {};
+  }
   write_until_ = now + options_.window->after;
   Result result = file_ ? Result{} : begin_file(now);
   ring_->take([&](const recording::Entry& entry) {
