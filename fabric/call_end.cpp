@@ -17,7 +17,9 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
         listener(&own_listener),
         channels(own_participant, own_participant.options().fabric),
         machines(own_participant, own_participant.options().fabric),
-        events(own_participant, own_participant.options().fabric) {}
+        events(own_participant, own_participant.options().fabric) {
+    events.hold({});
+  }
 
   void open(const boost::asio::any_io_executor& executor);
   void close();
@@ -178,6 +180,10 @@ tl::expected<void, std::string> CallEnd::publish(const MachineStatus& status) {
 }
 
 tl::expected<void, std::string> CallEnd::publish(const Event& event) {
+  // Nobody can ask for it later.
+  if (!impl_->events.has_readers()) {
+    return {};
+  }
   return impl_->events.write(event);
 }
 

@@ -48,6 +48,9 @@ class Reader {
   /// Samples that writers overwrote or dropped before they arrived here, since the start.
   [[nodiscard]] std::uint32_t lost() const;
 
+  /// Waits until its listener has ended what it does, and never calls it again.
+  void silence() { dds_set_listener(reader_, nullptr); }
+
   /// Handles of the writers that are matched, as in the samples of DCPSPublication.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
 

@@ -8,6 +8,7 @@
 #include "fabric/identity.hpp"
 #include "fabric/identity_text.hpp"
 #include "fabric/reader.hpp"
+#include "fabric/turnstile.hpp"
 #include "fabric/waker.hpp"
 #include "fabric/writer.hpp"
 
@@ -23,6 +24,8 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
         status(participant, partition) {}
 
   void open(const boost::asio::any_io_executor& executor);
+  void open_directly();
+  void read(const Listener& on_request);
   void close();
   void drain();
   void tell(const Taken<Request>& taken);
@@ -34,8 +37,9 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   const std::string partition;
   Writer<Reply> replies;
   Writer<InstanceStatus> status;
-  // Before the reader that wakes it.
+  // One of them, before the reader that wakes it.
   std::optional<Waker> waker;
+  std::optional<Turnstile> turnstile;
   std::optional<Reader<Request>> requests;
 };
 
@@ -43,12 +47,25 @@ void ReplyEnd::Impl::open(const boost::asio::any_io_executor& executor) {
   waker.emplace(executor, weak_from_this(), [this] { drain(); });
   const Listener on_request(dds_create_listener(nullptr));
   waker->listen_for_data(on_request.get());
+  read(on_request);
+}
+
+void ReplyEnd::Impl::open_directly() {
+  turnstile.emplace([this] { drain(); });
+  const Listener on_request(dds_create_listener(nullptr));
+  turnstile->listen_for_data(on_request.get());
+  read(on_request);
+  turnstile->open();
+}
+
+void ReplyEnd::Impl::read(const Listener& on_request) {
   requests.emplace(
       participant, partition, Keep::last,
       EndpointOptions{.user_data = format_identity(identity), .listener = on_request.get()});
 }
 
 void ReplyEnd::Impl::close() {
+  requests->silence();
   listener = nullptr;
   requests.reset();
 }
@@ -93,6 +110,11 @@ ReplyEnd::ReplyEnd(Participant& participant, boost::asio::any_io_executor execut
                    InstanceIdentity identity, ReplyEndListener& listener)
     : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
   impl_->open(executor);
+}
+
+ReplyEnd::ReplyEnd(Participant& participant, InstanceIdentity identity, ReplyEndListener& listener)
+    : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
+  impl_->open_directly();
 }
 
 ReplyEnd::~ReplyEnd() {

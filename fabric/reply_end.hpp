@@ -15,7 +15,7 @@
 
 namespace millrace::fabric {
 
-/// Called on the executor, one at a time.
+/// Called one at a time.
 class ReplyEndListener {
  public:
   virtual ~ReplyEndListener() = default;
@@ -26,14 +26,18 @@ class ReplyEndListener {
   virtual void on_withdrawn(const ChannelKey& key) = 0;
 };
 
-/// RAII; use and end it on the executor, which runs one thing at a time and outlives it. Only
-/// `publish` and `identity` may be called from any thread while it lives.
+/// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an
+/// executor in one thread. Only `publish` and `identity` may be called from any thread while it
+/// lives.
 class ReplyEnd {
  public:
   /// Throws std::invalid_argument for an identity that cannot be announced (check_identity), and
   /// std::runtime_error with Cyclone's reason.
   ReplyEnd(Participant& participant, boost::asio::any_io_executor executor,
            InstanceIdentity identity, ReplyEndListener& listener);
+  /// The same without an executor: requests come in the thread that receives them, a hand-over
+  /// earlier. The listener must not wait there, nor end this object.
+  ReplyEnd(Participant& participant, InstanceIdentity identity, ReplyEndListener& listener);
   ~ReplyEnd();
   ReplyEnd(const ReplyEnd&) = delete;
   ReplyEnd& operator=(const ReplyEnd&) = delete;

@@ -10,12 +10,9 @@ namespace {
 
 constexpr std::int32_t last_only = 1;
 
-/// A call and its withdrawal: a recorder that is slow, or finds the writer only now, gets the
-/// request although the call is over.
-constexpr std::int32_t request_and_end = 2;
-
-/// Of one channel by one instance, for the same reason.
-constexpr std::int32_t replies_in_flight = 128;
+/// Requests of one channel, and replies to it by one instance: a recorder that is slow, or finds the
+/// writer only now, gets them although the calls are over.
+constexpr std::int32_t calls_in_flight = 128;
 
 /// The event topic has no key, so the depth is what may be on its way at once.
 constexpr std::int32_t events_in_flight = 8192;
@@ -39,8 +36,8 @@ Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 }  // namespace
 
-const Topic request_topic{"millrace/request", &millrace_Request_desc, true, request_and_end};
-const Topic reply_topic{"millrace/reply", &millrace_Reply_desc, true, replies_in_flight};
+const Topic request_topic{"millrace/request", &millrace_Request_desc, true, calls_in_flight};
+const Topic reply_topic{"millrace/reply", &millrace_Reply_desc, true, calls_in_flight};
 const Topic channel_topic{"millrace/channel", &millrace_ChannelStatus_desc, true, last_only};
 const Topic instance_topic{"millrace/instance", &millrace_InstanceStatus_desc, true, last_only};
 const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};

@@ -24,12 +24,18 @@ class Writer {
   /// Sends a sample to every matched reader. Never waits: see writer_qos. From any thread.
   tl::expected<void, std::string> write(const Value& value);
 
+  /// Keeps what Cyclone holds for this key from one sample to the next. Without this it makes and
+  /// frees it for each sample of a volatile topic, in a thread of its own.
+  void hold(const Value& value);
+
   /// Takes the sample of this key back: who has it sees it disposed, who joins later sees nothing.
   void withdraw(const Value& value);
 
   /// Has nothing more to say of this key: who has the sample sees it orphaned, unless another
   /// writer has it too; who joins later sees nothing of ours.
   void let_go(const Value& value);
+
+  [[nodiscard]] bool has_readers() const;
 
   /// Handles of the readers that are matched, as in the samples of DCPSSubscription.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
@@ -64,6 +70,14 @@ tl::expected<void, std::string> Writer<Value>::write(const Value& value) {
 }
 
 template <typename Value>
+void Writer<Value>::hold(const Value& value) {
+  if (const auto sample = Codec<Value>::encode(value)) {
+    dds_instance_handle_t unused = DDS_HANDLE_NIL;
+    dds_register_instance(writer_, &unused, &*sample);
+  }
+}
+
+template <typename Value>
 void Writer<Value>::withdraw(const Value& value) {
   if (const auto sample = Codec<Value>::encode(value)) {
     dds_dispose(writer_, &*sample);
@@ -76,6 +90,13 @@ void Writer<Value>::let_go(const Value& value) {
   if (const auto sample = Codec<Value>::encode(value)) {
     dds_unregister_instance(writer_, &*sample);
   }
+}
+
+template <typename Value>
+bool Writer<Value>::has_readers() const {
+  dds_publication_matched_status_t status{};
+  // An error cannot mean that there are none.
+  return dds_get_publication_matched_status(writer_, &status) < 0 || status.current_count > 0;
 }
 
 template <typename Value>

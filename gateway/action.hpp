@@ -55,10 +55,17 @@ struct Publish {
   fabric::Request request;
 };
 
-/// Take the call back on the fabric.
+/// Take the call back on the fabric: its instance learns that nobody waits any more.
 struct Withdraw {
   std::string uuid;
   bool operator==(const Withdraw&) const = default;
+};
+
+/// The instance that had the call has answered it: nobody needs to be told, and the core takes the
+/// request back when the channel is quiet.
+struct LeaveBe {
+  std::string uuid;
+  bool operator==(const LeaveBe&) const = default;
 };
 
 /// A call of an earlier run still waits for its answer: the dispatcher takes it up again.
@@ -96,8 +103,8 @@ struct Say {
   bool operator==(const Say&) const = default;
 };
 
-using Action = std::variant<Read, Write, WakeAt, Offer, Record, Publish, Withdraw, Resume, Freed,
-                            Tell, Show, Hide, Say>;
+using Action = std::variant<Read, Write, WakeAt, Offer, Record, Publish, Withdraw, LeaveBe, Resume,
+                            Freed, Tell, Show, Hide, Say>;
 using Actions = std::vector<Action>;
 
 /// How a write ended.

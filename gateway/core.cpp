@@ -202,6 +202,13 @@ ChannelActions Core::set_obstacle(const std::string& reason, Moment now) {
   return finish();
 }
 
+ChannelActions Core::take_back() {
+  for (auto& [key, uuid] : leftovers_.take_all()) {
+    out_.push_back({key, Withdraw{std::move(uuid)}});
+  }
+  return finish();
+}
+
 bool Core::answering() const {
   return std::ranges::any_of(sessions_, [](const auto& one) {
     return one.second.status().state == fabric::ChannelState::answering;
@@ -210,7 +217,16 @@ bool Core::answering() const {
 
 ChannelActions Core::on_time(Moment now) {
   carry_out(dispatcher_.on_time(now.steady), now);
+  for (auto& [key, uuid] : leftovers_.due(now.steady)) {
+    out_.push_back({key, Withdraw{std::move(uuid)}});
+  }
   return finish();
+}
+
+std::optional<SteadyTime> Core::next_time() const {
+  const auto one = dispatcher_.next_time();
+  const auto other = leftovers_.next_time();
+  return one && other ? std::min(*one, *other) : one ? one : other;
 }
 
 ChannelSession* Core::find(const fabric::ChannelKey& key) {
@@ -235,7 +251,14 @@ void Core::run(ChannelSession& session, Actions actions, Moment now) {
       carry_out(dispatcher_.resume(*session.call(), now.steady), now);
     } else if (const auto* freed = std::get_if<Freed>(&action)) {
       carry_out(dispatcher_.remove(freed->call), now);
+    } else if (const auto* left = std::get_if<LeaveBe>(&action)) {
+      leftovers_.keep(session.key(), left->uuid, now.steady);
     } else {
+      if (const auto* next = std::get_if<Publish>(&action)) {
+        if (auto old = leftovers_.replace(session.key(), next->request.uuid)) {
+          out_.push_back({session.key(), Withdraw{std::move(*old)}});
+        }
+      }
       out_.push_back({session.key(), std::move(action)});
     }
   }
@@ -352,6 +375,9 @@ void Core::reserve_numbers(const fabric::ChannelKey& key) {
 ChannelActions Core::finish() {
   for (auto it = leaving_.begin(); it != leaving_.end();) {
     if (sessions_.at(*it).is_over()) {
+      if (auto old = leftovers_.take(*it)) {
+        out_.push_back({*it, Withdraw{std::move(*old)}});
+      }
       out_.push_back({*it, Hide{}});
       sessions_.erase(*it);
       it = leaving_.erase(it);

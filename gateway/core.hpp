@@ -17,6 +17,7 @@
 #include "gateway/action.hpp"
 #include "gateway/dispatcher.hpp"
 #include "gateway/journal/ledger.hpp"
+#include "gateway/leftovers.hpp"
 #include "gateway/session.hpp"
 
 namespace millrace::gateway {
@@ -95,12 +96,15 @@ class Core {
   /// Why no new call may be claimed (the journal is full); empty = claim again.
   ChannelActions set_obstacle(const std::string& reason, Moment now);
 
+  /// Takes back what is answered, before the gateway ends.
+  ChannelActions take_back();
+
   /// An answer is on its way into a channel.
   [[nodiscard]] bool answering() const;
 
   ChannelActions on_time(Moment now);
   /// When on_time has something to do.
-  [[nodiscard]] std::optional<SteadyTime> next_time() const { return dispatcher_.next_time(); }
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
   ChannelSession* find(const fabric::ChannelKey& key);
@@ -128,6 +132,7 @@ class Core {
   /// Sessions that are retired or released, until they are over.
   std::set<fabric::ChannelKey> leaving_;
   std::map<fabric::ChannelKey, Inheritance> inherited_;
+  Leftovers leftovers_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;
   /// The last number given; numbers up to `recorded_` may be used, the journal was asked for those

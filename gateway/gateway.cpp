@@ -87,8 +87,10 @@ struct Gateway::Impl final : fabric::CallEndListener,
                              fabric::GatewayWatchListener,
                              MachinesHands,
                              MachinesListener {
-  Impl(const asio::any_io_executor& the_executor, Settings the_settings, idl::program::Log the_log)
+  Impl(const asio::any_io_executor& the_executor, Attention& the_attention, Settings the_settings,
+       idl::program::Log the_log)
       : executor(the_executor),
+        attention(the_attention),
         log(std::move(the_log)),
         settings(std::move(the_settings)),
         journal(open_journal(executor, settings, log)),
@@ -280,8 +282,14 @@ struct Gateway::Impl final : fabric::CallEndListener,
     }
     arm_timer();
     if (finished && !core.answering()) {
-      std::exchange(finished, {})();
+      end();
     }
+  }
+
+  void end() {
+    const std::function<void()> then = std::exchange(finished, {});
+    carry_out(core.take_back());
+    then();
   }
 
   void finish(std::function<void()> then) {
@@ -291,7 +299,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
     last_chance.async_wait([this](boost::system::error_code error) {
       if (!error && finished) {
         log->warn("ending with an answer half written; the journal knows how to go on");
-        std::exchange(finished, {})();
+        end();
       }
     });
     carry_out(core.set_obstacle("the gateway is ending", now()));
@@ -325,6 +333,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
       log->error("{}: call {} cannot be given out: {}", key.to_string(),
                  action.request.call.to_string(), published.error());
     }
+    attention.expect();
   }
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
     call_end.withdraw(key, action.uuid);
@@ -349,6 +358,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
   }
   // The core keeps these to itself.
   void carry_out(const fabric::ChannelKey&, const Offer&) {}
+  void carry_out(const fabric::ChannelKey&, const LeaveBe&) {}
   void carry_out(const fabric::ChannelKey&, const Resume&) {}
   void carry_out(const fabric::ChannelKey&, const Freed&) {}
 
@@ -372,6 +382,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
   }
 
   asio::any_io_executor executor;
+  Attention& attention;
   idl::program::Log log;
   Settings settings;
   std::unique_ptr<journal::Journal> journal;
@@ -392,9 +403,9 @@ struct Gateway::Impl final : fabric::CallEndListener,
   Machines machines;
 };
 
-Gateway::Gateway(const asio::any_io_executor& executor, const Settings& settings,
-                 idl::program::Log log)
-    : impl_(std::make_unique<Impl>(executor, settings, std::move(log))) {}
+Gateway::Gateway(const asio::any_io_executor& executor, Attention& attention,
+                 const Settings& settings, idl::program::Log log)
+    : impl_(std::make_unique<Impl>(executor, attention, settings, std::move(log))) {}
 
 Gateway::~Gateway() = default;
 

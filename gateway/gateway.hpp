@@ -1,8 +1,9 @@
 // The running gateway: carries out what the core decides, on one io_context.
 //
-//   Gateway gateway(io.get_executor(), settings, log);     // joins the fabric, opens the journal
+//   Attention attention;
+//   Gateway gateway(io.get_executor(), attention, settings, log);   // joins the fabric
 //   gateway.start();                                       // begins to connect to the machines
-//   io.run();
+//   attention.run(io, [] { return false; });
 #pragma once
 
 #include <functional>
@@ -10,6 +11,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include "gateway/attention.hpp"
 #include "gateway/settings.hpp"
 #include "idl/program/log.hpp"
 
@@ -18,8 +20,8 @@ namespace millrace::gateway {
 class Gateway {
  public:
   /// Throws std::runtime_error if the fabric cannot be joined or the journal not be used.
-  Gateway(const boost::asio::any_io_executor& executor, const Settings& settings,
-          idl::program::Log log);
+  Gateway(const boost::asio::any_io_executor& executor, Attention& attention,
+          const Settings& settings, idl::program::Log log);
   ~Gateway();
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;

@@ -118,7 +118,8 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   survive_file_size_limit();
   boost::asio::io_context io(1);
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
-  millrace::gateway::Gateway gateway(io.get_executor(), settings, log);
+  millrace::gateway::Attention attention;
+  millrace::gateway::Gateway gateway(io.get_executor(), attention, settings, log);
   const Reload reload(io, options, gateway, log);
   const program::Watchdog watchdog(io.get_executor());
   signals.async_wait([&](const boost::system::error_code&, int) {
@@ -129,7 +130,7 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   gateway.start();
   program::ready(
       fmt::format("serving {} on domain {}", list_of(settings.machines), settings.join.domain));
-  io.run();
+  attention.run(io, [] { return false; });
   log->info("ended by a signal");
   return program::exit_done;
 }

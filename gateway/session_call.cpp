@@ -96,7 +96,11 @@ void ChannelSession::end(bool answered, const std::string& detail, Moment now) {
   record(journal::Ended{call.id});
   tell(answered ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, now);
   if (!call.attempts.empty()) {
-    out_.emplace_back(Withdraw{call.request.uuid});
+    // Who else was given it may be running it still.
+    const bool nobody_runs_it = answered && call.attempts.size() == 1 &&
+                                call.answer->instance == call.attempts.front().instance;
+    nobody_runs_it ? out_.emplace_back(LeaveBe{call.request.uuid})
+                   : out_.emplace_back(Withdraw{call.request.uuid});
   }
   out_.emplace_back(Freed{call.id});
   const auto took = std::chrono::duration<double, std::milli>(now.wall - call.seen);

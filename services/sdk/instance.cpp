@@ -108,7 +108,7 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
 };
 
 void Instance::Impl::start() {
-  end.emplace(participant, context.get_executor(), identity, *runner);
+  end.emplace(participant, identity, *runner);
   runner->set_end(&*end);
   commands.emplace(participant, context.get_executor(), *this);
   report();

@@ -15,7 +15,8 @@
 
 namespace millrace::services::sdk {
 
-/// All functions may be called from any thread. A lock keeps the order of decisions and replies.
+/// All functions may be called from any thread, requests in the one that receives them: nothing here
+/// waits but `next`. A lock keeps the order of decisions and replies.
 class Runner : public CallSink,
                public fabric::ReplyEndListener,
                public std::enable_shared_from_this<Runner> {

@@ -184,7 +184,7 @@ TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
 
   const std::string channels = run({"log", "ls", "--json", file}).output();
   EXPECT_EQ(exit_code, 0);
-  for (const char* kind : {"request", "reply", "withdrawal"}) {
+  for (const char* kind : {"request", "reply", "event"}) {
     EXPECT_THAT(channels, HasSubstr(std::string("machine/cnc/1/") + kind +
                                     "\",\"schema\":\"millrace.recording."));
   }

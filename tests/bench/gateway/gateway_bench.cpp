@@ -65,6 +65,7 @@ bool measure_call() {
   constexpr std::size_t rounds = 5;
   constexpr std::size_t calls = 4000;
   Series ours;
+  Series dozing;
   Series spinning;
   Series raw;
   Series grpc;
@@ -82,6 +83,8 @@ bool measure_call() {
       gateway.await_instances(1);
       gateway.run(warm_up);
       ours.add(gateway.run(calls).replied);
+      gateway.doze();
+      dozing.add(gateway.run(calls).replied);
       gateway.spin();
       spinning.add(gateway.run(calls).replied);
     }
@@ -97,7 +100,8 @@ bool measure_call() {
   fmt::print("  {:<34}{:>10}{:>10}{:>10}\n", "", "median", "p99", "ratio");
   print("raw Cyclone ping-pong (listener)", raw, floor);
   print("gateway: accepted -> reply is here", ours, floor);
-  print("the same, if its thread never slept", spinning, floor);
+  print("the same, if it slept at once", dozing, floor);
+  print("the same, if it never slept", spinning, floor);
   for (auto& [name, series] :
        {std::pair{"gRPC unary", &grpc}, std::pair{"LCM request/response", &lcm}}) {
     if (series->empty()) {

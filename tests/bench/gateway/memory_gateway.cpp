@@ -10,6 +10,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "fabric/call_end.hpp"
+#include "gateway/attention.hpp"
 #include "gateway/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "tests/bench/gateway/peers.hpp"
@@ -131,6 +132,9 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
     given_to = action.request.assigned;
     given_attempt = action.request.attempt;
     static_cast<void>(end.publish(action.request));
+    if (attentive) {
+      attention.expect();
+    }
   }
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
     end.withdraw(key, action.uuid);
@@ -167,8 +171,11 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
 
   void run(const std::function<bool()>& done) {
     io.restart();
+    if (!spinning) {
+      attention.run(io, done);
+    }
     while (!done()) {
-      spinning ? io.poll_one() : io.run_one();
+      io.poll_one();
     }
   }
 
@@ -177,6 +184,8 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
   Core core;
   std::size_t active;
   bool spinning = false;
+  bool attentive = true;
+  Attention attention;
   std::vector<Place> places;
   std::vector<asio::steady_timer> wakes;
   asio::steady_timer timer;
@@ -211,6 +220,9 @@ void MemoryGateway::begin(std::size_t calls) {
   }
 }
 
+void MemoryGateway::doze() {
+  impl_->attentive = false;
+}
 void MemoryGateway::spin() {
   impl_->spinning = true;
 }

@@ -32,6 +32,8 @@ class MemoryGateway {
     /// Processor time of this process for each call.
     double microseconds_per_call = 0;
   };
+  /// From now on the gateway's thread sleeps at once while it waits for an answer.
+  void doze();
   /// From now on the gateway's thread never sleeps: what a wake-up costs.
   void spin();
   /// Runs so many calls.

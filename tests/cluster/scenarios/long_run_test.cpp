@@ -15,8 +15,9 @@ constexpr std::uint32_t channels = 4;
 constexpr std::uint32_t calls = 2500;
 /// Buffers and tables have their final size by then.
 constexpr std::size_t settled = 2000;
-/// What an allocator keeps or gives back.
-constexpr std::size_t slack = 3U << 20U;
+/// What an allocator keeps or gives back, and the last 8,192 events that a gateway keeps for a
+/// recorder which lags, about 600 bytes each.
+constexpr std::size_t slack = 8U << 20U;
 
 class ALongRun : public Scenario {};
 
@@ -37,11 +38,7 @@ TEST_P(ALongRun, TakesNoMoreMemoryThreadsAndDescriptorsThanItsBeginning) {
     fmt::print("measured: {} {:.1f} MB after {} calls, {:.1f} MB after {}\n", name,
                static_cast<double>(then.bytes) / 1e6, settled, static_cast<double>(now.bytes) / 1e6,
                channels * calls - 100);
-    // The gateway's memory is measured, not judged: at a thousand calls a second it grows by 1 to
-    // 21 MB in this run, for a reason that is not known yet.
-    if (name != "gateway") {
-      EXPECT_LE(now.bytes, then.bytes + slack) << "I8: " << name;
-    }
+    EXPECT_LE(now.bytes, then.bytes + slack) << "I8: " << name;
     EXPECT_EQ(now.threads, then.threads) << "I8: " << name;
     EXPECT_LE(now.descriptors, then.descriptors + 1) << "I8: " << name;
   }

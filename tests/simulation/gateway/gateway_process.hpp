@@ -92,6 +92,7 @@ class GatewayProcess final : public GatewayEars, public LinkListener {
   void carry_out(const Key& key, const gateway::Hide& action);
   // The core keeps these to itself.
   void carry_out(const Key&, const gateway::Offer&) {}
+  void carry_out(const Key&, const gateway::LeaveBe&) {}
   void carry_out(const Key&, const gateway::Resume&) {}
   void carry_out(const Key&, const gateway::Freed&) {}
 

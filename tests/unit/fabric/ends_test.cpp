@@ -183,6 +183,52 @@ TEST_F(Ends, ShowAWithdrawnCallToNobodyWhoComesLater) {
   EXPECT_EQ(second->heard.requests.size(), 1U);
 }
 
+/// Used by Cyclone's threads while the test looks.
+class RepliesAtOnce : public ReplyEndListener {
+ public:
+  void on_request(const Request& request) override {
+    if (ReplyEnd* const to = end) {
+      EXPECT_TRUE(to->publish(reply(request)));
+    }
+  }
+  void on_withdrawn(const ChannelKey&) override { ++withdrawn; }
+
+  std::atomic<ReplyEnd*> end = nullptr;
+  std::atomic<int> withdrawn = 0;
+};
+
+TEST_F(Ends, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
+  const auto sut = open_gateway();
+  const InstanceIdentity who = identity();
+  RepliesAtOnce heard;
+  ReplyEnd end(there, who, heard);
+  heard.end = &end;
+  ASSERT_TRUE(until_ready(who));
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    ASSERT_TRUE(sut->publish(request(number, who)));
+    ASSERT_TRUE(until([&] { return gateway.replies.size() == number; })) << number;
+  }
+  sut->withdraw({.machine = "cnc", .channel = 1}, who.uuid);
+  EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
+}
+
+// The receiving thread may be in the listener just then.
+TEST_F(Ends, LetAServiceWithoutAnExecutorLeaveWhileRequestsArrive) {
+  const auto sut = open_gateway();
+  for (std::uint64_t round = 0; round < 20; ++round) {
+    const InstanceIdentity who = identity();
+    RepliesAtOnce heard;
+    auto end = std::make_unique<ReplyEnd>(there, who, heard);
+    heard.end = end.get();
+    ASSERT_TRUE(until_ready(who));
+    for (std::uint64_t number = 1; number <= 50; ++number) {
+      ASSERT_TRUE(sut->publish(request(100 * round + number, who)));
+    }
+    end.reset();
+    ASSERT_TRUE(until([&] { return !gateway.ready.contains(who.id); }));
+  }
+}
+
 TEST_F(Ends, LetAChannelCallAgainAfterAWithdrawal) {
   const auto sut = open_gateway();
   const auto service = start(identity());

@@ -208,5 +208,41 @@ TEST_F(CoreTest, LetsAnOperatorRetryAHeldCall) {
   EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
+// Above a thousand calls a second Cyclone could not free what each withdrawal left behind, and the
+// gateway's memory grew without limit. Found by the long run.
+TEST_F(CoreTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  EXPECT_THAT(all<Withdraw>(answered_call(1)), IsEmpty());
+  now.steady += 900ms;
+  EXPECT_THAT(all<Withdraw>(answered_call(1)), IsEmpty());
+  now.steady += 100ms;
+  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), IsEmpty());
+  ASSERT_TRUE(sut->next_time());
+  now.steady = *sut->next_time();
+  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), ElementsAre(Withdraw{uuid}));
+  EXPECT_EQ(sut->next_time(), std::nullopt);
+}
+
+TEST_F(CoreTest, TakesAnsweredRequestsBackWhenTheGatewayEnds) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  answered_call(1);
+  EXPECT_THAT(all<Withdraw>(sut->take_back()), SizeIs(1));
+  EXPECT_THAT(sut->take_back(), IsEmpty());
+}
+
+TEST_F(CoreTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  answered_call(1);
+  const auto actions = sut->retire({"cnc", 1}, now);
+  EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
+  EXPECT_THAT(all<Hide>(actions), SizeIs(1));
+}
+
 }  // namespace
 }  // namespace millrace::gateway

@@ -50,6 +50,43 @@ class CoreTest : public testing::Test {
     return all;
   }
 
+  /// A call from its request to the look after its answer; returns what came of all steps.
+  ChannelActions answered_call(std::uint16_t channel) {
+    const fabric::ChannelKey key{"cnc", channel};
+    std::uint32_t state = 1;
+    ChannelActions todo = request(channel);
+    for (std::size_t next = 0; next < todo.size(); ++next) {
+      const Action action = todo[next].action;
+      ChannelActions more;
+      if (const auto* record = std::get_if<Record>(&action)) {
+        ledger.apply(record->entry);
+        more = sut->on_recorded(key, record->ticket, now);
+      } else if (const auto* given = std::get_if<Publish>(&action)) {
+        more = sut->on_reply(answer_to(given->request), now);
+      } else if (const auto* write = std::get_if<Write>(&action)) {
+        state = write->variable == Variable::request_state ? 0 : state;
+        more = sut->on_write(key, WriteOutcome::written, "", now);
+      } else if (const auto* read = std::get_if<Read>(&action)) {
+        const bool texts = read->look != Look::state;
+        more =
+            sut->on_read(key, {read->look, texts ? uuid : "", texts ? "2" : "", state, 0, ""}, now);
+      }
+      std::ranges::copy(more, std::back_inserter(todo));
+    }
+    return todo;
+  }
+
+  static fabric::Reply answer_to(const fabric::Request& request) {
+    fabric::Reply reply;
+    reply.key = request.key;
+    reply.call = request.call;
+    reply.attempt = request.attempt;
+    reply.instance = request.assigned;
+    reply.text = "1.414";
+    reply.state = 1;
+    return reply;
+  }
+
   template <typename Wanted>
   static std::vector<Wanted> all(const ChannelActions& actions) {
     std::vector<Wanted> found;

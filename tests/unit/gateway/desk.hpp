@@ -137,6 +137,7 @@ class Desk {
   std::vector<std::string> writes;
   std::vector<fabric::Request> published;
   std::vector<std::string> withdrawn;
+  std::vector<std::string> left_be;
   std::vector<fabric::Event> events;
   std::vector<std::string> said;
   std::vector<Record> unconfirmed;
@@ -204,6 +205,7 @@ class Desk {
   }
   void carry_out(const Publish& one) { published.push_back(one.request); }
   void carry_out(const Withdraw& one) { withdrawn.push_back(one.uuid); }
+  void carry_out(const LeaveBe& one) { left_be.push_back(one.uuid); }
   void carry_out(const Resume&) { ++resumed; }
   void carry_out(const Freed&) { ++freed; }
   void carry_out(const Tell& one) { events.push_back(one.event); }

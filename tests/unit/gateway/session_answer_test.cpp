@@ -27,8 +27,32 @@ TEST_F(ChannelAnswer, IsWrittenAsResponseThenRequestStateThenResponseState) {
   EXPECT_EQ(sut().call(), nullptr);
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, replied, written));
-  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
   EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
+}
+
+TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
+  desk.dispatched_call();
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.left_be, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.withdrawn, IsEmpty());
+}
+
+TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
+  desk.dispatched_call();
+  const fabric::Reply first = desk.reply("1.414", 1);
+  desk.feed(sut().suspend("the instance is lost", false, desk.now));
+  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  reply(first);
+  EXPECT_EQ(sut().status().answered, 1U);
+  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.left_be, IsEmpty());
+}
+
+TEST_F(ChannelAnswer, OfAnOperatorIsToldToTheInstanceThatHasTheCall) {
+  desk.dispatched_call();
+  desk.feed(sut().settle({"by hand", 7, "an operator"}, desk.now));
+  EXPECT_EQ(sut().status().answered, 1U);
+  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
 }
 
 TEST_F(ChannelAnswer, IsFollowedByALookForTheNextRequestAtOnce) {

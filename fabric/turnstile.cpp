@@ -1,0 +1,23 @@
+#include "fabric/turnstile.hpp"
+
+namespace millrace::fabric {
+
+void Turnstile::run() {
+  if (asked_.fetch_add(1) == 0) {
+    take_turns();
+  }
+}
+
+void Turnstile::take_turns() {
+  unsigned seen = asked_.load();
+  do {
+    work_();
+  } while (!asked_.compare_exchange_strong(seen, 0));
+}
+
+void Turnstile::listen_for_data(dds_listener_t* listener) {
+  dds_lset_data_available_arg(
+      listener, [](dds_entity_t, void* self) { static_cast<Turnstile*>(self)->run(); }, this, true);
+}
+
+}  // namespace millrace::fabric
