@@ -110,7 +110,7 @@ void Server::Impl::stop() {
   }
 }
 
-Server::Server(asio::any_io_executor executor, Device& device, ServerOptions options,
+Server::Server(const asio::any_io_executor& executor, Device& device, ServerOptions options,
                idl::program::Log log)
     : impl_(std::make_shared<Impl>(executor, device, std::move(options), std::move(log))) {
   asio::co_spawn(executor, Impl::accept(impl_), asio::detached);

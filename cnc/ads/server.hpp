@@ -45,7 +45,7 @@ class Server {
  public:
   /// Throws std::runtime_error with the reason if it cannot listen. The device must outlive the
   /// server.
-  Server(boost::asio::any_io_executor executor, Device& device, ServerOptions options,
+  Server(const boost::asio::any_io_executor& executor, Device& device, ServerOptions options,
          idl::program::Log log);
   /// Stops.
   ~Server();
