@@ -37,6 +37,16 @@ const fabric::MachineStatus* Claims::find(const std::string& machine,
   return found == gateways.end() ? nullptr : &found->second;
 }
 
+const fabric::MachineStatus* Claims::of_epoch(const std::string& machine,
+                                              std::uint64_t epoch) const {
+  for (const auto& [id, gateway] : of(machine)) {
+    if (gateway.epoch == epoch) {
+      return &gateway;
+    }
+  }
+  return nullptr;
+}
+
 const fabric::MachineStatus* Claims::ahead(const fabric::ChannelKey& key, fabric::Time ours) const {
   for (const auto& [id, gateway] : of(key.machine)) {
     if (before(gateway, ours) && covers(gateway, key.channel)) {

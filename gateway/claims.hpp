@@ -25,6 +25,9 @@ class Claims {
   /// What another gateway said last of the machine; nullptr if nothing.
   [[nodiscard]] const fabric::MachineStatus* find(const std::string& machine,
                                                   const fabric::InstanceId& gateway) const;
+  /// The gateway whose calls carry this epoch, if it claims channels of the machine; else nullptr.
+  [[nodiscard]] const fabric::MachineStatus* of_epoch(const std::string& machine,
+                                                      std::uint64_t epoch) const;
   /// The gateway whose claim to this channel comes before ours of time `ours`; nullptr if none.
   [[nodiscard]] const fabric::MachineStatus* ahead(const fabric::ChannelKey& key,
                                                    fabric::Time ours) const;

@@ -85,6 +85,10 @@ ChannelActions Core::retire(const fabric::ChannelKey& key, Moment now) {
 ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
   if (ChannelSession* session = find(key)) {
     leaving_.insert(key);
+    if (const Call* call = session->call(); call != nullptr && !call->attempts.empty()) {
+      // The other may never take it up before we serve the channel again.
+      inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one"});
+    }
     run(*session, session->release(reason, now), now);
   }
   return finish();
@@ -258,6 +262,11 @@ void Core::run(ChannelSession& session, Actions actions, Moment now) {
         if (auto old = leftovers_.replace(session.key(), next->request.uuid)) {
           out_.push_back({session.key(), Withdraw{std::move(*old)}});
         }
+      }
+      const auto* tell = std::get_if<Tell>(&action);
+      if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {
+        // What the program asks next is new.
+        inherited_.erase(session.key());
       }
       out_.push_back({session.key(), std::move(action)});
     }

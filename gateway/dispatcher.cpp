@@ -155,6 +155,10 @@ Decisions Dispatcher::add(const Call& call) {
 }
 
 Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
+  if (std::ranges::find(jobs_, call.id, &Job::call) != jobs_.end()) {
+    // An operator had it given out again before its channel was seen.
+    return {};
+  }
   const Attempt& last = call.attempts.back();
   Job job;
   job.call = call.id;

@@ -154,10 +154,16 @@ void Machines::on_machine_gone(const std::string& machine, const fabric::Instanc
 }
 
 void Machines::on_channel(const fabric::ChannelStatus& status) {
-  const auto machine = impl_->machines.find(status.key.machine);
   // Our own words are heard too.
-  if (machine != impl_->machines.end() && !machine->second.served.contains(status.key.channel)) {
-    impl_->last_seen.insert_or_assign(status.key, status);
+  if (status.call.epoch == impl_->own.epoch) {
+    return;
+  }
+  // Also of machines that our configuration does not name now; it may name them again.
+  impl_->last_seen.insert_or_assign(status.key, status);
+  const auto machine = impl_->machines.find(status.key.machine);
+  if (machine != impl_->machines.end() && machine->second.served.contains(status.key.channel)) {
+    // Another gateway that did not hear us had it too.
+    impl_->inherit(status.key);
   }
 }
 

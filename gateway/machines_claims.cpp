@@ -14,11 +14,11 @@ namespace {
 /// host.
 constexpr std::chrono::milliseconds listen_time{300};
 
-/// Had the call been given to an instance, or may it have been?
+/// Had the call been given to an instance, or may it have been? A gateway that starts again shows
+/// the calls of its journal before its links are up.
 bool under_way(const fabric::ChannelStatus& status) {
   using enum fabric::ChannelState;
-  return status.attempt > 0 || status.state == running || status.state == held ||
-         status.state == answering;
+  return status.call != fabric::CallId{} && (status.attempt > 0 || status.state != waiting);
 }
 
 }  // namespace
@@ -155,7 +155,9 @@ void Machines::Impl::serve(MachineState& one) {
 void Machines::Impl::inherit(const fabric::ChannelKey& key) {
   const auto left = last_seen.extract(key);
   if (!left.empty() && under_way(left.mapped())) {
-    listener.on_inherited(left.mapped(), predecessors[key.machine]);
+    const auto* other = claims.of_epoch(key.machine, left.mapped().call.epoch);
+    listener.on_inherited(left.mapped(),
+                          other != nullptr ? name_of(*other) : predecessors[key.machine]);
   }
 }
 

@@ -205,15 +205,28 @@ Actions ChannelSession::retire(Moment now) {
 
 Actions ChannelSession::release(const std::string& reason, Moment now) {
   retired_ = true;
-  // An answer that has begun to release the program is brought to its end; nobody else can.
-  if (active_ && !active_->call.clearing) {
+  released_ = reason;
+  // An answer that has begun to release the program is brought to its end; nobody else can. After
+  // an interim answer the kernel may have cleared REQUEST_STATE, and the other gateway sees no
+  // request: the next look tells.
+  if (active_ && !active_->call.clearing && active_->call.shown.empty()) {
     end(false, reason, now);
   }
   return finish(now);
 }
 
+bool ChannelSession::leave_to_the_other(const Picture& picture, Moment now) {
+  if (released_.empty() || active_->call.clearing || !picture.has(Variable::request_state) ||
+      picture.request_state == 0) {
+    return false;
+  }
+  end(false, released_, now);
+  return true;
+}
+
 Actions ChannelSession::keep(Moment now) {
   retired_ = false;
+  released_.clear();
   due_ = now.steady;
   return finish(now);
 }
@@ -267,6 +280,9 @@ void ChannelSession::poll_call(const Picture& picture, Moment now) {
   const Standing standing = judge(picture, active.call.request, active.call.shown);
   if (standing != Standing::pending) {
     end(false, why_over(standing, picture), now);
+    return;
+  }
+  if (leave_to_the_other(picture, now)) {
     return;
   }
   due_ = now.steady + pace_.idle;

@@ -125,6 +125,7 @@ class ChannelSession {
     SteadyTime since{};
     /// An at-most-once call whose instance is lost.
     std::optional<SteadyTime> lost_since;
+    bool lost_told = false;
     /// The deadline is over and was told.
     bool overdue = false;
     std::optional<Assignment> assignment;
@@ -150,6 +151,7 @@ class ChannelSession {
   void advance(Moment now);
   void poll(const Picture& picture, Moment now);
   void poll_call(const Picture& picture, Moment now);
+  bool leave_to_the_other(const Picture& picture, Moment now);
   void read(Look look, Io io);
   void write(Variable variable, Value value);
   void wake_at(SteadyTime at);
@@ -196,6 +198,8 @@ class ChannelSession {
 
   bool link_up_ = false;
   bool retired_ = false;
+  /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
+  std::string released_;
   std::string link_reason_ = "not connected yet";
   /// What the controller refused last; empty while it answers.
   std::string trouble_;

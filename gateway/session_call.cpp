@@ -18,6 +18,7 @@ Actions ChannelSession::assign(const Assignment& assignment, Moment now) {
   active.assignment = assignment;
   active.held = false;
   active.lost_since.reset();
+  active.lost_told = false;
   active.reason.clear();
   if (repeated) {
     if (active.dispatch_ticket == 0) {

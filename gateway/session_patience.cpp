@@ -55,7 +55,8 @@ void ChannelSession::check_patience(Moment now) {
   if (active.call.answer || !active.verified) {
     return;
   }
-  if (active.lost_since && over(policy_.lost, *active.lost_since, now)) {
+  if (active.lost_since && !active.lost_told && over(policy_.lost, *active.lost_since, now)) {
+    active.lost_told = true;
     give_up(*policy_.lost, "its instance is lost, and it must not run twice", now);
   } else if (!active.overdue && over(policy_.deadline, active.since, now)) {
     active.overdue = true;

@@ -68,6 +68,9 @@ bool ChannelSession::drive_writer(Moment now) {
 
 void ChannelSession::answer_looked(const Picture& picture, Moment now) {
   looked_at_ = now.steady;
+  if (leave_to_the_other(picture, now)) {
+    return;
+  }
   const Call& call = active_->call;
   const Standing standing = judge(picture, call.request, call.shown);
   if (active_->writer->on_look(picture, standing, call.request) == AnswerWriter::Step::dropped) {

@@ -6,12 +6,12 @@
 //   for (const std::string& violation : outcome.violations) …
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "tests/simulation/gateway/gateway_process.hpp"
-#include "tests/simulation/service/service_process.hpp"
+#include "tests/simulation/plant.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -38,45 +38,24 @@ class World {
 
   Outcome run();
 
-  // For who stirs it up.
-  Agenda& agenda() { return agenda_; }
-  History& history() { return history_; }
-  Fabric& fabric() { return fabric_; }
-  std::vector<std::unique_ptr<Controller>>& controllers() { return controllers_; }
-  std::vector<std::unique_ptr<GatewayProcess>>& gateways() { return gateways_; }
-  std::vector<std::unique_ptr<ServiceProcess>>& services() { return services_; }
-  std::vector<std::unique_ptr<Cable>>& cables() { return cables_; }
-  /// The gateway that serves a controller.
-  GatewayProcess& gateway_of(const Controller& controller);
-  Cable& cable_of(const Controller& controller);
-
  private:
-  void build();
-  void build_services();
-  void build_controllers();
-  gateway::CoreOptions core_options();
   void operate();
   void rescue();
   void supervise();
-  [[nodiscard]] bool done() const;
+  void watch_the_serving();
+  [[nodiscard]] bool done();
   void judge_the_end();
 
-  std::uint64_t seed_;
-  Options options_;
   Random random_;
   Agenda agenda_;
   History history_;
-  Fabric fabric_;
-  Party parties_ = 0;
-  std::vector<std::string> uuids_;
-  std::vector<std::unique_ptr<Cable>> cables_;
-  std::vector<std::unique_ptr<Controller>> controllers_;
-  std::vector<std::unique_ptr<GatewayProcess>> gateways_;
-  std::vector<std::size_t> served_by_;
-  std::vector<std::unique_ptr<ServiceProcess>> services_;
+  Plant plant_;
   std::unique_ptr<Storm> storm_;
   bool calm_ = false;
-  gateway::Policies policies_;
+  /// Since when two gateways serve a channel although they hear each other.
+  std::map<Key, Time> both_since_;
+  /// Calls that run after the storm.
+  std::map<fabric::CallId, Time> runs_since_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -9,8 +9,20 @@ const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 /// All that can be wrong for good shows within this, in virtual time.
 constexpr Time longest = 20s;
 
+/// After which a process that was killed starts again.
+constexpr Time restart = 200ms;
+
+constexpr Party controller_party = 1;
+constexpr Party gateway_party = 2;
+constexpr Party first_party = 3;
+constexpr Party second_party = 4;
+
+constexpr std::uint64_t bit(Party party) {
+  return std::uint64_t{1} << party;
+}
+
 /// Everybody has found everybody by then.
-constexpr Time settled = 400ms;
+constexpr Time settled = 800ms;
 
 Random chance(const SmallPlan& plan, std::uint64_t seed) {
   return Random::still(seed, plan.leftovers_dropped);
@@ -18,7 +30,11 @@ Random chance(const SmallPlan& plan, std::uint64_t seed) {
 
 GatewayPlan gateway_plan(const SmallPlan& plan) {
   GatewayPlan gateway;
-  gateway.core.paces["m0"] = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .whole = 100ms};
+  gateway::MachineSettings machine;
+  machine.name = "m0";
+  machine.pace = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .whole = 100ms};
+  gateway.file.machines.push_back(machine);
+  gateway.pulse = false;
   gateway.journal.sync = gateway::journal::Sync::always;
   gateway.journal.period = 1h;
   gateway.bug = plan.bug;
@@ -42,11 +58,12 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
       explorer_(explorer),
       agenda_(&explorer),
       history_(agenda_, std::move(trace)),
-      fabric_(agenda_, history_, chance(plan, 1)),
-      controller_("m0", 1, agenda_, history_),
-      gateway_(gateway_plan(plan), agenda_, 2, history_, fabric_, chance(plan, 2)),
-      first_(service_plan(plan, "first"), agenda_, 3, history_, fabric_, chance(plan, 3)),
-      second_(service_plan(plan, "second"), agenda_, 4, history_, fabric_, chance(plan, 4)) {
+      fabric_(agenda_, chance(plan, 1)),
+      controller_("m0", controller_party, agenda_, history_),
+      gateway_(gateway_plan(plan), agenda_, gateway_party, history_, fabric_, chance(plan, 2)),
+      first_(service_plan(plan, "first"), agenda_, first_party, history_, fabric_, chance(plan, 3)),
+      second_(service_plan(plan, "second"), agenda_, second_party, history_, fabric_,
+              chance(plan, 4)) {
   cable_.delay_least = Time{};
   cable_.delay_most = Time{};
   ProgramHabits habits;
@@ -54,15 +71,25 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   habits.calls = plan.calls;
   habits.impatient = 0;
   controller_.add(plan.rules, habits, chance(plan, 5));
-  gateway_.serve(controller_, cable_);
+  gateway_.plug(controller_, cable_);
 }
 
-void SmallPlant::restart(Time pause) {
-  agenda_.after(pause, {.parties = everybody, .timer = true}, [this] {
-    gateway_.start();
-    first_.start();
-    second_.start();
-  });
+/// Who is struck; nobody else can tell before a message or its absence tells it.
+std::uint64_t SmallPlant::struck_parties() const {
+  switch (plan_.mishap) {
+    case Mishap::none:
+      return 0;
+    case Mishap::gateway_killed:
+    case Mishap::gateway_power_cut:
+    case Mishap::link_cut:
+      return bit(gateway_party);
+    case Mishap::instance_killed:
+    case Mishap::instance_drained:
+      return bit(first_party);
+    case Mishap::program_reset:
+      return bit(controller_party);
+  }
+  return 0;
 }
 
 void SmallPlant::strike() {
@@ -89,7 +116,13 @@ void SmallPlant::strike() {
       controller_.reset(1, Time{});
       break;
   }
-  restart(200ms);
+  if (plan_.mishap == Mishap::gateway_killed || plan_.mishap == Mishap::gateway_power_cut) {
+    const std::uint64_t parties = bit(gateway_party) | bit(first_party) | bit(second_party);
+    agenda_.after(restart, {.parties = parties, .timer = true}, [this] { gateway_.start(); });
+  } else if (plan_.mishap == Mishap::instance_killed || plan_.mishap == Mishap::instance_drained) {
+    const std::uint64_t parties = bit(gateway_party) | bit(first_party);
+    agenda_.after(restart, {.parties = parties, .timer = true}, [this] { first_.start(); });
+  }
 }
 
 bool SmallPlant::done() const {
@@ -105,7 +138,10 @@ std::vector<std::string> SmallPlant::run() {
   }
   explorer_.start();
   controller_.start_programs();
-  agenda_.after(Time{}, {.parties = everybody}, [this] { strike(); });
+  struck_ = plan_.mishap == Mishap::none;
+  if (!struck_) {
+    agenda_.after(Time{}, {.parties = struck_parties()}, [this] { strike(); });
+  }
   while (history_.violations().empty() && !done() && agenda_.now() < longest && agenda_.step()) {
     // An at-most-once call whose instance is lost waits for an operator.
     for (const auto& [key, status] : std::map(gateway_.statuses())) {

@@ -43,10 +43,8 @@ class SmallPlant {
 
  private:
   void strike();
-  void restart(Time pause);
+  [[nodiscard]] std::uint64_t struck_parties() const;
   [[nodiscard]] bool done() const;
-
-  static constexpr std::uint64_t everybody = 0xff;
 
   SmallPlan plan_;
   Explorer& explorer_;

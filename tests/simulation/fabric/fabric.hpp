@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "fabric/registry.hpp"
+#include "tests/simulation/fabric/gateway_talk.hpp"
 #include "tests/simulation/history/history.hpp"
 #include "tests/simulation/time/process.hpp"
 #include "tests/simulation/time/random.hpp"
@@ -53,17 +54,14 @@ struct FabricWeather {
   Time discovery_most = 30ms;
 };
 
-/// Numbers of the ends in this fabric; each life of a process has its own.
-using EndNumber = std::size_t;
-
 class Fabric {
  public:
-  Fabric(Agenda& agenda, History& history, Random random)
-      : agenda_(agenda), history_(history), random_(random) {}
+  Fabric(Agenda& agenda, Random random)
+      : agenda_(agenda), random_(random), talk_(agenda, weather, random_.fork()) {}
 
   FabricWeather weather;
 
-  EndNumber join(Process& process, GatewayEars& ears);
+  EndNumber join(Process& process, GatewayEars& ears, GatewayWatchEars& watch);
   EndNumber join(Process& process, InstanceEars& ears, const fabric::InstanceIdentity& identity);
   /// `told`: it says good-bye; otherwise the others find out by its lease.
   void leave(EndNumber end, bool told);
@@ -80,6 +78,9 @@ class Fabric {
   /// Whether anything comes through from one end to the other.
   void set_path(EndNumber from, EndNumber to, bool open);
   void open_all_paths();
+  /// Between gateways.
+  [[nodiscard]] GatewayTalk& talk() { return talk_; }
+  [[nodiscard]] const GatewayTalk& talk() const { return talk_; }
   /// The ends that are there.
   [[nodiscard]] std::vector<EndNumber> ends() const;
 
@@ -152,7 +153,6 @@ class Fabric {
   void refresh(const PairPointer& pair);
   void refresh(const PairPointer& pair, Side& side, const End& other, bool of_instance);
   void find(const PairPointer& pair, bool of_instance);
-  void lose(const PairPointer& pair, bool of_instance);
   void lose_known(const PairPointer& pair, bool of_instance);
   void discover(const PairPointer& pair, bool reader);
   void look_around(EndNumber gateway);
@@ -169,10 +169,10 @@ class Fabric {
   [[nodiscard]] std::vector<PairPointer> pairs_of(EndNumber end) const;
 
   Agenda& agenda_;
-  History& history_;
   Random random_;
   std::vector<std::unique_ptr<End>> ends_;
   std::vector<PairPointer> pairs_;
+  GatewayTalk talk_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -5,7 +5,7 @@
 
 namespace millrace::tests::simulation {
 
-Storm::Storm(World& world, Random random) : world_(world), random_(random) {
+Storm::Storm(Plant& plant, Random random) : plant_(plant), random_(random) {
   static constexpr std::array all{&Storm::cut_link,
                                   &Storm::silence_link,
                                   &Storm::slow_link,
@@ -24,7 +24,9 @@ Storm::Storm(World& world, Random random) : world_(world), random_(random) {
                                   &Storm::step_clock,
                                   &Storm::cut_path,
                                   &Storm::cut_off,
-                                  &Storm::lose_samples};
+                                  &Storm::lose_samples,
+                                  &Storm::reload_gateway,
+                                  &Storm::part_gateways};
   const auto share = static_cast<unsigned>(10 + random_.below(60));
   for (const Fault fault : all) {
     if (random_.chance(share)) {
@@ -38,12 +40,12 @@ Storm::Storm(World& world, Random random) : world_(world), random_(random) {
 }
 
 void Storm::begin(Time duration) {
-  end_ = world_.agenda().now() + duration;
+  end_ = plant_.agenda().now() + duration;
   soon(random_.between(Time{}, pause_), [this] { strike(); });
 }
 
 void Storm::soon(Time delay, std::function<void()> act) {
-  world_.agenda().after(delay, {}, [this, act = std::move(act)] {
+  plant_.agenda().after(delay, {}, [this, act = std::move(act)] {
     if (!over_) {
       act();
     }
@@ -55,7 +57,7 @@ void Storm::for_a_while(std::function<void()> undo) {
 }
 
 void Storm::strike() {
-  if (world_.agenda().now() >= end_) {
+  if (plant_.agenda().now() >= end_) {
     return;
   }
   (this->*random_.pick(kinds_))();
@@ -64,23 +66,24 @@ void Storm::strike() {
 
 void Storm::end() {
   over_ = true;
-  world_.history().note("storm", "is over");
-  for (auto& cable : world_.cables()) {
+  plant_.history().note("storm", "is over");
+  for (auto& cable : plant_.cables()) {
     *cable = Cable{.shuffled = cable->shuffled};
   }
-  for (auto& gateway : world_.gateways()) {
+  for (auto& gateway : plant_.gateways()) {
     gateway->disk().full = false;
     gateway->thaw();
+    gateway->reload(plant_.first_file(*gateway));
   }
-  for (auto& service : world_.services()) {
+  for (auto& service : plant_.services()) {
     service->thaw();
   }
-  for (auto& controller : world_.controllers()) {
+  for (auto& controller : plant_.controllers()) {
     controller->switch_on();
     controller->calm_down();
   }
-  world_.fabric().open_all_paths();
-  world_.fabric().weather.lost = 0;
+  plant_.fabric().open_all_paths();
+  plant_.fabric().weather.lost = 0;
 }
 
 }  // namespace millrace::tests::simulation

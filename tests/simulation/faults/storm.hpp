@@ -4,14 +4,14 @@
 
 #include <vector>
 
+#include "tests/simulation/plant.hpp"
 #include "tests/simulation/time/random.hpp"
-#include "tests/simulation/world.hpp"
 
 namespace millrace::tests::simulation {
 
 class Storm {
  public:
-  Storm(World& world, Random random);
+  Storm(Plant& plant, Random random);
 
   /// Faults from now on, for so long.
   void begin(Time duration);
@@ -44,12 +44,14 @@ class Storm {
   void freeze_service();
   void fill_disk();
   void step_clock();
+  void reload_gateway();
+  void part_gateways();
   // faults/storm_fabric.cpp
   void cut_path();
   void cut_off();
   void lose_samples();
 
-  World& world_;
+  Plant& plant_;
   Random random_;
   std::vector<Fault> kinds_;
   Time pause_ = 200ms;

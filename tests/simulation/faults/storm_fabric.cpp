@@ -5,7 +5,7 @@ namespace millrace::tests::simulation {
 
 void Storm::cut_path() {
   // One way, or both.
-  const auto ends = world_.fabric().ends();
+  const auto ends = plant_.fabric().ends();
   if (ends.size() < 2) {
     return;
   }
@@ -13,42 +13,65 @@ void Storm::cut_path() {
   const EndNumber to = ends[random_.below(ends.size())];
   const bool both = random_.chance(50);
   const auto set = [this, from, to, both](bool open) {
-    world_.fabric().set_path(from, to, open);
+    plant_.fabric().set_path(from, to, open);
     if (both) {
-      world_.fabric().set_path(to, from, open);
+      plant_.fabric().set_path(to, from, open);
     }
   };
-  world_.history().note("network", "a path is cut");
+  plant_.history().note("network", "a path is cut");
   set(false);
   for_a_while([this, set] {
-    world_.history().note("network", "a path is open again");
+    plant_.history().note("network", "a path is open again");
     set(true);
   });
 }
 
 void Storm::cut_off() {
   // One end from all others.
-  const auto ends = world_.fabric().ends();
+  const auto ends = plant_.fabric().ends();
   if (ends.empty()) {
     return;
   }
   const EndNumber one = ends[random_.below(ends.size())];
   const auto set = [this, one, ends](bool open) {
     for (const EndNumber other : ends) {
-      world_.fabric().set_path(one, other, open);
-      world_.fabric().set_path(other, one, open);
+      plant_.fabric().set_path(one, other, open);
+      plant_.fabric().set_path(other, one, open);
     }
   };
-  world_.history().note("network", "an end is cut off");
+  plant_.history().note("network", "an end is cut off");
   set(false);
   for_a_while([this, set] {
-    world_.history().note("network", "an end is back");
+    plant_.history().note("network", "an end is back");
+    set(true);
+  });
+}
+
+void Storm::part_gateways() {
+  // Each goes on with its controllers and services and takes the other for gone.
+  const auto& gateways = plant_.gateways();
+  if (gateways.size() < 2) {
+    return;
+  }
+  const auto one = random_.pick(gateways)->end();
+  const auto other = random_.pick(gateways)->end();
+  if (!one || !other || one == other) {
+    return;
+  }
+  const auto set = [this, from = *one, to = *other](bool open) {
+    plant_.fabric().set_path(from, to, open);
+    plant_.fabric().set_path(to, from, open);
+  };
+  plant_.history().note("network", "two gateways do not hear each other");
+  set(false);
+  for_a_while([this, set] {
+    plant_.history().note("network", "two gateways hear each other again");
     set(true);
   });
 }
 
 void Storm::lose_samples() {
-  FabricWeather& weather = world_.fabric().weather;
+  FabricWeather& weather = plant_.fabric().weather;
   weather.lost = static_cast<unsigned>(1 + random_.below(60));
   weather.delay_most = random_.mostly(1ms, 20ms, 300ms, 30);
   for_a_while([&weather] {

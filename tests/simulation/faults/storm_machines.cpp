@@ -4,27 +4,27 @@
 namespace millrace::tests::simulation {
 
 void Storm::cut_link() {
-  Controller& controller = *random_.pick(world_.controllers());
-  world_.gateway_of(controller).cut_links(controller.name(), "connection reset");
+  Controller& controller = *random_.pick(plant_.controllers());
+  plant_.cut_links(controller, "connection reset");
 }
 
 void Storm::silence_link() {
-  Controller& controller = *random_.pick(world_.controllers());
-  Cable& cable = world_.cable_of(controller);
-  world_.history().note(controller.name(), "nothing comes through");
+  Controller& controller = *random_.pick(plant_.controllers());
+  Cable& cable = plant_.cable_of(controller);
+  plant_.history().note(controller.name(), "nothing comes through");
   cable.silent = true;
   for_a_while([this, &cable, &controller] {
-    world_.history().note(controller.name(), "all comes through again");
+    plant_.history().note(controller.name(), "all comes through again");
     cable.silent = false;
   });
 }
 
 void Storm::slow_link() {
-  Controller& controller = *random_.pick(world_.controllers());
-  Cable& cable = world_.cable_of(controller);
+  Controller& controller = *random_.pick(plant_.controllers());
+  Cable& cable = plant_.cable_of(controller);
   cable.delay_most = random_.mostly(5ms, 200ms, 2500ms, 30);
   cable.delay_least = random_.between(Time{}, cable.delay_most);
-  world_.history().note(controller.name(), "is slow");
+  plant_.history().note(controller.name(), "is slow");
   for_a_while([&cable] {
     cable.delay_least = Cable{}.delay_least;
     cable.delay_most = Cable{}.delay_most;
@@ -32,36 +32,36 @@ void Storm::slow_link() {
 }
 
 void Storm::refuse_requests() {
-  Cable& cable = world_.cable_of(*random_.pick(world_.controllers()));
+  Cable& cable = plant_.cable_of(*random_.pick(plant_.controllers()));
   cable.refused = static_cast<unsigned>(1 + random_.below(50));
   for_a_while([&cable] { cable.refused = 0; });
 }
 
 void Storm::lose_requests() {
-  Cable& cable = world_.cable_of(*random_.pick(world_.controllers()));
+  Cable& cable = plant_.cable_of(*random_.pick(plant_.controllers()));
   cable.lost = static_cast<unsigned>(1 + random_.below(30));
   for_a_while([&cable] { cable.lost = 0; });
 }
 
 void Storm::reset_channel() {
-  Controller& controller = *random_.pick(world_.controllers());
+  Controller& controller = *random_.pick(plant_.controllers());
   controller.reset(static_cast<std::uint16_t>(1 + random_.below(controller.size())),
                    random_.mostly(Time{}, 20ms, 500ms, 50));
 }
 
 void Storm::switch_controller_off() {
-  Controller& controller = *random_.pick(world_.controllers());
+  Controller& controller = *random_.pick(plant_.controllers());
   if (!controller.powered()) {
     return;
   }
   controller.switch_off();
   if (random_.chance(50)) {
-    world_.gateway_of(controller).cut_links(controller.name(), "connection reset");
+    plant_.cut_links(controller, "connection reset");
   }
   for_a_while([this, &controller] {
     controller.switch_on();
     // Its TCP stack answers the old connection's next segment with a reset.
-    world_.gateway_of(controller).cut_links(controller.name(), "connection reset");
+    plant_.cut_links(controller, "connection reset");
   });
 }
 

@@ -4,53 +4,79 @@
 namespace millrace::tests::simulation {
 
 void Storm::kill_gateway() {
-  random_.pick(world_.gateways())->kill(false);
+  random_.pick(plant_.gateways())->kill(false);
 }
 
 void Storm::cut_gateway_power() {
-  random_.pick(world_.gateways())->kill(true);
+  random_.pick(plant_.gateways())->kill(true);
 }
 
 void Storm::stop_gateway() {
-  random_.pick(world_.gateways())->stop();
+  random_.pick(plant_.gateways())->stop();
 }
 
 void Storm::freeze_gateway() {
-  GatewayProcess& gateway = *random_.pick(world_.gateways());
+  GatewayProcess& gateway = *random_.pick(plant_.gateways());
   gateway.freeze();
   for_a_while([&gateway] { gateway.thaw(); });
 }
 
 void Storm::kill_service() {
-  random_.pick(world_.services())->kill();
+  random_.pick(plant_.services())->kill();
 }
 
 void Storm::drain_service() {
-  random_.pick(world_.services())->drain();
+  random_.pick(plant_.services())->drain();
 }
 
 void Storm::freeze_service() {
-  ServiceProcess& service = *random_.pick(world_.services());
+  ServiceProcess& service = *random_.pick(plant_.services());
   service.freeze();
   for_a_while([&service] { service.thaw(); });
 }
 
 void Storm::fill_disk() {
-  GatewayProcess& gateway = *random_.pick(world_.gateways());
-  world_.history().note("disk", "is full");
+  GatewayProcess& gateway = *random_.pick(plant_.gateways());
+  plant_.history().note("disk", "is full");
   gateway.disk().full = true;
   for_a_while([this, &gateway] {
-    world_.history().note("disk", "has room again");
+    plant_.history().note("disk", "has room again");
     gateway.disk().full = false;
   });
+}
+
+void Storm::reload_gateway() {
+  GatewayProcess& gateway = *random_.pick(plant_.gateways());
+  GatewayFile file = plant_.first_file(gateway);
+  std::erase_if(file.machines, [this](const auto&) { return random_.chance(20); });
+  for (auto& machine : file.machines) {
+    if (random_.chance(40)) {
+      machine.channels = {1};
+      if (random_.chance(30) && plant_.channels_of(machine.name) > 1) {
+        machine.channels.push_back(2);
+      }
+    }
+    if (random_.chance(30)) {
+      machine.pace.idle = std::chrono::milliseconds(10 + random_.below(80));
+    }
+    if (random_.chance(20)) {
+      // Another address of the same controller.
+      ++machine.tcp_port;
+    }
+  }
+  if (random_.chance(50)) {
+    file.policies = plant_.draw_policies(random_);
+  }
+  gateway.reload(file);
+  for_a_while([this, &gateway] { gateway.reload(plant_.first_file(gateway)); });
 }
 
 void Storm::step_clock() {
   const Time by = random_.between(-7200s, 7200s);
   if (random_.chance(60)) {
-    random_.pick(world_.gateways())->step_clock(by);
+    random_.pick(plant_.gateways())->step_clock(by);
   } else {
-    random_.pick(world_.services())->step_clock(by);
+    random_.pick(plant_.services())->step_clock(by);
   }
 }
 

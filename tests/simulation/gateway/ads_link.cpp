@@ -55,17 +55,21 @@ struct AdsLink::Request {
 };
 
 AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-                 LinkListener& listener, History& history, Random random)
+                 std::vector<std::uint16_t> channels, gateway::LinkEvents& events,
+                 LinkObserver& observer, History& history, Random random)
     : process_(process),
       gateway_(gateway),
       controller_(controller),
       cable_(cable),
-      listener_(listener),
+      channels_(std::move(channels)),
+      events_(events),
+      observer_(observer),
       history_(history),
       random_(random),
       back_off_(static_cast<std::uint32_t>(random_.next())) {}
 
 void AdsLink::abandon() {
+  abandoned_ = true;
   up_ = false;
   ++connection_;
   for (const RequestPointer& request : std::exchange(pending_, {})) {
@@ -85,10 +89,10 @@ void AdsLink::leave_to_controller() {
     at += random_.between(Time{}, (process_.agenda().now() + leftovers - at) / 2);
     process_.agenda().at(at, {.parties = process_.parties() | controller_.parties()},
                          [self = shared_from_this(), request] {
-                           --self->controller_.leftovers;
+                           --self->controller_.leftovers[self->gateway_];
                            self->execute(request);
                          });
-    ++controller_.leftovers;
+    ++controller_.leftovers[gateway_];
   }
 }
 
@@ -101,6 +105,9 @@ void AdsLink::start() {
 }
 
 void AdsLink::connect() {
+  if (abandoned_) {
+    return;
+  }
   const std::uint64_t connection = ++connection_;
   const bool refused = !controller_.powered() && !cable_.silent && cable_.plugged;
   const Time until = refused ? 1ms : (cable_.plugged && !cable_.silent ? 4 * delay() : 3000ms);
@@ -109,7 +116,7 @@ void AdsLink::connect() {
     if (self->connection_ != connection) {
       return;
     }
-    if (self->controller_.leftovers > 0) {
+    if (self->controller_.leftovers[self->gateway_] > 0) {
       self->wait_and_connect();
     } else if (self->controller_.powered() && self->cable_.plugged && !self->cable_.silent) {
       self->came_up();
@@ -121,7 +128,7 @@ void AdsLink::connect() {
 
 void AdsLink::wait_and_connect() {
   process_.timer(back_off_.next(), [self = shared_from_this()] {
-    if (!self->up_) {
+    if (!self->up_ && !self->abandoned_) {
       self->connect();
     }
   });
@@ -129,13 +136,12 @@ void AdsLink::wait_and_connect() {
 
 void AdsLink::came_up() {
   up_ = true;
-  told_up_ = true;
   silent_timeouts_ = 0;
   controller_life_ = controller_.life();
   last_execution_ = process_.agenda().now();
   back_off_.reset();
   history_.note(controller_.name(), "link up");
-  listener_.on_link_up(controller_.name(), controller_.numbers());
+  events_.on_link_up(controller_.name(), channels_.empty() ? controller_.numbers() : channels_);
 }
 
 void AdsLink::cut(const std::string& reason) {
@@ -152,37 +158,47 @@ void AdsLink::cut(const std::string& reason) {
   leave_to_controller();
   const bool reason_first = random_.chance(50);
   process_.after(Time{}, [self = shared_from_this(), pending, reason, reason_first] {
+    if (self->abandoned_) {
+      return;
+    }
     if (reason_first) {
-      self->told_up_ = false;
-      self->listener_.on_link_down(self->controller_.name(), reason);
+      self->events_.on_link_down(self->controller_.name(), reason);
     }
     for (const RequestPointer& request : pending) {
       self->fail(*request, false);
     }
+    if (self->abandoned_) {
+      return;
+    }
     if (!reason_first) {
-      self->told_up_ = false;
-      self->listener_.on_link_down(self->controller_.name(), reason);
+      self->events_.on_link_down(self->controller_.name(), reason);
     }
     self->wait_and_connect();
   });
 }
 
 void AdsLink::fail(const Request& request, bool timed_out) {
+  if (abandoned_) {
+    return;
+  }
   const Key key{controller_.name(), request.channel};
   if (request.write) {
-    listener_.on_write(key, WriteOutcome::unknown, timed_out ? "timeout" : "link lost");
+    events_.on_write(key, WriteOutcome::unknown, timed_out ? "timeout" : "link lost");
   } else {
-    listener_.on_read_failed(key, timed_out ? "the controller does not answer" : "");
+    events_.on_read_failed(key, timed_out ? "the controller does not answer" : "");
   }
 }
 
 void AdsLink::refuse_unsent(std::uint16_t channel, bool is_write) {
   process_.after(Time{}, [self = shared_from_this(), channel, is_write] {
     const Key key{self->controller_.name(), channel};
+    if (self->abandoned_) {
+      return;
+    }
     if (is_write) {
-      self->listener_.on_write(key, WriteOutcome::refused, "link down");
+      self->events_.on_write(key, WriteOutcome::refused, "link down");
     } else {
-      self->listener_.on_read_failed(key, "");
+      self->events_.on_read_failed(key, "");
     }
   });
 }
@@ -205,14 +221,14 @@ void AdsLink::read(std::uint16_t channel, gateway::Look look) {
   send(request);
 }
 
-void AdsLink::write(std::uint16_t channel, AdsWrite write) {
+void AdsLink::write(std::uint16_t channel, Variable variable, const gateway::Value& value) {
   if (!up_) {
     refuse_unsent(channel, true);
     return;
   }
   auto request = std::make_shared<Request>();
   request->channel = channel;
-  request->write = std::move(write);
+  request->write = observer_.describe({controller_.name(), channel}, variable, value);
   send(request);
 }
 
@@ -302,12 +318,13 @@ void AdsLink::answered(const RequestPointer& request) {
   std::erase(pending_, request);
   const Key key{controller_.name(), request->channel};
   if (request->write) {
-    listener_.on_write(key, request->refused ? WriteOutcome::refused : WriteOutcome::written,
-                       request->refused ? "the controller refuses it" : "");
+    events_.on_write(key, request->refused ? WriteOutcome::refused : WriteOutcome::written,
+                     request->refused ? "the controller refuses it" : "");
   } else if (request->refused) {
-    listener_.on_read_failed(key, "the controller refuses it");
+    events_.on_read_failed(key, "the controller refuses it");
   } else {
-    listener_.on_read(key, request->picture, request->first);
+    observer_.on_looked(request->first);
+    events_.on_read(key, request->picture);
   }
 }
 
@@ -319,7 +336,7 @@ void AdsLink::timed_out(const RequestPointer& request) {
   std::erase(pending_, request);
   const bool too_silent = ++silent_timeouts_ >= most_silent_timeouts;
   fail(*request, true);
-  if (too_silent) {
+  if (too_silent && !abandoned_) {
     cut("it does not answer any more");
   }
 }

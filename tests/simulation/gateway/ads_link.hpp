@@ -3,15 +3,15 @@
 // ends.
 //
 // What a controller has received on a connection that is gone it executes before it answers on a
-// new one, or never; how a real one behaves is not documented.
+// new one of the same host, or never; how a real one behaves is not documented.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "gateway/action.hpp"
 #include "gateway/back_off.hpp"
+#include "gateway/link.hpp"
 #include "tests/simulation/machine/controller.hpp"
 #include "tests/simulation/time/process.hpp"
 
@@ -41,28 +41,28 @@ struct AdsWrite {
   std::optional<gateway::journal::Answer> answer;
 };
 
-class LinkListener {
+/// Sees more of what a gateway does than its controller.
+class LinkObserver {
  public:
-  virtual ~LinkListener() = default;
-  virtual void on_link_up(const std::string& machine,
-                          const std::vector<std::uint16_t>& channels) = 0;
-  virtual void on_link_down(const std::string& machine, const std::string& reason) = 0;
-  virtual void on_read(const Key& key, const gateway::Picture& picture, Time first) = 0;
-  virtual void on_read_failed(const Key& key, const std::string& reason) = 0;
-  virtual void on_write(const Key& key, gateway::WriteOutcome outcome,
-                        const std::string& reason) = 0;
+  virtual ~LinkObserver() = default;
+  /// The next on_read() tells what was read from `first` until now.
+  virtual void on_looked(Time first) = 0;
+  virtual AdsWrite describe(const Key& key, gateway::Variable variable,
+                            const gateway::Value& value) = 0;
 };
 
 class AdsLink : public std::enable_shared_from_this<AdsLink> {
  public:
+  /// Without `channels` all that the controller has.
   AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-          LinkListener& listener, History& history, Random random);
+          std::vector<std::uint16_t> channels, gateway::LinkEvents& events, LinkObserver& observer,
+          History& history, Random random);
 
   void start();
   /// The gateway is gone: no event comes any more.
   void abandon();
   void read(std::uint16_t channel, gateway::Look look);
-  void write(std::uint16_t channel, AdsWrite write);
+  void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
   /// The cable or the controller ends the connection.
   void cut(const std::string& reason);
 
@@ -91,13 +91,14 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   GatewayNumber gateway_;
   Controller& controller_;
   Cable& cable_;
-  LinkListener& listener_;
+  std::vector<std::uint16_t> channels_;
+  gateway::LinkEvents& events_;
+  LinkObserver& observer_;
   History& history_;
   Random random_;
   gateway::BackOff back_off_;
   bool up_ = false;
-  /// on_link_up was called and on_link_down not yet.
-  bool told_up_ = false;
+  bool abandoned_ = false;
   std::uint64_t connection_ = 0;
   std::uint64_t controller_life_ = 0;
   Time last_execution_{};
@@ -105,6 +106,25 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   /// The gateway waits for these, and the controller has not done those.
   std::vector<RequestPointer> pending_;
   std::vector<RequestPointer> queued_;
+};
+
+/// A gateway's hold on its link.
+class LinkHandle final : public gateway::Link {
+ public:
+  explicit LinkHandle(std::shared_ptr<AdsLink> link) : link_(std::move(link)) {}
+  ~LinkHandle() override { link_->abandon(); }
+  LinkHandle(const LinkHandle&) = delete;
+  LinkHandle& operator=(const LinkHandle&) = delete;
+
+  void read(std::uint16_t channel, gateway::Look look) override { link_->read(channel, look); }
+  void write(std::uint16_t channel, gateway::Variable variable,
+             const gateway::Value& value) override {
+    link_->write(channel, variable, value);
+  }
+  [[nodiscard]] gateway::LinkLoad load() const override { return {}; }
+
+ private:
+  std::shared_ptr<AdsLink> link_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -22,6 +22,10 @@ enum class Bug : std::uint8_t {
   clearing_not_journalled,
   numbers_not_journalled,
   desk_without_memory,
+  claims_ignored,
+  inheritance_forgotten,
+  reload_drops_calls,
+  cycle_waits_for_the_request,
 };
 
 struct BugName {
@@ -42,6 +46,10 @@ inline constexpr std::array bug_names{
     BugName{Bug::clearing_not_journalled, "clearing-not-journalled"},
     BugName{Bug::numbers_not_journalled, "numbers-not-journalled"},
     BugName{Bug::desk_without_memory, "desk-without-memory"},
+    BugName{Bug::claims_ignored, "claims-ignored"},
+    BugName{Bug::inheritance_forgotten, "inheritance-forgotten"},
+    BugName{Bug::reload_drops_calls, "reload-drops-calls"},
+    BugName{Bug::cycle_waits_for_the_request, "cycle-waits-for-the-request"},
 };
 
 }  // namespace millrace::tests::simulation

@@ -1,5 +1,5 @@
-// A gateway: the real core and the real journal keeper, with the simulation as hands and feet, as
-// gateway/gateway.cpp is with sockets.
+// A gateway: the real core, the real choice of machines and the real journal keeper, with the
+// simulation as hands and feet, as gateway/gateway.cpp is with sockets.
 #pragma once
 
 #include <map>
@@ -10,43 +10,58 @@
 
 #include "gateway/core.hpp"
 #include "gateway/journal/keeper.hpp"
-#include "tests/simulation/fabric/fabric.hpp"
+#include "gateway/machines.hpp"
+#include "gateway/pulse.hpp"
+#include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/gateway/disk.hpp"
+#include "tests/simulation/gateway/mistakes.hpp"
+#include "tests/simulation/gateway/witness.hpp"
 
 namespace millrace::tests::simulation {
 
+/// What its configuration file says of machines and policies.
+struct GatewayFile {
+  std::vector<gateway::MachineSettings> machines;
+  gateway::Policies policies;
+};
+
 struct GatewayPlan {
   GatewayNumber number = 0;
-  gateway::CoreOptions core;
+  GatewayFile file;
   gateway::journal::FileOptions journal;
   /// It has no journal folder: a restart forgets all.
   bool in_memory = false;
+  /// It watches whether it stood still; without, no timer of its own disturbs who counts them.
+  bool pulse = true;
   Bug bug = Bug::none;
 };
 
-class GatewayProcess final : public GatewayEars, public LinkListener {
+class GatewayProcess final : public Member,
+                             private GatewayEars,
+                             private GatewayWatchEars,
+                             public gateway::MachinesHands,
+                             public gateway::MachinesListener,
+                             public LinkObserver {
  public:
   GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
                  Random random);
 
-  /// `cable` outlives this.
-  void serve(Controller& controller, Cable& cable);
+  /// The machine of this name is there, over this cable, which outlives this.
+  void plug(Controller& controller, Cable& cable);
 
   void start();
   /// kill -9, or the power of its host.
   void kill(bool power);
   /// SIGTERM: it ends once the answers at hand are written, or after two seconds.
   void stop();
-  void freeze();
-  void thaw();
-  void step_clock(Time by) { clock_error_ += by; }
+  /// Its file is changed, and a SIGHUP sent if it runs.
+  void reload(GatewayFile file);
   void cut_links(const std::string& machine, const std::string& reason);
 
-  [[nodiscard]] bool running() const { return process_.running(); }
-  [[nodiscard]] bool frozen() const { return process_.frozen(); }
-  [[nodiscard]] std::optional<EndNumber> end() const { return end_; }
+  [[nodiscard]] GatewayNumber number() const { return plan_.number; }
+  [[nodiscard]] const GatewayFile& file() const { return plan_.file; }
   Disk& disk() { return disk_; }
 
   /// What an operator sees and can do.
@@ -55,30 +70,50 @@ class GatewayProcess final : public GatewayEars, public LinkListener {
   void retry(const Key& key, const fabric::CallId& call);
   /// Calls that the journal holds open; nothing while it does not run.
   [[nodiscard]] std::size_t open_calls() const;
+  /// It serves the channel now.
+  [[nodiscard]] bool serves(const Key& key) const { return served_.contains(key); }
   /// It has started with less than it had journalled: a program may wait for an answer that nobody
   /// remembers.
   [[nodiscard]] bool lost_memory() const { return lost_memory_; }
 
  private:
-  /// The call of a channel, as the actions told of it.
-  struct Current {
-    fabric::CallId call;
-    gateway::PendingRequest request;
-    std::optional<gateway::journal::Answer> answer;
-  };
-
   // The fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance) override;
   void on_instance_changed(const fabric::InstanceIdentity& instance) override;
   void on_instance_gone(const fabric::InstanceId& instance) override;
   void on_reply(const fabric::Reply& reply) override;
-  // The machines.
+  // Other gateways.
+  void on_machine(const fabric::MachineStatus& status) override;
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
+  void on_channel(const fabric::ChannelStatus& status) override;
+  // What the machines need.
+  gateway::Moment now() override;
+  void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
+  std::unique_ptr<gateway::Link> connect(const gateway::MachineSettings& settings,
+                                         gateway::LinkEvents& events) override;
+  void say(gateway::Level level, const std::string& text) override;
+  // What happens on them.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
   void on_link_down(const std::string& machine, const std::string& reason) override;
-  void on_read(const Key& key, const gateway::Picture& picture, Time first) override;
+  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_retired(const Key& key) override;
+  void on_refused(const Key& key, const std::string& reason) override;
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
+  void on_machine_status(const fabric::MachineStatus& status) override;
+  void on_machine_left(const fabric::MachineStatus& status) override;
+  void on_contested() override;
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override;
+  void on_read(const Key& key, const gateway::Picture& picture) override;
   void on_read_failed(const Key& key, const std::string& reason) override;
   void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
+  // What is seen of a link.
+  void on_looked(Time first) override { looked_from_ = first; }
+  AdsWrite describe(const Key& key, gateway::Variable variable,
+                    const gateway::Value& value) override {
+    return witness_.describe(key, variable, value);
+  }
 
+  // gateway_hands.cpp
   void carry_out(const gateway::ChannelActions& actions);
   void carry_out(const Key& key, const gateway::Read& action);
   void carry_out(const Key& key, const gateway::Write& action);
@@ -95,57 +130,47 @@ class GatewayProcess final : public GatewayEars, public LinkListener {
   void carry_out(const Key&, const gateway::LeaveBe&) {}
   void carry_out(const Key&, const gateway::Resume&) {}
   void carry_out(const Key&, const gateway::Freed&) {}
-
-  void observe(const Key& key, const gateway::journal::Entry& entry);
-  void given_out(const gateway::journal::Dispatched& entry);
-  void learn(const fabric::InstanceIdentity& instance);
   void arm_timer();
+
   void tick();
+  void beat();
+  void read_file();
+  void end_when_answered();
   void forget();
+  void served_no_more(const std::string& machine);
   [[nodiscard]] gateway::Moment moment() const;
-  AdsLink& link(const std::string& machine) { return *links_.at(machine); }
 
   GatewayPlan plan_;
-  Agenda& agenda_;
-  History& history_;
-  Fabric& fabric_;
   Random random_;
-  Process process_;
   Disk disk_;
+  Witness witness_;
+  Mistakes mistakes_;
   struct Machine {
     Controller* controller;
     Cable* cable;
   };
-  std::vector<Machine> machines_;
+  std::map<std::string, Machine> plugged_;
 
   // Of this life of the process.
   std::optional<gateway::journal::Keeper> keeper_;
   std::optional<gateway::Core> core_;
-  std::optional<EndNumber> end_;
-  std::map<std::string, std::shared_ptr<AdsLink>> links_;
+  std::optional<gateway::Pulse> pulse_;
+  std::unique_ptr<gateway::Machines> machines_;
+  std::map<std::string, std::weak_ptr<AdsLink>> links_;
   std::map<Key, gateway::SteadyTime> wakes_;
   std::map<Key, std::uint64_t> wake_numbers_;
   std::optional<gateway::SteadyTime> armed_;
   std::uint64_t armed_number_ = 0;
   bool ending_ = false;
   bool in_trouble_ = false;
-  bool lost_memory_ = false;
-  /// The steady clock of the host and the error of its wall clock.
-  Time booted_{};
-  Time clock_error_{};
-  Time frozen_at_{};
+  Time looked_from_{};
+  /// What its last on_link_up named.
+  std::set<Key> served_;
 
-  // What is seen of it.
+  bool lost_memory_ = false;
+  /// The steady clock of its host.
+  Time booted_{};
   std::map<Key, fabric::ChannelStatus> statuses_;
-  std::map<Key, Current> current_;
-  std::map<fabric::InstanceId, fabric::InstanceIdentity> ready_;
-  std::map<fabric::CallId, fabric::InstanceId> given_;
-  // What the deliberate mistakes need.
-  std::map<Key, gateway::Picture> last_looks_;
-  std::map<Key, gateway::Picture> last_states_;
-  std::map<Key, gateway::Picture> texts_read_;
-  std::map<Key, gateway::Value> held_texts_;
-  std::map<Key, gateway::Write> last_writes_;
 };
 
 }  // namespace millrace::tests::simulation

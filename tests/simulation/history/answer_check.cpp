@@ -71,6 +71,9 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
 
 void AnswerCheck::on(const WriteDone& fact, Time now) {
   Channel& channel = channels_[fact.key];
+  if (fact.variable == gateway::Variable::response) {
+    channel.text_by = fact.gateway;
+  }
   const auto stands = [&](const Stretch& one) { return !one.until && one.request == fact.request; };
   const bool crossed = std::ranges::none_of(channel.stretches, stands);
   if (crossed && fact.variable != gateway::Variable::response) {
@@ -83,7 +86,7 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
       !fact.answer) {
     return;
   }
-  if (fact.response != fact.answer->text) {
+  if (fact.response != fact.answer->text && channel.text_by == fact.gateway) {
     violations_.push_back(fmt::format("I3: {} is released while RESPONSE is \"{}\", not \"{}\"",
                                       fact.call.to_string(), fact.response, fact.answer->text));
   }
@@ -105,6 +108,11 @@ void AnswerCheck::on(const JournalLost&, Time) {
 }
 
 void AnswerCheck::on(const ProgramReleased& fact, Time) {
+  if (!fact.crossed && fact.state == 0) {
+    violations_.push_back(
+        fmt::format("I3: {} goes on although RESPONSE_STATE is 0", fact.key.to_string()));
+    return;
+  }
   if (!fact.crossed && !answers(fact.text, fact.request.text)) {
     violations_.push_back(fmt::format("I2: {} asked \"{}\" and reads \"{}\"", fact.key.to_string(),
                                       fact.request.text, fact.text));

@@ -8,6 +8,7 @@ namespace millrace::tests::simulation {
 
 std::vector<std::string> ExecutionCheck::on(const Fact& fact, Time) {
   violations_.clear();
+  ++facts_;
   std::visit([&](const auto& one) { on(one); }, fact);
   return std::exchange(violations_, {});
 }
@@ -20,7 +21,34 @@ void ExecutionCheck::expect(bool right, const char* what, const Arguments&... ar
 }
 
 void ExecutionCheck::on(const ProgramAsked& fact) {
-  questions_[fact.key].push_back({fact.request, 0, 0});
+  auto& questions = questions_[fact.key];
+  if (!questions.empty()) {
+    questions.back().stands = false;
+  }
+  questions.push_back({fact.request});
+}
+
+void ExecutionCheck::on(const ProgramMoved& fact) {
+  if (auto& questions = questions_[fact.key]; !questions.empty()) {
+    questions.back().stands = false;
+  }
+}
+
+void ExecutionCheck::on(const ProgramReleased& fact) {
+  on(ProgramMoved{fact.key, "", true});
+}
+
+void ExecutionCheck::on(const WriteDone& fact) {
+  auto& questions = questions_[fact.key];
+  if (fact.answer && !questions.empty() && questions.back().request == fact.request) {
+    questions.back().stands = false;
+  }
+  for (auto& [call, story] : calls_) {
+    if (story.key == fact.key && story.gateway != fact.gateway) {
+      // Another gateway has changed what this one sees.
+      story.shaken = true;
+    }
+  }
 }
 
 void ExecutionCheck::on(const Claimed& fact) {
@@ -28,6 +56,8 @@ void ExecutionCheck::on(const Claimed& fact) {
   expect(!fact.in_trouble, "{} is claimed although the journal cannot be written",
          fact.call.to_string());
   Story& story = calls_[fact.call];
+  story.gateway = fact.gateway;
+  story.claimed = facts_;
   story.request = fact.request;
   story.key = fact.key;
   auto& questions = questions_[fact.key];
@@ -37,6 +67,67 @@ void ExecutionCheck::on(const Claimed& fact) {
          fact.call.to_string(), fact.request.uuid, fact.request.text, fact.request.state);
   if (asked != questions.rend()) {
     story.question = static_cast<std::size_t>(questions.rend() - asked) - 1;
+  }
+}
+
+void ExecutionCheck::on(const GivenOut& fact) {
+  const auto found = calls_.find(fact.call);
+  if (found == calls_.end()) {
+    return;
+  }
+  Story& story = found->second;
+  story.given = true;
+  auto& questions = questions_[story.key];
+  for (const auto& [call, other] : calls_) {
+    const bool same = other.key == story.key && other.question == story.question;
+    const auto heard = heard_.find({story.gateway, call});
+    const bool unknown = other.gateway == story.gateway
+                             ? other.forgotten
+                             : heard == heard_.end() || heard->second > story.claimed;
+    if (same && call != fact.call && other.given && unknown && story.question < questions.size()) {
+      ++questions[story.question].pardons;
+    }
+  }
+}
+
+void ExecutionCheck::on(const Ended& fact) {
+  const auto found = calls_.find(fact.call);
+  if (found == calls_.end()) {
+    return;
+  }
+  found->second.ended = true;
+  if (fact.answered || found->second.shaken) {
+    return;
+  }
+  const auto& questions = questions_[fact.key];
+  const std::size_t question = found->second.question;
+  expect(question >= questions.size() || !questions[question].stands,
+         "{} is forgotten although its program still waits for it", fact.call.to_string());
+}
+
+void ExecutionCheck::on(const Resumed& fact) {
+  if (fact.call == fabric::CallId{}) {
+    // What it had heard it has forgotten.
+    std::erase_if(heard_, [&](const auto& one) { return one.first.first == fact.gateway; });
+    for (auto& [call, story] : calls_) {
+      story.forgotten = story.forgotten || (story.ended && story.gateway == fact.gateway);
+    }
+    return;
+  }
+  if (const auto found = calls_.find(fact.call); found != calls_.end()) {
+    found->second.shaken = true;
+  }
+}
+
+void ExecutionCheck::on(const Heard& fact) {
+  heard_.try_emplace({fact.gateway, fact.call}, facts_);
+}
+
+void ExecutionCheck::on(const Refused& fact) {
+  for (auto& [call, story] : calls_) {
+    if (story.gateway == fact.gateway && story.key == fact.key) {
+      story.shaken = true;
+    }
   }
 }
 

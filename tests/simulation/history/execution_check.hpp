@@ -2,7 +2,11 @@
 //    restarts, unless an operator has it given out again; and at most once per request of the
 //    program, unless a journal was lost.
 // I9 An attempt is run by the one instance it was given to, and no instance runs a call twice.
-// And: a call id is given once, and what a service is asked is what the program asked.
+// And: a call id is given once, what a service is asked is what the program asked, and a call that
+//      was accepted is not forgotten as long as its program waits for it.
+//
+// A gateway that takes the place of another may give a request out once more if it could not know
+// of the other's call when it accepted the request.
 #pragma once
 
 #include <map>
@@ -20,8 +24,17 @@ class ExecutionCheck final : public Check {
 
  private:
   struct Story {
+    GatewayNumber gateway = 0;
     gateway::PendingRequest request;
     Key key;
+    /// Of the facts so far, when it was claimed.
+    std::uint64_t claimed = 0;
+    bool given = false;
+    bool ended = false;
+    /// Its gateway has started again since it ended.
+    bool forgotten = false;
+    /// Its gateway has started again since, or left the channel to another one.
+    bool shaken = false;
     /// Which of the channel's requests it stands for.
     std::size_t question = 0;
     unsigned starts = 0;
@@ -30,12 +43,21 @@ class ExecutionCheck final : public Check {
   };
   struct Question {
     gateway::PendingRequest request;
+    bool stands = true;
     unsigned once_starts = 0;
     unsigned pardons = 0;
   };
 
   void on(const ProgramAsked& fact);
+  void on(const ProgramMoved& fact);
+  void on(const ProgramReleased& fact);
+  void on(const WriteDone& fact);
   void on(const Claimed& fact);
+  void on(const GivenOut& fact);
+  void on(const Ended& fact);
+  void on(const Resumed& fact);
+  void on(const Heard& fact);
+  void on(const Refused& fact);
   void on(const Started& fact);
   void on(const Retried& fact);
   void on(const JournalLost& fact);
@@ -46,6 +68,9 @@ class ExecutionCheck final : public Check {
 
   std::map<fabric::CallId, Story> calls_;
   std::map<Key, std::vector<Question>> questions_;
+  /// When a gateway first heard of another's call.
+  std::map<std::pair<GatewayNumber, fabric::CallId>, std::uint64_t> heard_;
+  std::uint64_t facts_ = 0;
   std::vector<std::string> violations_;
 };
 

@@ -71,7 +71,19 @@ struct Words {
                        one.gateway, one.call.to_string(), short_of(one.instance), one.attempt);
   }
   std::string operator()(const Ended& one) const {
-    return fmt::format("gateway {}: {} is over", one.gateway, one.call.to_string());
+    return fmt::format("{}  gateway {}: {} is over{}", one.key.to_string(), one.gateway,
+                       one.call.to_string(), one.answered ? "" : ", unanswered");
+  }
+  std::string operator()(const Resumed& one) const {
+    return fmt::format("{}  gateway {} finds {} in its journal", one.key.to_string(), one.gateway,
+                       one.call.to_string());
+  }
+  std::string operator()(const Heard& one) const {
+    return fmt::format("{}  gateway {} hears of {}", one.key.to_string(), one.gateway,
+                       one.call.to_string());
+  }
+  std::string operator()(const Refused& one) const {
+    return fmt::format("{}  gateway {} leaves it to another one", one.key.to_string(), one.gateway);
   }
   std::string operator()(const Started& one) const {
     return fmt::format("{}  instance {} starts {}, attempt {}", one.request.key.to_string(),

@@ -81,14 +81,35 @@ struct GivenOut {
   fabric::CallId call;
   std::uint32_t attempt = 0;
   fabric::InstanceId instance;
+  fabric::Delivery delivery{};
   /// The instance is there, of this service, for this channel, and not draining.
   bool ready = true;
   std::uint32_t load = 0;
   std::uint32_t room = 1;
 };
+/// The gateway forgets the call; answered, or because its program has moved on.
 struct Ended {
   GatewayNumber gateway = 0;
+  Key key;
   fabric::CallId call;
+  bool answered = false;
+};
+/// It starts and finds the call in its journal; an empty call stands for none.
+struct Resumed {
+  GatewayNumber gateway = 0;
+  Key key;
+  fabric::CallId call;
+};
+/// It hears that another gateway has this call.
+struct Heard {
+  GatewayNumber gateway = 0;
+  Key key;
+  fabric::CallId call;
+};
+/// It leaves the channel to another gateway.
+struct Refused {
+  GatewayNumber gateway = 0;
+  Key key;
 };
 /// A handler starts.
 struct Started {
@@ -114,9 +135,9 @@ struct Note {
   std::string what;
 };
 
-using Fact =
-    std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked, WriteDone,
-                 Claimed, GivenOut, Ended, Started, Finished, Retried, JournalLost, Note>;
+using Fact = std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked,
+                          WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused, Started,
+                          Finished, Retried, JournalLost, Note>;
 
 /// One line, without the time.
 std::string to_string(const Fact& fact);

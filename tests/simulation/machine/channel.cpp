@@ -11,17 +11,31 @@ namespace sim = cnc::simulator;
 using gateway::Variable;
 
 struct MachineChannel::Kernel {
-  Kernel(sim::ServiceRules rules, const Agenda& agenda)
-      : service(
-            family, rules, [&agenda] { return agenda.now(); }, [](const auto&) {}) {
+  Kernel(const Key& key, sim::ServiceRules rules, const Agenda& agenda, Programs& programs)
+      : channel(key.channel, settings_of(rules), {{}, std::make_shared<cnc::nc::Timers>()},
+                {.clock = [&agenda] { return agenda.now(); }, .programs = programs}) {
     for (const Variable variable : cnc::variables::all_service_variables) {
-      variables.at(static_cast<std::size_t>(variable)) = family.find(name_of(variable));
+      variables.at(static_cast<std::size_t>(variable)) =
+          channel.store().family(sim::Kind::global).find(name_of(variable));
     }
   }
-  sim::Family family;
-  sim::ServiceInterface service;
+  static sim::Settings settings_of(sim::ServiceRules rules) {
+    sim::Settings settings;
+    settings.service = rules;
+    settings.axes = {{"X"}};
+    return settings;
+  }
+  sim::VirtualChannel channel;
   std::array<sim::Variable*, cnc::variables::all_service_variables.size()> variables{};
 };
+
+tl::expected<sim::Program, std::string> MachineChannel::Programs::load(std::string_view name) {
+  const auto found = texts_.find(name);
+  if (found == texts_.end()) {
+    return tl::unexpected(std::string(name) + " is not there");
+  }
+  return sim::Program{found->first, found->second};
+}
 
 MachineChannel::MachineChannel(Key key, sim::ServiceRules rules, Agenda& agenda, History& history)
     : key_(std::move(key)), rules_(rules), agenda_(agenda), history_(history) {
@@ -63,10 +77,6 @@ void MachineChannel::set(Variable variable, const gateway::Value& value) {
                                            ? cnc::nc::Value{static_cast<double>(*state)}
                                            : cnc::nc::Value{std::get<std::string>(value)};
   static_cast<void>(at(variable).assign(sim::Variable::scalar, program_value));
-  const bool lit = this->state(Variable::request_state) != 0;
-  if (variable == Variable::request_state || lit) {
-    report();
-  }
 }
 
 void MachineChannel::report() {
@@ -89,11 +99,38 @@ std::string MachineChannel::text(Variable variable) const {
   return std::get<std::string>(read(variable));
 }
 
+void MachineChannel::cleared(const std::string& why) {
+  standing_ = {};
+  history_.add(ProgramMoved{key_, why + ", both states are 0"});
+}
+
+tl::expected<void, std::string> MachineChannel::start(const std::string& text) {
+  const auto started = kernel_->channel.start({key_.to_string(), text});
+  if (!started) {
+    std::string mistakes;
+    for (const auto& mistake : started.error()) {
+      mistakes += mistake.to_string() + "; ";
+    }
+    return tl::unexpected(mistakes);
+  }
+  if (rules_.start_clears_states) {
+    cleared("the program starts");
+  }
+  return {};
+}
+
+std::vector<cnc::nc::Event> MachineChannel::tick() {
+  return kernel_->channel.tick(agenda_.now(), 1);
+}
+
+bool MachineChannel::active() const {
+  return kernel_->channel.program().active();
+}
+
 void MachineChannel::reset() {
-  kernel_->service.reset();
+  kernel_->channel.reset();
   if (rules_.reset_clears_states) {
-    standing_ = {};
-    history_.add(ProgramMoved{key_, "NC reset, both states are 0"});
+    cleared("NC reset");
   } else {
     history_.note(key_.to_string(), "NC reset");
   }
@@ -103,8 +140,16 @@ void MachineChannel::power_up() {
   if (kernel_) {
     history_.add(ProgramMoved{key_, "the controller starts again", false});
   }
-  kernel_ = std::make_shared<Kernel>(rules_, agenda_);
+  kernel_ = std::make_shared<Kernel>(key_, rules_, agenda_, programs_);
   standing_ = {};
+  for (const Variable variable : {Variable::uuid, Variable::request, Variable::request_state}) {
+    at(variable).on_write([this, variable](sim::Writer writer) {
+      const bool lit = state(Variable::request_state) != 0;
+      if (writer == sim::Writer::program && (variable == Variable::request_state || lit)) {
+        report();
+      }
+    });
+  }
 }
 
 }  // namespace millrace::tests::simulation

@@ -1,10 +1,14 @@
-// One channel of a controller: the real Service Interface of the virtual CNC with its kernel rules,
-// and a history of what its program asks.
+// One channel of a controller: the virtual CNC's real channel, with its Service Interface, the
+// kernel's rules and the interpreter, and a history of what its program asks.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
-#include "cnc/simulator/service_interface.hpp"
+#include "cnc/simulator/virtual_channel.hpp"
 #include "tests/simulation/history/history.hpp"
 
 namespace millrace::tests::simulation {
@@ -25,6 +29,14 @@ class MachineChannel {
   [[nodiscard]] std::uint32_t state(gateway::Variable variable) const;
   [[nodiscard]] std::string text(gateway::Variable variable) const;
 
+  /// The program of a name that a program may call beside the cycles that come with the CNC.
+  void add_program(const std::string& name, const std::string& text) { programs_.put(name, text); }
+  /// Every mistake in one text if the interpreter does not take it.
+  tl::expected<void, std::string> start(const std::string& text);
+  /// One operation of the decoder; what it told.
+  std::vector<cnc::nc::Event> tick();
+  [[nodiscard]] bool active() const;
+
   /// NC reset.
   void reset();
   /// The controller starts: all is zero again.
@@ -43,11 +55,22 @@ class MachineChannel {
  private:
   [[nodiscard]] cnc::simulator::Variable& at(gateway::Variable variable) const;
   void report();
+  void cleared(const std::string& why);
+
+  class Programs final : public cnc::simulator::ProgramSource {
+   public:
+    void put(const std::string& name, const std::string& text) { texts_[name] = text; }
+    tl::expected<cnc::simulator::Program, std::string> load(std::string_view name) override;
+
+   private:
+    std::map<std::string, std::string, std::less<>> texts_;
+  };
 
   Key key_;
   cnc::simulator::ServiceRules rules_;
   Agenda& agenda_;
   History& history_;
+  Programs programs_;
   struct Kernel;
   std::shared_ptr<Kernel> kernel_;
   gateway::PendingRequest standing_;

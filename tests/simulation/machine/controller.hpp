@@ -1,6 +1,7 @@
 // A controller: its channels with their programs, behind one ADS router. It can be switched off.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,8 +35,8 @@ class Controller {
   void switch_off();
   void switch_on();
 
-  /// What it received on connections that are gone and has not done.
-  unsigned leftovers = 0;
+  /// What it received on connections that are gone and has not done, by gateway.
+  std::map<GatewayNumber, unsigned> leftovers;
 
   [[nodiscard]] bool done() const;
   void calm_down();

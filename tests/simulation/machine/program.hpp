@@ -1,5 +1,5 @@
-// An NC program that calls services one after the other, as one written with SysServiceWait does.
-// It may lose patience, be reset at any point, and not know what an interim state is.
+// An NC program that calls services one after the other. It may lose patience, be reset at any
+// point, and repeat itself.
 #pragma once
 
 #include <string>
@@ -20,49 +20,26 @@ struct ProgramHabits {
   /// Between two writes, and until RESPONSE_STATE is looked at again.
   Time cycle = 2ms;
   Time pause = 50ms;
+  /// It is a program of the NC language, run by the interpreter of the virtual CNC.
+  bool interpreted = false;
+  /// Its SysServiceWait.cyc waits for REQUEST_STATE to become 0: a mistake (bug.hpp).
+  bool waits_for_the_request = false;
 };
 
+/// What the program of a channel does, whoever runs it.
 class Program {
  public:
-  Program(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, Party party,
-          History& history, Random random);
+  virtual ~Program() = default;
 
   /// Runs what is left of its calls.
-  void start();
+  virtual void start() = 0;
   /// It ends where it is.
-  void stop();
+  virtual void stop() = 0;
   /// From now on it waits as long as it takes and begins at most one more call.
-  void calm_down();
-  [[nodiscard]] bool done() const { return left_ == 0 && !active_; }
-  [[nodiscard]] bool active() const { return active_; }
-  [[nodiscard]] std::size_t answered() const { return answered_; }
-
- private:
-  void after(Time delay, void (Program::*step)());
-  void begin();
-  void write_request();
-  void write_state();
-  void look();
-  void read_response();
-  void lose_patience(std::uint64_t call);
-  void next();
-
-  MachineChannel& channel_;
-  ProgramHabits habits_;
-  Agenda& agenda_;
-  Party party_;
-  History& history_;
-  Random random_;
-  std::size_t left_;
-  bool active_ = false;
-  bool calm_ = false;
-  bool looking_ = false;
-  bool waiting_ = false;
-  std::uint64_t life_ = 0;
-  std::uint64_t call_ = 0;
-  std::uint32_t wait_at_ = 0;
-  gateway::PendingRequest request_;
-  std::size_t answered_ = 0;
+  virtual void calm_down() = 0;
+  [[nodiscard]] virtual bool active() const = 0;
+  [[nodiscard]] virtual bool done() const = 0;
+  [[nodiscard]] virtual std::size_t answered() const = 0;
 };
 
 }  // namespace millrace::tests::simulation

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "services/sdk/call_desk.hpp"
-#include "tests/simulation/fabric/fabric.hpp"
+#include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 
 namespace millrace::tests::simulation {
@@ -34,7 +34,7 @@ struct ServicePlan {
   Bug bug = Bug::none;
 };
 
-class ServiceProcess final : public InstanceEars {
+class ServiceProcess final : public Member, private InstanceEars {
  public:
   ServiceProcess(ServicePlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
                  Random random);
@@ -44,18 +44,12 @@ class ServiceProcess final : public InstanceEars {
   void kill();
   /// Asks for no new call and leaves when the last one is answered.
   void drain();
-  void freeze();
-  void thaw();
-  void step_clock(Time by) { clock_error_ += by; }
   /// From now on handlers are well.
   void calm_down();
 
   [[nodiscard]] const ServicePlan& plan() const { return plan_; }
-  [[nodiscard]] bool running() const { return process_.running(); }
-  [[nodiscard]] bool frozen() const { return process_.frozen(); }
   [[nodiscard]] bool stuck() const { return stuck_; }
   [[nodiscard]] bool idle() const { return !desk_ || desk_->idle(); }
-  [[nodiscard]] std::optional<EndNumber> end() const { return end_; }
 
  private:
   void on_request(const fabric::Request& request) override;
@@ -68,26 +62,18 @@ class ServiceProcess final : public InstanceEars {
   void handle(const fabric::Request& request);
   void finish(const fabric::Request& request);
   void close_when_idle();
-  void leave();
-  [[nodiscard]] fabric::Time now() const;
+  void leave_soon();
 
   ServicePlan plan_;
-  Agenda& agenda_;
-  History& history_;
-  Fabric& fabric_;
   Random random_;
-  Process process_;
-  Time clock_error_{};
   bool calm_ = false;
 
   // Of this life of the process.
   fabric::InstanceIdentity identity_;
   std::optional<services::sdk::CallDesk> desk_;
-  std::optional<EndNumber> end_;
   bool closing_ = false;
   bool closed_ = false;
   bool stuck_ = false;
-  Time frozen_at_{};
 };
 
 }  // namespace millrace::tests::simulation

@@ -73,6 +73,36 @@ TEST_F(CoreTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), SizeIs(1));
 }
 
+// The kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw no request
+// and the program waited for ever. Found by the simulation.
+TEST_F(CoreTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  ledger.apply(journal::Interim{{7, 1001}, 1000});
+  start();
+  EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  sut->on_link_up("cnc", {}, now);
+  sut->on_instance_ready(instance(1), now);
+  const auto seen = sut->on_read({"cnc", 1}, {Look::request, uuid, "2", 0, 1000, ""}, now);
+  EXPECT_THAT(all<Hide>(seen), IsEmpty());
+  EXPECT_THAT(all<Publish>(seen), SizeIs(1)) << "its instance answers once more";
+}
+
+TEST_F(CoreTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  ledger.apply(journal::Interim{{7, 1001}, 1000});
+  start();
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->on_link_up("cnc", {}, now);
+  const auto seen = sut->on_read({"cnc", 1}, {Look::request, uuid, "2", 1, 1000, ""}, now);
+  EXPECT_THAT(all<Hide>(seen), SizeIs(1));
+}
+
 TEST_F(CoreTest, TakesAChannelBackThatWasLeaving) {
   start();
   link_up();
@@ -99,6 +129,23 @@ TEST_F(CoreTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
   Verdict verdict;
   EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now))),
               SizeIs(1));
+}
+
+// A gateway that had left a channel to another one, which died before it took it, gave its own
+// at-most-once call out again. Found by the simulation.
+TEST_F(CoreTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  confirm(request(1));
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  link_up();
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
 TEST_F(CoreTest, StillHoldsAnInheritedCallAfterARestart) {

@@ -1,4 +1,6 @@
 // What a program gets when no service answers it: the configured rules, and the operator.
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -111,6 +113,16 @@ TEST_F(Patience, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
   EXPECT_THAT(desk.writes, IsEmpty());
   desk.wait(2s);
   expect_answer("millrace: its instance is lost, and it must not run twice", 903);
+}
+
+// It was said at each look. Found by the simulation.
+TEST_F(Patience, WithALostCallIsSaidOnceWhereNoStateIsConfigured) {
+  desk.policy.lost = Rule{2s, 0};
+  desk.delivery = fabric::Delivery::at_most_once;
+  desk.dispatched_call();
+  desk.feed(sut().suspend("lost", true, desk.now));
+  desk.wait(1min);
+  EXPECT_EQ(std::ranges::count(desk.events, late, &fabric::Event::kind), 1);
 }
 
 TEST_F(Patience, WithALostCallIsForgottenWhenItsInstanceComesBack) {

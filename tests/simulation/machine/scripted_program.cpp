@@ -1,4 +1,4 @@
-#include "tests/simulation/machine/program.hpp"
+#include "tests/simulation/machine/scripted_program.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -11,8 +11,8 @@ namespace millrace::tests::simulation {
 
 using gateway::Variable;
 
-Program::Program(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, Party party,
-                 History& history, Random random)
+ScriptedProgram::ScriptedProgram(MachineChannel& channel, ProgramHabits habits, Agenda& agenda,
+                                 Party party, History& history, Random random)
     : channel_(channel),
       habits_(std::move(habits)),
       agenda_(agenda),
@@ -24,30 +24,30 @@ Program::Program(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, 
     // The program looks once a cycle; only a change makes a difference.
     if (waiting_ && !looking_) {
       looking_ = true;
-      after(random_.between(Time{}, habits_.cycle), &Program::look);
+      after(random_.between(Time{}, habits_.cycle), &ScriptedProgram::look);
     }
   };
 }
 
-void Program::start() {
+void ScriptedProgram::start() {
   active_ = true;
   waiting_ = false;
   ++life_;
-  after(Time{}, &Program::begin);
+  after(Time{}, &ScriptedProgram::begin);
 }
 
-void Program::stop() {
+void ScriptedProgram::stop() {
   active_ = false;
   waiting_ = false;
   ++life_;
 }
 
-void Program::calm_down() {
+void ScriptedProgram::calm_down() {
   calm_ = true;
   left_ = std::min<std::size_t>(left_, 1);
 }
 
-void Program::after(Time delay, void (Program::*step)()) {
+void ScriptedProgram::after(Time delay, void (ScriptedProgram::*step)()) {
   agenda_.after(delay, {.parties = std::uint64_t{1} << party_}, [this, life = life_, step] {
     if (life == life_) {
       (this->*step)();
@@ -55,7 +55,7 @@ void Program::after(Time delay, void (Program::*step)()) {
   });
 }
 
-void Program::begin() {
+void ScriptedProgram::begin() {
   if (left_ == 0) {
     active_ = false;
     return;
@@ -69,15 +69,15 @@ void Program::begin() {
     request_.state = static_cast<std::uint32_t>(1 + random_.below(3));
   }
   channel_.set(Variable::uuid, request_.uuid);
-  after(random_.between(Time{}, habits_.cycle), &Program::write_request);
+  after(random_.between(Time{}, habits_.cycle), &ScriptedProgram::write_request);
 }
 
-void Program::write_request() {
+void ScriptedProgram::write_request() {
   channel_.set(Variable::request, request_.text);
-  after(random_.between(Time{}, habits_.cycle), &Program::write_state);
+  after(random_.between(Time{}, habits_.cycle), &ScriptedProgram::write_state);
 }
 
-void Program::write_state() {
+void ScriptedProgram::write_state() {
   channel_.set(Variable::request_state, request_.state);
   waiting_ = true;
   looking_ = false;
@@ -93,7 +93,7 @@ void Program::write_state() {
   }
 }
 
-void Program::look() {
+void ScriptedProgram::look() {
   looking_ = false;
   if (!waiting_ || channel_.state(Variable::response_state) == wait_at_) {
     return;
@@ -109,10 +109,10 @@ void Program::look() {
     return;
   }
   waiting_ = false;
-  after(random_.chance(50) ? Time{} : habits_.cycle, &Program::read_response);
+  after(random_.chance(50) ? Time{} : habits_.cycle, &ScriptedProgram::read_response);
 }
 
-void Program::read_response() {
+void ScriptedProgram::read_response() {
   ++answered_;
   history_.add(ProgramReleased{channel_.key(), channel_.standing(), channel_.crossed,
                                channel_.text(Variable::response),
@@ -120,7 +120,7 @@ void Program::read_response() {
   next();
 }
 
-void Program::lose_patience(std::uint64_t call) {
+void ScriptedProgram::lose_patience(std::uint64_t call) {
   if (!waiting_ || call != call_) {
     return;
   }
@@ -132,8 +132,9 @@ void Program::lose_patience(std::uint64_t call) {
   next();
 }
 
-void Program::next() {
-  after(random_.chance(30) ? Time{} : random_.between(Time{}, habits_.pause), &Program::begin);
+void ScriptedProgram::next() {
+  after(random_.chance(30) ? Time{} : random_.between(Time{}, habits_.pause),
+        &ScriptedProgram::begin);
 }
 
 }  // namespace millrace::tests::simulation

@@ -1,0 +1,154 @@
+// Who finds and loses whom.
+#include <algorithm>
+#include <utility>
+
+#include "tests/simulation/fabric/fabric.hpp"
+
+namespace millrace::tests::simulation {
+
+namespace {
+
+fabric::EndpointHandle reader_of(EndNumber end) {
+  return 2 * end + 1;
+}
+
+fabric::EndpointHandle writer_of(EndNumber end) {
+  return 2 * end + 2;
+}
+
+}  // namespace
+
+void Fabric::refresh(const PairPointer& pair) {
+  refresh(pair, pair->of_instance, *ends_[pair->instance], true);
+  refresh(pair, pair->of_gateway, *ends_[pair->gateway], false);
+  send_requests(pair, true);
+  send_replies(pair, true);
+}
+
+void Fabric::refresh(const PairPointer& pair, Side& side, const End& other, bool of_instance) {
+  const bool heard = side.path && other.there && other.awake;
+  if (heard == side.heard) {
+    return;
+  }
+  side.heard = heard;
+  const std::uint64_t epoch = ++side.epoch;
+  const Time wait = heard ? random_.between(weather.discovery_least, weather.discovery_most)
+                          : random_.between(weather.lease / 2, weather.lease);
+  agenda_.after(wait, {.parties = parties(*pair), .timer = true},
+                [this, pair, &side, epoch, heard, of_instance] {
+                  if (side.epoch == epoch) {
+                    heard ? find(pair, of_instance) : lose_known(pair, of_instance);
+                  }
+                });
+}
+
+void Fabric::find(const PairPointer& pair, bool of_instance) {
+  Side& side = of_instance ? pair->of_instance : pair->of_gateway;
+  if (!of_instance) {
+    if (!side.reader) {
+      side.reader = true;
+      side.writer = true;
+      pair->requests = 0;
+    }
+    send_requests(pair);
+    send_replies(pair);
+    return;
+  }
+  // Its two endpoints show in any order.
+  const bool reader_first = random_.chance(50);
+  discover(pair, reader_first);
+  agenda_.after(random_.between(Time{}, 2ms), {.parties = parties(*pair), .timer = true},
+                [this, pair, reader_first, epoch = side.epoch] {
+                  if (pair->of_instance.epoch == epoch) {
+                    discover(pair, !reader_first);
+                  }
+                });
+}
+
+void Fabric::discover(const PairPointer& pair, bool reader) {
+  End& gateway = *ends_[pair->gateway];
+  const End& instance = *ends_[pair->instance];
+  Side& side = pair->of_instance;
+  if (reader) {
+    gateway.registry.reader_seen(reader_of(pair->instance), {instance.identity, pair->instance});
+    gateway.matched.insert(reader_of(pair->instance));
+    static_cast<void>(gateway.requests[instance.identity.uuid]);
+    side.reader = true;
+  } else {
+    gateway.registry.writer_seen(writer_of(pair->instance), {instance.identity.id, pair->instance});
+    gateway.matched.insert(writer_of(pair->instance));
+    if (!side.writer) {
+      side.writer = true;
+      pair->replies = 0;
+    }
+  }
+  look_around(pair->gateway);
+  send_requests(pair);
+  send_replies(pair);
+}
+
+void Fabric::lose_known(const PairPointer& pair, bool of_instance) {
+  Side& side = of_instance ? pair->of_instance : pair->of_gateway;
+  side.reader = false;
+  side.writer = false;
+  if (!of_instance) {
+    // What was not taken has no writer any more and is passed over.
+    for (auto& [key, cached] : ends_[pair->instance]->requests_in) {
+      if (cached.from == pair->gateway) {
+        cached.value.reset();
+      }
+    }
+    pair->requests = 0;
+    return;
+  }
+  End& gateway = *ends_[pair->gateway];
+  gateway.registry.endpoint_gone(reader_of(pair->instance));
+  gateway.registry.endpoint_gone(writer_of(pair->instance));
+  gateway.matched.erase(reader_of(pair->instance));
+  gateway.matched.erase(writer_of(pair->instance));
+  pair->replies = 0;
+  look_around(pair->gateway);
+}
+
+void Fabric::look_around(EndNumber number) {
+  End& end = *ends_[number];
+  if (end.discovery_due || !end.there) {
+    return;
+  }
+  end.discovery_due = true;
+  agenda_.after(random_.between(Time{}, 500us), {.parties = end.process->parties()},
+                [this, number, &end] {
+                  end.process->run(end.life, [this, number] { take_changes(number); });
+                });
+}
+
+void Fabric::take_changes(EndNumber number) {
+  End& end = *ends_[number];
+  end.discovery_due = false;
+  end.registry.set_matched(end.matched);
+  // An instance that leaves may have answered just before.
+  take_replies(number);
+  const auto changes = end.registry.changes();
+  for (const auto& gone : changes.gone) {
+    end.gateway->on_instance_gone(gone);
+  }
+  for (const auto& ready : changes.ready) {
+    end.gateway->on_instance_ready(ready);
+  }
+  for (const auto& changed : changes.changed) {
+    end.gateway->on_instance_changed(changed);
+  }
+}
+
+void Fabric::change_identity(EndNumber number, const fabric::InstanceIdentity& identity) {
+  ends_[number]->identity = identity;
+  for (const PairPointer& pair : pairs_of(number)) {
+    within(pair, delay(false), [this, pair] {
+      if (pair->of_instance.reader && pair->of_instance.heard) {
+        discover(pair, true);
+      }
+    });
+  }
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,143 @@
+// The ways of requests and replies.
+#include <algorithm>
+#include <utility>
+
+#include "tests/simulation/fabric/fabric.hpp"
+
+namespace millrace::tests::simulation {
+
+bool Fabric::publish(EndNumber number, const fabric::Request& request) {
+  End& end = *ends_[number];
+  const auto writer = end.requests.find(fabric::canonical_uuid(request.uuid));
+  if (writer == end.requests.end()) {
+    return false;
+  }
+  writer->second.samples[request.key] = {++writer->second.last, request};
+  for (const PairPointer& pair : pairs_of(number)) {
+    send_requests(pair);
+  }
+  return true;
+}
+
+void Fabric::withdraw(EndNumber number, const Key& key, const std::string& uuid) {
+  End& end = *ends_[number];
+  const auto writer = end.requests.find(fabric::canonical_uuid(uuid));
+  if (writer == end.requests.end()) {
+    return;
+  }
+  const auto sample = writer->second.samples.find(key);
+  if (sample == writer->second.samples.end() || !sample->second.value) {
+    return;
+  }
+  sample->second = {++writer->second.last, std::nullopt};
+  for (const PairPointer& pair : pairs_of(number)) {
+    send_requests(pair);
+  }
+}
+
+void Fabric::publish(EndNumber number, const fabric::Reply& reply) {
+  Writer<fabric::Reply>& writer = ends_[number]->replies;
+  writer.samples[reply.key] = {++writer.last, reply};
+  for (const PairPointer& pair : pairs_of(number)) {
+    send_replies(pair);
+  }
+}
+
+void Fabric::send_requests(const PairPointer& pair, bool again) {
+  if (!std::exchange(pair->requests_due, true)) {
+    within(pair, delay(again), [this, pair] {
+      pair->requests_due = false;
+      arrive_requests(pair);
+    });
+  }
+}
+
+void Fabric::send_replies(const PairPointer& pair, bool again) {
+  if (!std::exchange(pair->replies_due, true)) {
+    within(pair, delay(again), [this, pair] {
+      pair->replies_due = false;
+      arrive_replies(pair);
+    });
+  }
+}
+
+void Fabric::arrive_requests(const PairPointer& pair) {
+  End& gateway = *ends_[pair->gateway];
+  End& instance = *ends_[pair->instance];
+  if (!gateway.there || !instance.there || !pair->of_instance.reader || !pair->of_gateway.reader ||
+      !pair->of_gateway.heard) {
+    return;
+  }
+  const auto writer = gateway.requests.find(instance.identity.uuid);
+  if (writer == gateway.requests.end()) {
+    return;
+  }
+  const bool fresh = pair->requests == 0;
+  bool news = false;
+  for (auto& [key, sample] : writer->second.samples) {
+    if (sample.number <= pair->requests || (fresh && !sample.value)) {
+      continue;
+    }
+    Cached<fabric::Request>& cached = instance.requests_in[key];
+    cached.withdrawn = !sample.value;
+    cached.from = pair->gateway;
+    if (sample.value) {
+      cached.value = sample.value;
+    }
+    news = true;
+  }
+  pair->requests = writer->second.last;
+  if (news && !std::exchange(instance.drain_due, true)) {
+    agenda_.after(random_.between(Time{}, 300us), {.parties = instance.process->parties()},
+                  [this, number = pair->instance] {
+                    End& end = *ends_[number];
+                    end.process->run(end.life, [this, number] { take_requests(number); });
+                  });
+  }
+}
+
+void Fabric::take_requests(EndNumber number) {
+  End& end = *ends_[number];
+  end.drain_due = false;
+  for (const auto& [key, cached] : std::exchange(end.requests_in, {})) {
+    if (cached.withdrawn) {
+      // Its request may be here too, untaken: whoever withdraws overtakes it.
+      end.instance->on_withdrawn(key);
+    } else if (cached.value) {
+      end.instance->on_request(*cached.value);
+    }
+  }
+}
+
+void Fabric::arrive_replies(const PairPointer& pair) {
+  End& gateway = *ends_[pair->gateway];
+  End& instance = *ends_[pair->instance];
+  if (!gateway.there || !pair->of_instance.writer || !pair->of_gateway.writer ||
+      !pair->of_instance.heard) {
+    return;
+  }
+  bool news = false;
+  for (auto& [key, sample] : instance.replies.samples) {
+    if (sample.number > pair->replies) {
+      gateway.replies_in[{key, instance.identity.id}] = *sample.value;
+      news = true;
+    }
+  }
+  pair->replies = instance.replies.last;
+  if (news) {
+    agenda_.after(random_.between(Time{}, 300us), {.parties = gateway.process->parties()},
+                  [this, number = pair->gateway] {
+                    End& end = *ends_[number];
+                    end.process->run(end.life, [this, number] { take_replies(number); });
+                  });
+  }
+}
+
+void Fabric::take_replies(EndNumber number) {
+  End& end = *ends_[number];
+  for (const auto& [key, reply] : std::exchange(end.replies_in, {})) {
+    end.gateway->on_reply(reply);
+  }
+}
+
+}  // namespace millrace::tests::simulation

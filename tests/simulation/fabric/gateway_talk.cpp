@@ -1,0 +1,247 @@
+#include "tests/simulation/fabric/gateway_talk.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "tests/simulation/fabric/fabric.hpp"
+
+namespace millrace::tests::simulation {
+
+void GatewayTalk::join(EndNumber number, Process& process, GatewayWatchEars& ears) {
+  End& end = ends_[number];
+  end.process = &process;
+  end.life = process.life();
+  end.ears = &ears;
+  for (const auto& [other, it] : ends_) {
+    if (other != number && it.there) {
+      ways_.push_back(std::make_shared<Way>(Way{.from = other, .to = number}));
+      refresh(ways_.back());
+    }
+    if (it.there) {
+      ways_.push_back(std::make_shared<Way>(Way{.from = number, .to = other}));
+      refresh(ways_.back());
+    }
+  }
+}
+
+void GatewayTalk::leave(EndNumber end, bool told) {
+  ends_.at(end).there = false;
+  for (const WayPointer& way : ways_) {
+    if (way->from == end && way->to != end && told && way->heard && ends_.at(way->to).awake) {
+      // Before the good-bye came its last words.
+      arrive(way);
+      ++way->epoch;
+      way->heard = false;
+      after(*way, delay(), [this, way] { lose(way); });
+    } else if (way->from == end || way->to == end) {
+      refresh(way);
+    }
+  }
+}
+
+void GatewayTalk::frozen(EndNumber end) {
+  ends_.at(end).awake = false;
+  for (const WayPointer& way : ways_) {
+    if (way->from == end) {
+      refresh(way);
+    }
+  }
+}
+
+void GatewayTalk::thawed(EndNumber end, Time after) {
+  ends_.at(end).awake = true;
+  for (const WayPointer& way : ways_) {
+    if (way->to == end && way->from != end && after > weather_.lease) {
+      // It has heard from nobody for longer than their leases.
+      lose(way);
+      way->heard = false;
+      ++way->epoch;
+    }
+    if (way->to == end || way->from == end) {
+      refresh(way);
+    }
+  }
+}
+
+void GatewayTalk::set_path(EndNumber from, EndNumber to, bool open) {
+  for (const WayPointer& way : ways_) {
+    if (way->from == from && way->to == to && from != to) {
+      way->path = open;
+      refresh(way);
+    }
+  }
+}
+
+void GatewayTalk::open_all_paths() {
+  for (const WayPointer& way : ways_) {
+    way->path = true;
+    refresh(way);
+  }
+}
+
+Time GatewayTalk::delay() {
+  return random_.chance(weather_.lost) ? random_.between(10ms, 100ms)
+                                       : random_.between(weather_.delay_least, weather_.delay_most);
+}
+
+void GatewayTalk::after(const Way& way, Time delay, std::function<void()> act) {
+  const std::uint64_t parties =
+      ends_.at(way.from).process->parties() | ends_.at(way.to).process->parties();
+  agenda_.after(delay, {.parties = parties}, std::move(act));
+}
+
+void GatewayTalk::refresh(const WayPointer& way) {
+  const End& from = ends_.at(way->from);
+  const bool heard = way->path && from.there && from.awake && ends_.at(way->to).there;
+  if (heard != way->heard) {
+    way->heard = heard;
+    const Time wait = heard ? random_.between(weather_.discovery_least, weather_.discovery_most)
+                            : random_.between(weather_.lease / 2, weather_.lease);
+    after(*way, wait, [this, way, epoch = ++way->epoch, heard] {
+      if (way->epoch == epoch) {
+        heard ? find(way) : lose(way);
+      }
+    });
+  }
+  send(way);
+}
+
+void GatewayTalk::find(const WayPointer& way) {
+  if (!std::exchange(way->found, true)) {
+    way->machines = 0;
+    way->channels = 0;
+  }
+  send(way);
+}
+
+void GatewayTalk::lose(const WayPointer& way) {
+  way->found = false;
+  way->machines = 0;
+  way->channels = 0;
+  End& to = ends_.at(way->to);
+  if (!to.there) {
+    return;
+  }
+  for (const auto& [place, gateway] : to.known) {
+    if (place.second == way->from) {
+      to.machines_in[place] = std::nullopt;
+    }
+  }
+  wake(way->to);
+}
+
+void GatewayTalk::publish(EndNumber number, const fabric::MachineStatus& status) {
+  End& end = ends_.at(number);
+  end.machines[status.machine] = {++end.last, status};
+  send(number);
+}
+
+void GatewayTalk::publish(EndNumber number, const fabric::ChannelStatus& status) {
+  End& end = ends_.at(number);
+  end.channels[status.key] = {++end.last, status};
+  send(number);
+}
+
+void GatewayTalk::let_go(EndNumber number, const std::string& machine) {
+  End& end = ends_.at(number);
+  end.machines[machine] = {++end.last, std::nullopt};
+  send(number);
+}
+
+void GatewayTalk::let_go(EndNumber number, const Key& key) {
+  End& end = ends_.at(number);
+  end.channels[key] = {++end.last, std::nullopt};
+  send(number);
+}
+
+void GatewayTalk::watch_channels(EndNumber end) {
+  if (!std::exchange(ends_.at(end).watches_channels, true)) {
+    for (const WayPointer& way : ways_) {
+      if (way->to == end) {
+        send(way);
+      }
+    }
+  }
+}
+
+bool GatewayTalk::hears(EndNumber to, EndNumber from) const {
+  return std::ranges::any_of(ways_, [&](const WayPointer& way) {
+    const End& sender = ends_.at(way->from);
+    return way->from == from && way->to == to && way->found && way->heard && !way->due &&
+           sender.awake && ends_.at(to).awake && !ends_.at(to).due;
+  });
+}
+
+void GatewayTalk::send(EndNumber from) {
+  for (const WayPointer& way : ways_) {
+    if (way->from == from) {
+      send(way);
+    }
+  }
+}
+
+void GatewayTalk::send(const WayPointer& way) {
+  if (!std::exchange(way->due, true)) {
+    after(*way, delay(), [this, way] {
+      way->due = false;
+      arrive(way);
+    });
+  }
+}
+
+void GatewayTalk::arrive(const WayPointer& way) {
+  End& from = ends_.at(way->from);
+  End& to = ends_.at(way->to);
+  if (!from.there || !to.there || !way->heard || !way->found) {
+    return;
+  }
+  for (const auto& [machine, sample] : from.machines) {
+    const std::pair place(machine, way->from);
+    if (sample.number <= way->machines || way->from == way->to) {
+      continue;
+    }
+    if (sample.value) {
+      to.known[place] = sample.value->gateway;
+      to.machines_in[place] = sample.value;
+    } else if (to.known.contains(place)) {
+      to.machines_in[place] = std::nullopt;
+    }
+  }
+  way->machines = from.last;
+  if (to.watches_channels) {
+    for (const auto& [key, sample] : from.channels) {
+      if (sample.number > way->channels && sample.value) {
+        to.channels_in[key] = *sample.value;
+      }
+    }
+    way->channels = from.last;
+  }
+  wake(way->to);
+}
+
+void GatewayTalk::wake(EndNumber number) {
+  End& end = ends_.at(number);
+  if (!end.there || (end.machines_in.empty() && end.channels_in.empty()) ||
+      std::exchange(end.due, true)) {
+    return;
+  }
+  agenda_.after(random_.between(Time{}, 300us), {.parties = end.process->parties()},
+                [this, &end] { end.process->run(end.life, [this, &end] { take(end); }); });
+}
+
+void GatewayTalk::take(End& end) {
+  end.due = false;
+  // What they did last comes first: the end of a gateway is judged by it.
+  for (const auto& [key, status] : std::exchange(end.channels_in, {})) {
+    end.ears->on_channel(status);
+  }
+  for (const auto& [place, status] : std::exchange(end.machines_in, {})) {
+    if (status) {
+      end.ears->on_machine(*status);
+    } else if (const auto known = end.known.extract(place); !known.empty()) {
+      end.ears->on_machine_gone(place.first, known.mapped());
+    }
+  }
+}
+
+}  // namespace millrace::tests::simulation

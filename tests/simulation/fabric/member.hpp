@@ -1,0 +1,55 @@
+// A program of the plant with an end on the fabric: what gateways and services have in common.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "tests/simulation/fabric/fabric.hpp"
+
+namespace millrace::tests::simulation {
+
+class Member {
+ public:
+  Member(const Member&) = delete;
+  Member& operator=(const Member&) = delete;
+
+  /// As by SIGSTOP, and by SIGCONT.
+  void freeze();
+  void thaw();
+  /// Somebody sets the clock of its host.
+  void step_clock(Time by) { clock_error_ += by; }
+
+  [[nodiscard]] bool running() const { return process_.running(); }
+  [[nodiscard]] bool frozen() const { return process_.frozen(); }
+  [[nodiscard]] std::optional<EndNumber> end() const { return end_; }
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+ protected:
+  Member(std::string name, Agenda& agenda, Party party, History& history, Fabric& fabric)
+      : name_(std::move(name)), history_(history), fabric_(fabric), process_(agenda, party) {}
+  ~Member() = default;
+
+  [[nodiscard]] Process& process() { return process_; }
+  [[nodiscard]] const Process& process() const { return process_; }
+  [[nodiscard]] History& history() { return history_; }
+  [[nodiscard]] Fabric& fabric() { return fabric_; }
+  [[nodiscard]] Time now() const { return process_.agenda().now(); }
+  /// What its wall clock shows.
+  [[nodiscard]] fabric::Time wall() const;
+  void note(const std::string& what) { history_.note(name_, what); }
+  void joined(EndNumber end) { end_ = end; }
+  /// `told`: it says good-bye to the others.
+  void leave(bool told) { fabric_.leave(*std::exchange(end_, {}), told); }
+
+ private:
+  std::string name_;
+  History& history_;
+  Fabric& fabric_;
+  Process process_;
+  std::optional<EndNumber> end_;
+  Time clock_error_{};
+  Time frozen_at_{};
+};
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,134 @@
+// What a gateway hears: of instances, of other gateways, of its machines.
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tests/simulation/gateway/gateway_process.hpp"
+
+namespace millrace::tests::simulation {
+
+using gateway::WriteOutcome;
+
+void GatewayProcess::on_instance_ready(const fabric::InstanceIdentity& instance) {
+  note("sees instance " + instance.id.to_string().substr(0, 8));
+  witness_.on_ready(instance);
+  carry_out(core_->on_instance_ready(mistakes_.seen(instance), now()));
+}
+
+void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instance) {
+  witness_.on_ready(instance);
+  carry_out(core_->on_instance_ready(mistakes_.seen(instance), now()));
+}
+
+void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
+  note("loses instance " + instance.to_string().substr(0, 8));
+  witness_.on_gone(instance);
+  if (!mistakes_.makes(Bug::instance_loss_ignored)) {
+    carry_out(core_->on_instance_gone(instance, now()));
+  }
+}
+
+void GatewayProcess::on_reply(const fabric::Reply& reply) {
+  carry_out(core_->on_reply(mistakes_.heard(reply, witness_), now()));
+}
+
+void GatewayProcess::on_machine(const fabric::MachineStatus& status) {
+  if (!mistakes_.makes(Bug::claims_ignored)) {
+    machines_->on_machine(status);
+  }
+}
+
+void GatewayProcess::on_machine_gone(const std::string& machine,
+                                     const fabric::InstanceId& gateway) {
+  note(fmt::format("loses another gateway of {}", machine));
+  machines_->on_machine_gone(machine, gateway);
+}
+
+void GatewayProcess::on_channel(const fabric::ChannelStatus& status) {
+  witness_.on_heard(status);
+  machines_->on_channel(status);
+}
+
+void GatewayProcess::on_link_up(const std::string& machine,
+                                const std::vector<std::uint16_t>& channels) {
+  served_no_more(machine);
+  for (const std::uint16_t channel : channels) {
+    served_.insert({machine, channel});
+  }
+  note(fmt::format("serves {} channels of {}", channels.size(), machine));
+  carry_out(core_->on_link_up(machine, channels, now()));
+}
+
+void GatewayProcess::on_link_down(const std::string& machine, const std::string& reason) {
+  served_no_more(machine);
+  carry_out(core_->on_link_down(machine, reason, now()));
+}
+
+void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
+  served_no_more(machine);
+  note(fmt::format("drops its link to {}: {}", machine, reason));
+  carry_out(core_->on_link_dropped(machine, reason, moment()));
+}
+
+void GatewayProcess::served_no_more(const std::string& machine) {
+  std::erase_if(served_, [&](const Key& key) { return key.machine == machine; });
+}
+
+void GatewayProcess::on_retired(const Key& key) {
+  served_.erase(key);
+  if (mistakes_.makes(Bug::reload_drops_calls)) {
+    carry_out(core_->release(key, "not in the configuration any more", now()));
+    return;
+  }
+  carry_out(core_->retire(key, now()));
+}
+
+void GatewayProcess::on_refused(const Key& key, const std::string& reason) {
+  served_.erase(key);
+  witness_.on_refused(key);
+  carry_out(core_->release(key, reason, now()));
+}
+
+void GatewayProcess::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
+  note(fmt::format("inherits {} of {} from {}", status.call.to_string(), status.key.to_string(),
+                   from));
+  if (!mistakes_.makes(Bug::inheritance_forgotten)) {
+    core_->inherit(status.key, {status.uuid, from});
+  }
+}
+
+void GatewayProcess::on_machine_status(const fabric::MachineStatus& status) {
+  fabric().talk().publish(*end(), status);
+}
+
+void GatewayProcess::on_machine_left(const fabric::MachineStatus& status) {
+  fabric().talk().let_go(*end(), status.machine);
+}
+
+void GatewayProcess::on_contested() {
+  fabric().talk().watch_channels(*end());
+}
+
+std::vector<std::uint16_t> GatewayProcess::channels_of(const std::string& machine) const {
+  return core_->channels_of(machine);
+}
+
+void GatewayProcess::on_read(const Key& key, const gateway::Picture& picture) {
+  history().add(Looked{plan_.number, key, picture, looked_from_});
+  mistakes_.on_read(key, picture);
+  carry_out(core_->on_read(key, picture, now()));
+}
+
+void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {
+  carry_out(core_->on_read_failed(key, reason, now()));
+}
+
+void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::string& reason) {
+  if (const auto again = mistakes_.again(key, outcome, reason)) {
+    carry_out(key, *again);
+    return;
+  }
+  carry_out(core_->on_write(key, outcome, reason, now()));
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,143 @@
+// What a gateway does.
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tests/simulation/gateway/gateway_process.hpp"
+
+namespace millrace::tests::simulation {
+
+using gateway::WriteOutcome;
+
+void GatewayProcess::after(std::chrono::nanoseconds delay, std::function<void()> act) {
+  if (delay == std::chrono::nanoseconds(0)) {
+    process().after(Time{}, std::move(act));
+  } else {
+    process().timer(delay, std::move(act));
+  }
+}
+
+std::unique_ptr<gateway::Link> GatewayProcess::connect(const gateway::MachineSettings& settings,
+                                                       gateway::LinkEvents& events) {
+  const Machine& machine = plugged_.at(settings.name);
+  auto link =
+      std::make_shared<AdsLink>(process(), plan_.number, *machine.controller, *machine.cable,
+                                settings.channels, events, *this, history(), random_.fork());
+  links_[settings.name] = link;
+  link->start();
+  return std::make_unique<LinkHandle>(std::move(link));
+}
+
+void GatewayProcess::say(gateway::Level, const std::string& text) {
+  note(text);
+}
+
+void GatewayProcess::carry_out(const gateway::ChannelActions& actions) {
+  for (const gateway::ChannelAction& one : actions) {
+    std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
+  }
+  arm_timer();
+  end_when_answered();
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
+  if (const auto made_up = mistakes_.instead_of(key, action, witness_)) {
+    process().after(Time{}, [this, key, picture = *made_up] {
+      carry_out(core_->on_read(key, picture, now()));
+    });
+    return;
+  }
+  machines_->read(key, action.look);
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Write& action) {
+  if (mistakes_.keeps(key, action, witness_)) {
+    process().after(Time{}, [this, key] { on_write(key, WriteOutcome::written, ""); });
+    return;
+  }
+  witness_.on_write(key, action.variable);
+  machines_->write(key, action.variable, action.value);
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::WakeAt& action) {
+  const auto known = wakes_.find(key);
+  if (known != wakes_.end() && known->second == action.at) {
+    return;
+  }
+  wakes_[key] = action.at;
+  const std::uint64_t number = ++wake_numbers_[key];
+  const Time delay = action.at - moment().steady;
+  process().timer(std::max(delay, Time{}), [this, key, number] {
+    if (wake_numbers_[key] == number) {
+      carry_out(core_->on_wake(key, now()));
+    }
+  });
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Record& action) {
+  witness_.on_record(key, action.entry);
+  auto recorded = [this, key, ticket = action.ticket] {
+    carry_out(core_->on_recorded(key, ticket, now()));
+  };
+  if (mistakes_.skips(action.entry)) {
+    process().after(Time{}, std::move(recorded));
+  } else if (mistakes_.makes(Bug::recorded_before_forced)) {
+    keeper_->append(action.entry, [] {});
+    process().after(Time{}, std::move(recorded));
+  } else {
+    keeper_->append(action.entry, std::move(recorded));
+  }
+}
+
+void GatewayProcess::carry_out(const Key&, const gateway::Publish& action) {
+  if (!fabric().publish(*end(), action.request)) {
+    history().violated(
+        fmt::format("{} cannot be given out: no writer", action.request.call.to_string()));
+  }
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Withdraw& action) {
+  fabric().withdraw(*end(), key, action.uuid);
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Tell& action) {
+  witness_.on_tell(key, action.event, in_trouble_);
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Show& action) {
+  statuses_[key] = action.status;
+  fabric().talk().publish(*end(), action.status);
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Say& action) {
+  history().note(fmt::format("{} says of {}", name(), key.to_string()), action.text);
+}
+
+void GatewayProcess::carry_out(const Key& key, const gateway::Hide&) {
+  ++wake_numbers_[key];
+  wakes_.erase(key);
+  statuses_.erase(key);
+  fabric().talk().let_go(*end(), key);
+  machines_->on_over(key);
+}
+
+void GatewayProcess::arm_timer() {
+  const auto next = core_->next_time();
+  if (next == armed_) {
+    return;
+  }
+  armed_ = next;
+  const std::uint64_t number = ++armed_number_;
+  if (!next) {
+    return;
+  }
+  process().timer(std::max(Time(*next - moment().steady), Time{}), [this, number] {
+    if (number == armed_number_) {
+      armed_.reset();
+      carry_out(core_->on_time(now()));
+    }
+  });
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,86 @@
+#include "tests/simulation/gateway/mistakes.hpp"
+
+#include <utility>
+
+namespace millrace::tests::simulation {
+
+namespace journal = gateway::journal;
+using gateway::Look;
+using gateway::Picture;
+
+void Mistakes::forget() {
+  last_looks_.clear();
+  last_states_.clear();
+  texts_read_.clear();
+  last_writes_.clear();
+}
+
+fabric::InstanceIdentity Mistakes::seen(const fabric::InstanceIdentity& instance) const {
+  fabric::InstanceIdentity known = instance;
+  if (makes(Bug::at_most_once_forgotten)) {
+    known.delivery = fabric::Delivery::at_least_once;
+  }
+  if (makes(Bug::given_to_the_busy)) {
+    known.concurrency = 1000;
+  }
+  return known;
+}
+
+fabric::Reply Mistakes::heard(const fabric::Reply& reply, const Witness& witness) const {
+  fabric::Reply taken = reply;
+  const fabric::CallId current = witness.call_of(reply.key);
+  if (makes(Bug::reply_by_channel) && current != fabric::CallId{}) {
+    taken.call = current;
+  }
+  return taken;
+}
+
+std::optional<Picture> Mistakes::instead_of(const Key& key, const gateway::Read& read,
+                                            const Witness& witness) {
+  const auto seen = last_looks_.find(key);
+  if (makes(Bug::answer_without_look) && read.look == Look::request && witness.answering(key) &&
+      seen != last_looks_.end()) {
+    return seen->second;
+  }
+  const auto texts = texts_read_.extract(key);
+  if (!makes(Bug::no_confirming_look) || texts.empty() || read.look != Look::request) {
+    return std::nullopt;
+  }
+  Picture unread = texts.mapped();
+  unread.look = read.look;
+  unread.request_state = last_states_.at(key).request_state;
+  return unread;
+}
+
+void Mistakes::on_read(const Key& key, const Picture& picture) {
+  if (picture.look == Look::request) {
+    last_looks_[key] = picture;
+  } else if (picture.look == Look::state) {
+    last_states_[key] = picture;
+  } else if (picture.look == Look::texts) {
+    texts_read_.insert_or_assign(key, picture);
+  }
+}
+
+bool Mistakes::keeps(const Key& key, const gateway::Write& write, const Witness& witness) {
+  last_writes_.insert_or_assign(key, write);
+  return makes(Bug::state_before_text) && write.variable == gateway::Variable::response &&
+         witness.answering(key);
+}
+
+std::optional<gateway::Write> Mistakes::again(const Key& key, gateway::WriteOutcome outcome,
+                                              const std::string& reason) const {
+  if (makes(Bug::unknown_write_repeated) && outcome == gateway::WriteOutcome::unknown &&
+      reason == "timeout") {
+    return last_writes_.at(key);
+  }
+  return std::nullopt;
+}
+
+bool Mistakes::skips(const journal::Entry& entry) const {
+  return (makes(Bug::clearing_not_journalled) &&
+          std::holds_alternative<journal::Clearing>(entry)) ||
+         (makes(Bug::numbers_not_journalled) && std::holds_alternative<journal::Numbers>(entry));
+}
+
+}  // namespace millrace::tests::simulation

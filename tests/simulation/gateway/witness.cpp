@@ -1,0 +1,138 @@
+#include "tests/simulation/gateway/witness.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace millrace::tests::simulation {
+
+namespace journal = gateway::journal;
+
+void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies) {
+  policies_ = std::move(policies);
+  history_.add(Resumed{number_, {}, {}});
+  for (const gateway::Call& call : open_calls) {
+    const std::string uuid = fabric::canonical_uuid(call.request.uuid);
+    current_[call.key] = {call.id, call.request, call.answer, policies_.of(call.key.machine, uuid)};
+    history_.add(Resumed{number_, call.key, call.id});
+  }
+}
+
+void Witness::on_end() {
+  current_.clear();
+  ready_.clear();
+  given_.clear();
+}
+
+void Witness::on_heard(const fabric::ChannelStatus& status) {
+  if (status.call != fabric::CallId{}) {
+    history_.add(Heard{number_, status.key, status.call});
+  }
+}
+
+void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_trouble) {
+  using fabric::EventKind;
+  if (event.kind == EventKind::seen) {
+    const gateway::PendingRequest request{event.uuid, event.text, event.state};
+    const std::string uuid = fabric::canonical_uuid(event.uuid);
+    current_[key] = {event.call, request, {}, policies_.of(key.machine, uuid)};
+    history_.add(Claimed{number_, key, event.call, request, in_trouble});
+  } else if (event.kind == EventKind::lost || event.kind == EventKind::refused) {
+    given_.erase(event.call);
+  }
+}
+
+void Witness::on_record(const Key& key, const journal::Entry& entry) {
+  if (const auto* dispatched = std::get_if<journal::Dispatched>(&entry)) {
+    if (dispatched->attempt > 0) {
+      given_out(*dispatched);
+    }
+  } else if (const auto* answer = std::get_if<journal::Answered>(&entry)) {
+    Current& current = current_.at(key);
+    current.answer = answer->answer;
+    answered(current);
+    given_.erase(answer->call);
+  } else if (const auto* ended = std::get_if<journal::Ended>(&entry)) {
+    given_.erase(ended->call);
+    const auto current = current_.find(key);
+    const bool answered = current != current_.end() && current->second.call == ended->call &&
+                          current->second.answer.has_value();
+    history_.add(Ended{number_, key, ended->call, answered});
+  }
+}
+
+void Witness::answered(const Current& current) {
+  const journal::Answer& answer = *current.answer;
+  if (answer.instance != fabric::InstanceId{} || !answer.text.starts_with("millrace: ")) {
+    return;
+  }
+  const auto& policy = current.policy;
+  const bool configured = std::ranges::any_of(
+      std::array{policy.unserved, policy.deadline, policy.lost, policy.refused},
+      [&](const auto& rule) { return rule && rule->response_state == answer.state; });
+  if (!configured) {
+    history_.violated(
+        fmt::format("{} is answered by the gateway with state {}, which the policy under which it "
+                    "was accepted does not have",
+                    current.call.to_string(), answer.state));
+  }
+}
+
+void Witness::given_out(const journal::Dispatched& entry) {
+  GivenOut fact;
+  fact.gateway = number_;
+  fact.key = entry.key;
+  fact.call = entry.call;
+  fact.attempt = entry.attempt;
+  fact.instance = entry.instance;
+  fact.delivery = entry.delivery;
+  const auto found = ready_.find(entry.instance);
+  fact.ready = found != ready_.end() && !found->second.draining &&
+               found->second.uuid == fabric::canonical_uuid(entry.request.uuid);
+  if (found != ready_.end()) {
+    fact.room = found->second.concurrency;
+    const auto& scopes = found->second.channels;
+    fact.ready =
+        fact.ready && (scopes.empty() || std::ranges::any_of(scopes, [&](const auto& one) {
+                         return (one.machine.empty() || one.machine == entry.key.machine) &&
+                                (one.channel == 0 || one.channel == entry.key.channel);
+                       }));
+  }
+  fact.load = static_cast<std::uint32_t>(std::ranges::count_if(given_, [&](const auto& one) {
+    return one.second == entry.instance && one.first != entry.call;
+  }));
+  given_[entry.call] = entry.instance;
+  history_.add(fact);
+}
+
+void Witness::on_write(const Key& key, gateway::Variable variable) {
+  const Current& current = current_.at(key);
+  history_.add(WriteAsked{number_, key, current.call, current.request, variable});
+}
+
+AdsWrite Witness::describe(const Key& key, gateway::Variable variable,
+                           const gateway::Value& value) const {
+  const Current& current = current_.at(key);
+  // An interim answer may still be on its way when the final one is there.
+  const bool is_final = current.answer && value == gateway::Value{current.answer->state};
+  return {variable, value, current.call, current.request, is_final ? current.answer : std::nullopt};
+}
+
+void Witness::on_retried(const fabric::CallId& call) {
+  given_.erase(call);
+  history_.add(Retried{call});
+}
+
+fabric::CallId Witness::call_of(const Key& key) const {
+  const auto found = current_.find(key);
+  return found == current_.end() ? fabric::CallId{} : found->second.call;
+}
+
+bool Witness::answering(const Key& key) const {
+  const auto found = current_.find(key);
+  return found != current_.end() && found->second.answer;
+}
+
+}  // namespace millrace::tests::simulation

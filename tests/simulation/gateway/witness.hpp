@@ -1,0 +1,65 @@
+// What is seen of a gateway: makes facts for the history of what it takes in and decides.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/action.hpp"
+#include "gateway/call.hpp"
+#include "gateway/policy.hpp"
+#include "tests/simulation/gateway/ads_link.hpp"
+#include "tests/simulation/history/history.hpp"
+
+namespace millrace::tests::simulation {
+
+class Witness {
+ public:
+  Witness(GatewayNumber number, History& history) : number_(number), history_(history) {}
+
+  /// It starts and finds these calls in its journal.
+  void on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies);
+  void on_end();
+  /// For calls that are claimed from now on.
+  void on_policies(gateway::Policies policies) { policies_ = std::move(policies); }
+
+  void on_ready(const fabric::InstanceIdentity& instance) { ready_[instance.id] = instance; }
+  void on_gone(const fabric::InstanceId& instance) { ready_.erase(instance); }
+  void on_heard(const fabric::ChannelStatus& status);
+  void on_refused(const Key& key) { history_.add(Refused{number_, key}); }
+
+  void on_tell(const Key& key, const fabric::Event& event, bool in_trouble);
+  void on_record(const Key& key, const gateway::journal::Entry& entry);
+  void on_write(const Key& key, gateway::Variable variable);
+  void on_retried(const fabric::CallId& call);
+
+  /// What the write is about.
+  [[nodiscard]] AdsWrite describe(const Key& key, gateway::Variable variable,
+                                  const gateway::Value& value) const;
+  /// The channel's call; an empty id if there is none.
+  [[nodiscard]] fabric::CallId call_of(const Key& key) const;
+  /// Its final answer is there.
+  [[nodiscard]] bool answering(const Key& key) const;
+
+ private:
+  /// The call of a channel, as the actions told of it.
+  struct Current {
+    fabric::CallId call;
+    gateway::PendingRequest request;
+    std::optional<gateway::journal::Answer> answer;
+    gateway::Policy policy;
+  };
+
+  void given_out(const gateway::journal::Dispatched& entry);
+  void answered(const Current& current);
+
+  GatewayNumber number_;
+  History& history_;
+  gateway::Policies policies_;
+  std::map<Key, Current> current_;
+  std::map<fabric::InstanceId, fabric::InstanceIdentity> ready_;
+  std::map<fabric::CallId, fabric::InstanceId> given_;
+};
+
+}  // namespace millrace::tests::simulation

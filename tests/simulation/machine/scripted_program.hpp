@@ -1,0 +1,48 @@
+// A program as a script: what one written with SysServiceWait does, write by write, at any pace.
+#pragma once
+
+#include "tests/simulation/machine/program.hpp"
+
+namespace millrace::tests::simulation {
+
+class ScriptedProgram final : public Program {
+ public:
+  ScriptedProgram(MachineChannel& channel, ProgramHabits habits, Agenda& agenda, Party party,
+                  History& history, Random random);
+
+  void start() override;
+  void stop() override;
+  void calm_down() override;
+  [[nodiscard]] bool done() const override { return left_ == 0 && !active_; }
+  [[nodiscard]] bool active() const override { return active_; }
+  [[nodiscard]] std::size_t answered() const override { return answered_; }
+
+ private:
+  void after(Time delay, void (ScriptedProgram::*step)());
+  void begin();
+  void write_request();
+  void write_state();
+  void look();
+  void read_response();
+  void lose_patience(std::uint64_t call);
+  void next();
+
+  MachineChannel& channel_;
+  ProgramHabits habits_;
+  Agenda& agenda_;
+  Party party_;
+  History& history_;
+  Random random_;
+  std::size_t left_;
+  bool active_ = false;
+  bool calm_ = false;
+  bool looking_ = false;
+  bool waiting_ = false;
+  std::uint64_t life_ = 0;
+  std::uint64_t call_ = 0;
+  std::uint32_t wait_at_ = 0;
+  gateway::PendingRequest request_;
+  std::size_t answered_ = 0;
+};
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,184 @@
+#include "tests/simulation/plant.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace millrace::tests::simulation {
+
+namespace {
+
+std::string uuid_number(std::size_t number) {
+  return fmt::format("{:08x}-0000-4000-8000-00000000000{}", 0xa0000000U + number, number % 10);
+}
+
+}  // namespace
+
+Plant::Plant(Agenda& agenda, History& history, Random random, Bug bug)
+    : agenda_(agenda),
+      history_(history),
+      random_(random),
+      bug_(bug),
+      fabric_(agenda, random_.fork()) {
+  build_services();
+  policies_ = draw_policies(random_);
+  build_controllers();
+  build_gateways();
+}
+
+gateway::Policies Plant::draw_policies(Random& random) {
+  // Each configuration has states of its own, so that an answer shows by which it was given.
+  const std::uint32_t base = 10'000 * ++policies_drawn_;
+  const auto rule = [&](std::chrono::milliseconds least, std::uint32_t state) {
+    return gateway::Rule{least + std::chrono::milliseconds(random.below(2000)),
+                         random.chance(70) ? base + state : 0};
+  };
+  gateway::Policies policies;
+  if (random.chance(25)) {
+    policies.everywhere.deadline = rule(1000ms, 408);
+  }
+  if (random.chance(25)) {
+    policies.everywhere.lost = rule(0ms, 410);
+  }
+  if (random.chance(25)) {
+    policies.everywhere.refused = rule(0ms, 422);
+  }
+  if (random.chance(25)) {
+    policies.everywhere.unserved = gateway::Rule{500ms, base + 404};
+  }
+  return policies;
+}
+
+void Plant::build_services() {
+  const std::size_t count = 1 + random_.below(3);
+  for (std::size_t i = 0; i < count; ++i) {
+    ServicePlan plan;
+    plan.uuid = uuid_number(i);
+    uuids_.push_back(plan.uuid);
+    plan.delivery =
+        random_.chance(40) ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+    plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
+    plan.habits.slow = static_cast<unsigned>(random_.below(40));
+    plan.habits.fails = static_cast<unsigned>(random_.below(10));
+    plan.habits.refused = random_.chance(20) ? 10 : 0;
+    plan.habits.interim = static_cast<unsigned>(random_.below(50));
+    plan.habits.stuck = random_.chance(20) ? 5 : 0;
+    plan.bug = bug_;
+    const std::size_t instances = 1 + random_.below(3);
+    for (std::size_t one = 0; one < instances; ++one) {
+      plan.name = fmt::format("service {}.{}", i, one);
+      plan.channels.clear();
+      if (one > 0 && random_.chance(30)) {
+        plan.channels.push_back(
+            {random_.chance(50) ? "m0" : "", static_cast<std::uint16_t>(random_.below(3))});
+      }
+      services_.push_back(std::make_unique<ServiceProcess>(plan, agenda_, ++parties_, history_,
+                                                           fabric_, random_.fork()));
+    }
+  }
+}
+
+void Plant::build_controllers() {
+  const std::size_t count = 1 + random_.below(3);
+  for (std::size_t i = 0; i < count; ++i) {
+    auto controller =
+        std::make_unique<Controller>(fmt::format("m{}", i), ++parties_, agenda_, history_);
+    const cnc::simulator::ServiceRules rules{.response_clears_request = random_.chance(50),
+                                             .ads_request_clears_response = random_.chance(50),
+                                             .reset_clears_states = random_.chance(50),
+                                             .start_clears_states = random_.chance(30)};
+    const std::size_t channels = 1 + random_.below(3);
+    for (std::size_t channel = 0; channel < channels; ++channel) {
+      ProgramHabits habits;
+      habits.uuids = uuids_;
+      if (policies_.everywhere.unserved && random_.chance(50)) {
+        habits.uuids.push_back(uuid_number(9));
+      }
+      habits.calls = 5 + random_.below(30);
+      habits.impatient = static_cast<unsigned>(random_.below(30));
+      habits.repeats_itself = random_.chance(20) ? 20 : 0;
+      habits.cycle = random_.between(100us, 4ms);
+      habits.pause = random_.mostly(Time{}, 20ms, 400ms, 30);
+      habits.interpreted = random_.chance(30);
+      habits.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
+      controller->add(rules, habits, random_.fork());
+    }
+    cables_.push_back(std::make_unique<Cable>());
+    cables_.back()->shuffled = random_.chance(30);
+    controllers_.push_back(std::move(controller));
+  }
+}
+
+gateway::MachineSettings Plant::settings_of(const Controller& controller) {
+  gateway::MachineSettings settings;
+  settings.name = controller.name();
+  settings.pace.active = 4ms;
+  settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
+  return settings;
+}
+
+void Plant::build_gateways() {
+  // Each machine has one gateway, and some have a second one that stands by.
+  const std::size_t count = 1 + random_.below(std::min<std::size_t>(controllers_.size() + 1, 3));
+  std::vector<GatewayPlan> plans(count);
+  const bool stand_by = count > 1 && random_.chance(50);
+  for (const auto& controller : controllers_) {
+    const std::size_t first = random_.below(count);
+    plans[first].file.machines.push_back(settings_of(*controller));
+    if (stand_by && random_.chance(70)) {
+      plans[(first + 1) % count].file.machines.push_back(settings_of(*controller));
+    }
+  }
+  constexpr std::array policies{gateway::journal::Sync::never, gateway::journal::Sync::interval,
+                                gateway::journal::Sync::always};
+  for (std::size_t i = 0; i < count; ++i) {
+    GatewayPlan& plan = plans[i];
+    plan.number = i;
+    plan.file.policies = policies_;
+    plan.journal.sync = random_.pick(policies);
+    plan.journal.period = std::chrono::milliseconds(100 + random_.below(900));
+    plan.journal.compact_at = 256U << random_.below(8);
+    plan.in_memory = random_.chance(10);
+    plan.bug = bug_;
+    first_files_.push_back(plan.file);
+    gateways_.push_back(std::make_unique<GatewayProcess>(plan, agenda_, ++parties_, history_,
+                                                         fabric_, random_.fork()));
+    for (const auto& controller : controllers_) {
+      gateways_.back()->plug(*controller, cable_of(*controller));
+    }
+  }
+}
+
+Cable& Plant::cable_of(const Controller& controller) {
+  const auto found =
+      std::ranges::find(controllers_, &controller, &std::unique_ptr<Controller>::get);
+  return *cables_[static_cast<std::size_t>(found - controllers_.begin())];
+}
+
+std::vector<GatewayProcess*> Plant::gateways_of(const Controller& controller) {
+  std::vector<GatewayProcess*> found;
+  for (const auto& gateway : gateways_) {
+    const auto& machines = first_file(*gateway).machines;
+    if (std::ranges::find(machines, controller.name(), &gateway::MachineSettings::name) !=
+        machines.end()) {
+      found.push_back(gateway.get());
+    }
+  }
+  return found;
+}
+
+std::size_t Plant::channels_of(const std::string& machine) const {
+  const auto found = std::ranges::find_if(
+      controllers_, [&](const auto& controller) { return controller->name() == machine; });
+  return (*found)->size();
+}
+
+void Plant::cut_links(const Controller& controller, const std::string& reason) {
+  for (const auto& gateway : gateways_) {
+    gateway->cut_links(controller.name(), reason);
+  }
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,59 @@
+// What there is in one simulation, drawn from its seed: controllers with their programs, gateways
+// and who is set up for which machine, services.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/gateway/gateway_process.hpp"
+#include "tests/simulation/service/service_process.hpp"
+
+namespace millrace::tests::simulation {
+
+class Plant {
+ public:
+  Plant(Agenda& agenda, History& history, Random random, Bug bug);
+
+  [[nodiscard]] Agenda& agenda() { return agenda_; }
+  [[nodiscard]] History& history() { return history_; }
+  [[nodiscard]] Fabric& fabric() { return fabric_; }
+  std::vector<std::unique_ptr<Controller>>& controllers() { return controllers_; }
+  std::vector<std::unique_ptr<GatewayProcess>>& gateways() { return gateways_; }
+  std::vector<std::unique_ptr<ServiceProcess>>& services() { return services_; }
+  std::vector<std::unique_ptr<Cable>>& cables() { return cables_; }
+  [[nodiscard]] Cable& cable_of(const Controller& controller);
+  /// Those that are set up for it by their first configuration.
+  std::vector<GatewayProcess*> gateways_of(const Controller& controller);
+  [[nodiscard]] std::size_t channels_of(const std::string& machine) const;
+  void cut_links(const Controller& controller, const std::string& reason);
+  /// The first configuration of a gateway.
+  [[nodiscard]] const GatewayFile& first_file(const GatewayProcess& gateway) const {
+    return first_files_.at(gateway.number());
+  }
+  /// Policies that no configuration had before.
+  gateway::Policies draw_policies(Random& random);
+
+ private:
+  void build_services();
+  void build_controllers();
+  void build_gateways();
+  gateway::MachineSettings settings_of(const Controller& controller);
+
+  Agenda& agenda_;
+  History& history_;
+  Random random_;
+  Bug bug_;
+  Fabric fabric_;
+  Party parties_ = 0;
+  unsigned policies_drawn_ = 0;
+  gateway::Policies policies_;
+  std::vector<std::string> uuids_;
+  std::vector<std::unique_ptr<Cable>> cables_;
+  std::vector<std::unique_ptr<Controller>> controllers_;
+  std::vector<std::unique_ptr<GatewayProcess>> gateways_;
+  std::vector<GatewayFile> first_files_;
+  std::vector<std::unique_ptr<ServiceProcess>> services_;
+};
+
+}  // namespace millrace::tests::simulation

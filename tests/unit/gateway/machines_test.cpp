@@ -1,0 +1,190 @@
+#include "gateway/machines.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
+
+/// Of a link that is up at once and answers nothing.
+class NoLink final : public Link {
+ public:
+  void read(std::uint16_t, Look) override {}
+  void write(std::uint16_t, Variable, const Value&) override {}
+  [[nodiscard]] LinkLoad load() const override { return {}; }
+};
+
+constexpr std::uint64_t own_epoch = 1;
+constexpr std::uint64_t other_epoch = 2;
+
+fabric::InstanceId gateway(std::uint8_t number) {
+  fabric::InstanceId id;
+  id.bytes.fill(number);
+  return id;
+}
+
+class MachinesTest : public testing::Test, public MachinesHands, public MachinesListener {
+ protected:
+  MachinesTest() {
+    MachineSettings machine;
+    machine.name = "cnc";
+    sut.set({machine});
+  }
+
+  // Hands.
+  Moment now() override { return moment; }
+  void after(std::chrono::nanoseconds, std::function<void()> act) override {
+    waiting.push_back(std::move(act));
+  }
+  std::unique_ptr<Link> connect(const MachineSettings&, LinkEvents& events) override {
+    link = &events;
+    return std::make_unique<NoLink>();
+  }
+  void say(Level, const std::string&) override {}
+  // Listener.
+  void on_link_up(const std::string&, const std::vector<std::uint16_t>& channels) override {
+    served = channels;
+  }
+  void on_link_down(const std::string&, const std::string&) override {}
+  void on_link_dropped(const std::string&, const std::string&) override {}
+  void on_retired(const fabric::ChannelKey&) override {}
+  void on_refused(const fabric::ChannelKey&, const std::string&) override {}
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
+    inherited.emplace_back(status.key.channel, from);
+  }
+  void on_machine_status(const fabric::MachineStatus& status) override { told = status; }
+  void on_machine_left(const fabric::MachineStatus&) override {}
+  void on_contested() override {}
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string&) const override {
+    return served;
+  }
+  void on_read(const fabric::ChannelKey&, const Picture&) override {}
+  void on_read_failed(const fabric::ChannelKey&, const std::string&) override {}
+  void on_write(const fabric::ChannelKey&, WriteOutcome, const std::string&) override {}
+
+  void time_passes() {
+    for (const auto& act : std::exchange(waiting, {})) {
+      act();
+    }
+  }
+  void serve() {
+    time_passes();
+    link->on_link_up("cnc", {1, 2});
+  }
+  /// Another gateway's word.
+  static fabric::MachineStatus claim(std::chrono::seconds since) {
+    fabric::MachineStatus status;
+    status.machine = "cnc";
+    status.gateway = gateway(9);
+    status.claimed = fabric::Time(since);
+    status.connected = true;
+    status.host = "host7";
+    status.pid = 1;
+    status.epoch = other_epoch;
+    return status;
+  }
+  static fabric::ChannelStatus call(std::uint64_t epoch, fabric::ChannelState state,
+                                    std::uint32_t attempt) {
+    fabric::ChannelStatus status;
+    status.key = {"cnc", 1};
+    status.state = state;
+    status.call = {epoch, 5};
+    status.attempt = attempt;
+    return status;
+  }
+
+  Moment moment{SteadyTime(1h), fabric::Time(1h)};
+  std::vector<std::function<void()>> waiting;
+  LinkEvents* link = nullptr;
+  std::vector<std::uint16_t> served;
+  std::vector<std::pair<std::uint16_t, std::string>> inherited;
+  fabric::MachineStatus told;
+  Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
+};
+
+using enum fabric::ChannelState;
+const std::string other = "gateway 000000000002 (pid 1 on host7)";
+
+TEST_F(MachinesTest, ServesAfterItHasListened) {
+  EXPECT_EQ(link, nullptr);
+  serve();
+  EXPECT_THAT(served, ElementsAre(1, 2));
+}
+
+TEST_F(MachinesTest, DoesNotConnectToAMachineThatAnotherOneServes) {
+  sut.on_machine(claim(1s));
+  time_passes();
+  EXPECT_EQ(link, nullptr);
+  EXPECT_FALSE(told.connected);
+}
+
+TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
+  sut.on_machine(claim(1s));
+  time_passes();
+  sut.on_channel(call(other_epoch, running, 1));
+  sut.on_machine_gone("cnc", gateway(9));
+  serve();
+  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+}
+
+TEST_F(MachinesTest, InheritsNoCallThatWasGivenToNobody) {
+  sut.on_machine(claim(1s));
+  time_passes();
+  sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0));
+  sut.on_machine_gone("cnc", gateway(9));
+  serve();
+  EXPECT_THAT(inherited, IsEmpty());
+}
+
+// A gateway that had started again and held a call of its journal was not understood, and the
+// at-most-once call ran twice. Found by the simulation.
+TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
+  sut.on_machine(claim(1s));
+  time_passes();
+  sut.on_channel(call(other_epoch, link_down, 0));
+  sut.on_machine_gone("cnc", gateway(9));
+  serve();
+  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+}
+
+// Of two that had not heard each other the one that went on serving did not ask what the other had
+// done. Found by the simulation.
+TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
+  serve();
+  sut.on_machine(claim(2h));
+  sut.on_channel(call(other_epoch, running, 1));
+  EXPECT_THAT(served, ElementsAre(1, 2));
+  EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
+}
+
+// Found by the simulation.
+TEST_F(MachinesTest, InheritsACallThatItHeardOfBeforeItsConfigurationNamedTheMachine) {
+  serve();
+  sut.set({});
+  served.clear();
+  time_passes();
+  sut.on_channel(call(other_epoch, running, 1));
+  MachineSettings machine;
+  machine.name = "cnc";
+  sut.set({machine});
+  serve();
+  EXPECT_THAT(inherited, ElementsAre(Pair(1, "")));
+}
+
+// Found by the simulation.
+TEST_F(MachinesTest, InheritsNothingFromItself) {
+  sut.on_machine(claim(1s));
+  time_passes();
+  sut.on_channel(call(own_epoch, running, 1));
+  sut.on_machine_gone("cnc", gateway(9));
+  serve();
+  EXPECT_THAT(inherited, IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::gateway
