@@ -68,6 +68,8 @@ ChannelActions Core::on_link_dropped(const std::string& machine, const std::stri
                                      Moment now) {
   for (auto& [key, session] : sessions_) {
     if (key.machine == machine) {
+      // Another gateway may serve the channel by now.
+      leftovers_.take(key);
       run(session, session.on_link_dropped(reason, now), now);
     }
   }
@@ -85,6 +87,8 @@ ChannelActions Core::retire(const fabric::ChannelKey& key, Moment now) {
 ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
   if (ChannelSession* session = find(key)) {
     leaving_.insert(key);
+    // Taken back now, it would take the other's request of the same channel with it.
+    leftovers_.take(key);
     if (const Call* call = session->call(); call != nullptr && !call->attempts.empty()) {
       // The other may never take it up before we serve the channel again.
       inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one"});
@@ -95,7 +99,8 @@ ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& r
 }
 
 void Core::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
-  inherited_.insert_or_assign(key, std::move(inheritance));
+  inherited_[key].insert_or_assign(fabric::canonical_uuid(inheritance.uuid),
+                                   std::move(inheritance.from));
 }
 
 std::vector<std::uint16_t> Core::channels_of(const std::string& machine) const {
@@ -323,9 +328,9 @@ void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now)
 
 bool Core::hold_inherited(ChannelSession& session, const Offer& offer, const Policy& policy,
                           Moment now) {
-  const auto inherited = inherited_.extract(session.key());
+  auto inherited = inherited_.extract(session.key());
   const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
-  if (inherited.empty() || fabric::canonical_uuid(inherited.mapped().uuid) != uuid ||
+  if (inherited.empty() || !inherited.mapped().contains(uuid) ||
       dispatcher_.delivery_of(uuid) != fabric::Delivery::at_most_once) {
     return false;
   }
@@ -333,7 +338,7 @@ bool Core::hold_inherited(ChannelSession& session, const Offer& offer, const Pol
   run(session,
       session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
                                "twice: an operator must answer or retry it",
-                               inherited.mapped().from),
+                               inherited.mapped().at(uuid)),
                    now),
       now);
   return true;

@@ -131,7 +131,9 @@ class Core {
   std::map<fabric::ChannelKey, ChannelSession> sessions_;
   /// Sessions that are retired or released, until they are over.
   std::set<fabric::ChannelKey> leaving_;
-  std::map<fabric::ChannelKey, Inheritance> inherited_;
+  /// From whom, by canonical UUID: with two gateways that lose each other more than one may be
+  /// left.
+  std::map<fabric::ChannelKey, std::map<std::string, std::string>> inherited_;
   Leftovers leftovers_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;

@@ -131,6 +131,33 @@ TEST_F(CoreTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
               SizeIs(1));
 }
 
+// With two gateways that lost each other, what the first had given out was forgotten when the
+// second left a call of its own. Found by the simulation.
+TEST_F(CoreTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, {"00000000-0000-4000-8000-000000000002", "gateway 60"});
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+}
+
+TEST_F(CoreTest, LeavesItsAnsweredRequestsAloneWhereAnotherGatewayServesTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  answered_call(1);
+  answered_call(2);
+  EXPECT_THAT(all<Withdraw>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Withdraw>(sut->on_link_dropped("cnc", "stood still", now)), IsEmpty());
+  now.steady += 2 * Leftovers::quiet;
+  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), IsEmpty());
+}
+
 // A gateway that had left a channel to another one, which died before it took it, gave its own
 // at-most-once call out again. Found by the simulation.
 TEST_F(CoreTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
