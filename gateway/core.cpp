@@ -89,8 +89,11 @@ ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& r
     leaving_.insert(key);
     // Taken back now, it would take the other's request of the same channel with it.
     leftovers_.take(key);
-    if (const Call* call = session->call(); call != nullptr && !call->attempts.empty()) {
-      // The other may never take it up before we serve the channel again.
+    const Call* call = session->call();
+    if (call != nullptr &&
+        (!call->attempts.empty() || call->delivery == fabric::Delivery::at_most_once)) {
+      // The other may never take it up before we serve the channel again. What was held was given
+      // out by an earlier gateway, if not by us.
       inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one"});
     }
     run(*session, session->release(reason, now), now);

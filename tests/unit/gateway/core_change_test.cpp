@@ -146,6 +146,22 @@ TEST_F(CoreTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
+// Found by the simulation.
+TEST_F(CoreTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  confirm(request(1));
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  link_up();
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+}
+
 TEST_F(CoreTest, LeavesItsAnsweredRequestsAloneWhereAnotherGatewayServesTheChannel) {
   start();
   link_up();
