@@ -94,7 +94,8 @@ ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& r
         (!call->attempts.empty() || call->delivery == fabric::Delivery::at_most_once)) {
       // The other may never take it up before we serve the channel again. What was held was given
       // out by an earlier gateway, if not by us.
-      inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one"});
+      inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one",
+                    call->id});
     }
     run(*session, session->release(reason, now), now);
   }
@@ -102,8 +103,8 @@ ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& r
 }
 
 void Core::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
-  inherited_[key].insert_or_assign(fabric::canonical_uuid(inheritance.uuid),
-                                   std::move(inheritance.from));
+  const std::string uuid = fabric::canonical_uuid(inheritance.uuid);
+  inherited_[key].insert_or_assign(uuid, std::move(inheritance));
 }
 
 std::vector<std::uint16_t> Core::channels_of(const std::string& machine) const {
@@ -273,8 +274,8 @@ void Core::run(ChannelSession& session, Actions actions, Moment now) {
       }
       const auto* tell = std::get_if<Tell>(&action);
       if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {
-        // What the program asks next is new.
-        inherited_.erase(session.key());
+        // What the program asks next is new. Whatever else is left here came after this call.
+        forget_inherited(session.key(), tell->event.call);
       }
       out_.push_back({session.key(), std::move(action)});
     }
@@ -329,6 +330,12 @@ void Core::answer_offer(ChannelSession& session, const Offer& offer, Moment now)
   }
 }
 
+void Core::forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call) {
+  if (const auto found = inherited_.find(key); found != inherited_.end()) {
+    std::erase_if(found->second, [&](const auto& one) { return one.second.call == call; });
+  }
+}
+
 bool Core::hold_inherited(ChannelSession& session, const Offer& offer, const Policy& policy,
                           Moment now) {
   auto inherited = inherited_.extract(session.key());
@@ -341,7 +348,7 @@ bool Core::hold_inherited(ChannelSession& session, const Offer& offer, const Pol
   run(session,
       session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
                                "twice: an operator must answer or retry it",
-                               inherited.mapped().at(uuid)),
+                               inherited.mapped().at(uuid).from),
                    now),
       now);
   return true;

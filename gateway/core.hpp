@@ -40,6 +40,7 @@ struct Inheritance {
   std::string uuid;
   /// The other gateway, for people.
   std::string from;
+  fabric::CallId call{};
 };
 
 /// One of Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say, for one channel.
@@ -114,6 +115,7 @@ class Core {
   ChannelActions step(const fabric::ChannelKey& key, Moment now, Step step);
   [[nodiscard]] Pace pace_of(const std::string& machine) const;
   void run(ChannelSession& session, Actions actions, Moment now);
+  void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
   bool hold_inherited(ChannelSession& session, const Offer& offer, const Policy& policy,
                       Moment now);
   void carry_out(const Decisions& decisions, Moment now);
@@ -131,9 +133,8 @@ class Core {
   std::map<fabric::ChannelKey, ChannelSession> sessions_;
   /// Sessions that are retired or released, until they are over.
   std::set<fabric::ChannelKey> leaving_;
-  /// From whom, by canonical UUID: with two gateways that lose each other more than one may be
-  /// left.
-  std::map<fabric::ChannelKey, std::map<std::string, std::string>> inherited_;
+  /// By canonical UUID: with two gateways that lose each other more than one may be left.
+  std::map<fabric::ChannelKey, std::map<std::string, Inheritance>> inherited_;
   Leftovers leftovers_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;

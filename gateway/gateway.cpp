@@ -197,7 +197,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
     carry_out(core.release(key, reason, now()));
   }
   void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
-    core.inherit(status.key, {status.uuid, from});
+    core.inherit(status.key, {status.uuid, from, status.call});
   }
   void on_contested() override { watch.watch_channels(); }
   [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override {

@@ -93,7 +93,7 @@ void GatewayProcess::on_inherited(const fabric::ChannelStatus& status, const std
   note(fmt::format("inherits {} of {} from {}", status.call.to_string(), status.key.to_string(),
                    from));
   if (!mistakes_.makes(Bug::inheritance_forgotten)) {
-    core_->inherit(status.key, {status.uuid, from});
+    core_->inherit(status.key, {status.uuid, from, status.call});
   }
 }
 
