@@ -6,6 +6,14 @@
 
 namespace millrace::fabric {
 
+Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options) {
+  Qos qos = reader_qos(topic, keep, options.user_data);
+  if (options.others_only) {
+    dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  }
+  return qos;
+}
+
 Entity create_topic(const Participant& participant, const Topic& topic) {
   return Entity(
       check(dds_create_topic(participant.handle(), topic.type, topic.name, nullptr, nullptr),

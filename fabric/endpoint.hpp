@@ -15,7 +15,12 @@ struct EndpointOptions {
   std::string user_data{};
   /// Not owned; copied by Cyclone.
   const dds_listener_t* listener = nullptr;
+  /// A reader that does not hear the writers of its own participant.
+  bool others_only = false;
 };
+
+/// What a reader with these options asks for.
+Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options);
 
 /// The DDS topic of one endpoint; throws std::runtime_error.
 Entity create_topic(const Participant& participant, const Topic& topic);

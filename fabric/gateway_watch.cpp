@@ -34,7 +34,7 @@ void GatewayWatch::Impl::open() {
   const Listener on_machine(dds_create_listener(nullptr));
   machine_waker->listen_for_data(on_machine.get());
   machines.emplace(participant, participant.options().fabric, Keep::last,
-                   EndpointOptions{.listener = on_machine.get()});
+                   EndpointOptions{.listener = on_machine.get(), .others_only = true});
 }
 
 void GatewayWatch::Impl::watch_channels() {
@@ -44,8 +44,10 @@ void GatewayWatch::Impl::watch_channels() {
   channel_waker.emplace(executor, weak_from_this(), [this] { drain_channels(); });
   const Listener on_channel(dds_create_listener(nullptr));
   channel_waker->listen_for_data(on_channel.get());
-  channels.emplace(participant, participant.options().fabric, Keep::last,
-                   EndpointOptions{.listener = on_channel.get()});
+  // Several gateways may have spoken of one channel, and the newest word need not be the one that
+  // counts.
+  channels.emplace(participant, participant.options().fabric, Keep::all,
+                   EndpointOptions{.listener = on_channel.get(), .others_only = true});
 }
 
 void GatewayWatch::Impl::close() {

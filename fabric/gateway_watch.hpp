@@ -13,7 +13,7 @@
 
 namespace millrace::fabric {
 
-/// Called on the executor, one at a time; our own gateway is heard too.
+/// Called on the executor, one at a time. What this participant says is not heard.
 class GatewayWatchListener {
  public:
   virtual ~GatewayWatchListener() = default;

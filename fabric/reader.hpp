@@ -95,11 +95,10 @@ Reader<Value>::Reader(const Participant& participant, const std::string& partiti
                       const EndpointOptions& options)
     : topic_(create_topic(participant, Codec<Value>::topic())),
       subscriber_(create_subscriber(participant, partition)),
-      reader_(
-          check(dds_create_reader(subscriber_.handle(), topic_.handle(),
-                                  reader_qos(Codec<Value>::topic(), keep, options.user_data).get(),
-                                  options.listener),
-                fmt::format("read {} in {}", Codec<Value>::topic().name, partition))) {}
+      reader_(check(dds_create_reader(subscriber_.handle(), topic_.handle(),
+                                      reader_qos(Codec<Value>::topic(), keep, options).get(),
+                                      options.listener),
+                    fmt::format("read {} in {}", Codec<Value>::topic().name, partition))) {}
 
 template <typename Value>
 std::vector<Taken<Value>> Reader<Value>::take() {

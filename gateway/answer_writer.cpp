@@ -33,6 +33,13 @@ AnswerWriter::Step AnswerWriter::on_look(const Picture& picture, Standing standi
         shown ? Step::done : (standing == Standing::pending ? Step::write_response : Step::dropped);
   } else {
     next_ = complete && request_state_zero_ ? Step::done : decide_final(picture, standing, request);
+    if (next_ == Step::write_state && release_tried_ && !std::exchange(unreleased_, true)) {
+      // A program that was released and asks anew clears RESPONSE_STATE between two reads of one
+      // look. A second look finds its new REQUEST_STATE.
+      next_ = Step::look;
+    } else {
+      unreleased_ = false;
+    }
   }
   return next_;
 }

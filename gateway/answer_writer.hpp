@@ -86,6 +86,8 @@ class AnswerWriter {
   bool clear_tried_ = false;
   bool cleared_ = false;
   bool release_tried_ = false;
+  /// A look has shown that a release of unknown outcome did not take place; the next must, too.
+  bool unreleased_ = false;
   /// A write of unknown outcome lies behind us.
   bool unsure_ = false;
 };

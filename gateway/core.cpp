@@ -89,11 +89,9 @@ ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& r
     leaving_.insert(key);
     // Taken back now, it would take the other's request of the same channel with it.
     leftovers_.take(key);
-    const Call* call = session->call();
-    if (call != nullptr &&
-        (!call->attempts.empty() || call->delivery == fabric::Delivery::at_most_once)) {
-      // The other may never take it up before we serve the channel again. What was held was given
-      // out by an earlier gateway, if not by us.
+    if (session->may_be_given()) {
+      // The other may never take it up before we serve the channel again.
+      const Call* call = session->call();
       inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one",
                     call->id});
     }
@@ -215,7 +213,10 @@ ChannelActions Core::set_obstacle(const std::string& reason, Moment now) {
   return finish();
 }
 
-ChannelActions Core::take_back() {
+ChannelActions Core::take_back(Moment now) {
+  for (auto& [key, session] : sessions_) {
+    run(session, session.let_go(now), now);
+  }
   for (auto& [key, uuid] : leftovers_.take_all()) {
     out_.push_back({key, Withdraw{std::move(uuid)}});
   }

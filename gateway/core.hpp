@@ -97,8 +97,8 @@ class Core {
   /// Why no new call may be claimed (the journal is full); empty = claim again.
   ChannelActions set_obstacle(const std::string& reason, Moment now);
 
-  /// Takes back what is answered, before the gateway ends.
-  ChannelActions take_back();
+  /// Before the gateway ends: takes back what is answered, and says which calls it never gave out.
+  ChannelActions take_back(Moment now);
 
   /// An answer is on its way into a channel.
   [[nodiscard]] bool answering() const;

@@ -288,7 +288,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
 
   void end() {
     const std::function<void()> then = std::exchange(finished, {});
-    carry_out(core.take_back());
+    carry_out(core.take_back(now()));
     then();
   }
 

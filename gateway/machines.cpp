@@ -130,9 +130,6 @@ void Machines::set(const std::vector<MachineSettings>& machines) {
 }
 
 void Machines::on_machine(const fabric::MachineStatus& status) {
-  if (status.gateway == impl_->own.id) {
-    return;
-  }
   impl_->hands.now();
   impl_->claims.set(status);
   if (impl_->machines.contains(status.machine)) {
@@ -142,9 +139,6 @@ void Machines::on_machine(const fabric::MachineStatus& status) {
 }
 
 void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  if (gateway == impl_->own.id) {
-    return;
-  }
   impl_->hands.now();
   if (const auto* gone = impl_->claims.find(machine, gateway)) {
     impl_->predecessors[machine] = name_of(*gone);
@@ -154,8 +148,10 @@ void Machines::on_machine_gone(const std::string& machine, const fabric::Instanc
 }
 
 void Machines::on_channel(const fabric::ChannelStatus& status) {
-  // Our own words are heard too.
-  if (status.call.epoch == impl_->own.epoch) {
+  // What an earlier run of this gateway did is in its journal; and who has no call in the channel
+  // need not know of another one's, unless the channel is idle.
+  if (status.call.epoch == impl_->own.epoch ||
+      (status.call == fabric::CallId{} && status.state != fabric::ChannelState::idle)) {
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.

@@ -80,7 +80,7 @@ class Machines {
   /// way are answered. One whose address or channels changed is connected to anew.
   void set(const std::vector<MachineSettings>& machines);
 
-  /// What gateways say on the fabric, ourselves included.
+  /// What other gateways say on the fabric.
   void on_machine(const fabric::MachineStatus& status);
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway);
   void on_channel(const fabric::ChannelStatus& status);

@@ -82,6 +82,7 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   MachineState& add(const MachineSettings& settings);
   void change(MachineState& one, const MachineSettings& settings);
   void listen(MachineState& one);
+  void listened(MachineState& one);
   void review(const std::string& machine);
   bool refused_by_all(MachineState& one);
   void serve(MachineState& one);

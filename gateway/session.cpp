@@ -42,6 +42,7 @@ void ChannelSession::resume(Call call, const Policy& policy) {
 Actions ChannelSession::on_link_up(Moment now) {
   assert(io_ == Io::none && "each read and write is answered before the link comes back");
   link_up_ = true;
+  idle_seen_ = false;
   trouble_.clear();
   watch_.restart();
   if (active_ && active_->writer) {
@@ -84,6 +85,7 @@ Actions ChannelSession::on_wake(Moment now) {
 Actions ChannelSession::on_read(const Picture& picture, Moment now) {
   const Io io = std::exchange(io_, Io::none);
   trouble_.clear();
+  idle_seen_ = idle_seen_ || (picture.has(Variable::request_state) && picture.request_state == 0);
   if (io == Io::answer && active_ && active_->writer) {
     answer_looked(picture, now);
   } else {
@@ -210,23 +212,44 @@ Actions ChannelSession::release(const std::string& reason, Moment now) {
   // an interim answer the kernel may have cleared REQUEST_STATE, and the other gateway sees no
   // request: the next look tells.
   if (active_ && !active_->call.clearing && active_->call.shown.empty()) {
-    end(false, reason, now);
+    leave_to_the_other(now);
   }
   return finish(now);
 }
 
-bool ChannelSession::leave_to_the_other(const Picture& picture, Moment now) {
-  if (released_.empty() || active_->call.clearing || !picture.has(Variable::request_state) ||
-      picture.request_state == 0) {
-    return false;
-  }
+void ChannelSession::leave_to_the_other(Moment now) {
+  last_word_ = may_be_given();
   end(false, released_, now);
-  return true;
+}
+
+bool ChannelSession::may_be_given() const {
+  // What is held was given out by an earlier gateway, if not by us.
+  return active_ && (!active_->call.attempts.empty() || active_->assignment || active_->held ||
+                     active_->call.delivery == fabric::Delivery::at_most_once);
+}
+
+Actions ChannelSession::let_go(Moment now) {
+  if (active_ && !may_be_given()) {
+    fabric::ChannelStatus last = status_;
+    last.state = fabric::ChannelState::idle;
+    last.call = {};
+    last.since = now.wall;
+    last.reason = "the gateway is ending";
+    out_.emplace_back(Show{std::move(last)});
+  }
+  return std::exchange(out_, {});
+}
+
+bool ChannelSession::other_can_see(const Picture& picture) const {
+  return !released_.empty() && !active_->call.clearing && picture.has(Variable::request_state) &&
+         picture.request_state != 0;
 }
 
 Actions ChannelSession::keep(Moment now) {
   retired_ = false;
   released_.clear();
+  last_word_ = false;
+  idle_seen_ = false;
   due_ = now.steady;
   return finish(now);
 }
@@ -282,7 +305,8 @@ void ChannelSession::poll_call(const Picture& picture, Moment now) {
     end(false, why_over(standing, picture), now);
     return;
   }
-  if (leave_to_the_other(picture, now)) {
+  if (other_can_see(picture)) {
+    leave_to_the_other(now);
     return;
   }
   due_ = now.steady + pace_.idle;

@@ -99,6 +99,10 @@ class ChannelSession {
   Actions release(const std::string& reason, Moment now);
   /// It is ours again, or still.
   Actions keep(Moment now);
+  /// The gateway ends: another one may give the call under way out if this one has not.
+  Actions let_go(Moment now);
+  /// A call is under way, and an instance may have it, or have had it.
+  [[nodiscard]] bool may_be_given() const;
   /// Nothing is left to do here, and nothing is on its way to the controller.
   [[nodiscard]] bool is_over() const { return retired_ && !active_ && io_ == Io::none; }
   [[nodiscard]] bool retired() const { return retired_; }
@@ -151,7 +155,9 @@ class ChannelSession {
   void advance(Moment now);
   void poll(const Picture& picture, Moment now);
   void poll_call(const Picture& picture, Moment now);
-  bool leave_to_the_other(const Picture& picture, Moment now);
+  /// The channel is another gateway's, which finds the request there.
+  [[nodiscard]] bool other_can_see(const Picture& picture) const;
+  void leave_to_the_other(Moment now);
   void read(Look look, Io io);
   void write(Variable variable, Value value);
   void wake_at(SteadyTime at);
@@ -197,9 +203,14 @@ class ChannelSession {
   std::optional<fabric::ChannelStatus> shown_;
 
   bool link_up_ = false;
+  /// Since the link is up the channel has been seen without a request, or a call of ours has ended.
+  bool idle_seen_ = false;
   bool retired_ = false;
   /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
   std::string released_;
+  /// What is shown of the channel stays the call that was left to the other gateway, which must not
+  /// give it out again.
+  bool last_word_ = false;
   std::string link_reason_ = "not connected yet";
   /// What the controller refused last; empty while it answers.
   std::string trouble_;

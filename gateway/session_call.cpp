@@ -117,6 +117,7 @@ void ChannelSession::end(bool answered, const std::string& detail, Moment now) {
   }
   past_ = Past{call.id, answered, answered ? call.answer->instance : fabric::InstanceId{}};
   active_.reset();
+  idle_seen_ = true;
   watch_.restart();
   due_ = now.steady;
   active_until_ = now.steady + pace_.active_for;

@@ -61,7 +61,8 @@ fabric::ChannelState ChannelSession::state() const {
     return link_down;
   }
   if (!active_) {
-    return watch_.ignored() ? unserved : idle;
+    // Idle is a word that other gateways rely on.
+    return watch_.ignored() ? unserved : idle_seen_ ? idle : link_down;
   }
   if (active_->call.answer) {
     return answering;
@@ -82,10 +83,16 @@ std::string ChannelSession::reason() const {
   if (active_) {
     return active_->reason;
   }
-  return watch_.ignored() ? left_reason_ : std::string();
+  if (watch_.ignored()) {
+    return left_reason_;
+  }
+  return idle_seen_ ? std::string() : "connected; what stands in the channel is not known yet";
 }
 
 void ChannelSession::show(Moment now) {
+  if (!active_ && last_word_) {
+    return;
+  }
   fabric::ChannelStatus next = status_;
   next.state = state();
   next.reason = fit_reason(reason());

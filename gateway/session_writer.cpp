@@ -68,7 +68,8 @@ bool ChannelSession::drive_writer(Moment now) {
 
 void ChannelSession::answer_looked(const Picture& picture, Moment now) {
   looked_at_ = now.steady;
-  if (leave_to_the_other(picture, now)) {
+  if (other_can_see(picture)) {
+    leave_to_the_other(now);
     return;
   }
   const Call& call = active_->call;

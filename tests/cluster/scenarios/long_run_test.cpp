@@ -16,8 +16,8 @@ constexpr std::uint32_t calls = 2500;
 /// Buffers and tables have their final size by then.
 constexpr std::size_t settled = 2000;
 /// What an allocator keeps or gives back, and the last 8,192 events that a gateway keeps for a
-/// recorder which lags, about 600 bytes each.
-constexpr std::size_t slack = 8U << 20U;
+/// recorder which lags, up to 1,300 bytes each.
+constexpr std::size_t slack = 16U << 20U;
 
 class ALongRun : public Scenario {};
 

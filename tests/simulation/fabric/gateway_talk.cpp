@@ -16,8 +16,6 @@ void GatewayTalk::join(EndNumber number, Process& process, GatewayWatchEars& ear
     if (other != number && it.there) {
       ways_.push_back(std::make_shared<Way>(Way{.from = other, .to = number}));
       refresh(ways_.back());
-    }
-    if (it.there) {
       ways_.push_back(std::make_shared<Way>(Way{.from = number, .to = other}));
       refresh(ways_.back());
     }
@@ -27,7 +25,7 @@ void GatewayTalk::join(EndNumber number, Process& process, GatewayWatchEars& ear
 void GatewayTalk::leave(EndNumber end, bool told) {
   ends_.at(end).there = false;
   for (const WayPointer& way : ways_) {
-    if (way->from == end && way->to != end && told && way->heard && ends_.at(way->to).awake) {
+    if (way->from == end && told && way->heard && ends_.at(way->to).awake) {
       // Before the good-bye came its last words.
       arrive(way);
       ++way->epoch;
@@ -51,7 +49,7 @@ void GatewayTalk::frozen(EndNumber end) {
 void GatewayTalk::thawed(EndNumber end, Time after) {
   ends_.at(end).awake = true;
   for (const WayPointer& way : ways_) {
-    if (way->to == end && way->from != end && after > weather_.lease) {
+    if (way->to == end && after > weather_.lease) {
       // It has heard from nobody for longer than their leases.
       lose(way);
       way->heard = false;
@@ -65,7 +63,7 @@ void GatewayTalk::thawed(EndNumber end, Time after) {
 
 void GatewayTalk::set_path(EndNumber from, EndNumber to, bool open) {
   for (const WayPointer& way : ways_) {
-    if (way->from == from && way->to == to && from != to) {
+    if (way->from == from && way->to == to) {
       way->path = open;
       refresh(way);
     }

@@ -77,7 +77,7 @@ class GatewayTalk {
     std::map<std::pair<std::string, EndNumber>, fabric::InstanceId> known;
     bool due = false;
   };
-  /// From one gateway to another, or to itself.
+  /// From one gateway to another.
   struct Way {
     EndNumber from = 0;
     EndNumber to = 0;

@@ -133,7 +133,7 @@ void GatewayProcess::stop() {
   process().timer(patience_at_the_end, [this] {
     if (ending_) {
       ending_ = false;
-      carry_out(core_->take_back());
+      carry_out(core_->take_back(now()));
       note("ends with an answer half written");
       leave(true);
       forget();
@@ -148,7 +148,7 @@ void GatewayProcess::end_when_answered() {
   }
   ending_ = false;
   process().after(Time{}, [this] {
-    carry_out(core_->take_back());
+    carry_out(core_->take_back(now()));
     note("has ended");
     leave(true);
     forget();

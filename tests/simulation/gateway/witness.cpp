@@ -12,11 +12,11 @@ namespace journal = gateway::journal;
 
 void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies) {
   policies_ = std::move(policies);
-  history_.add(Resumed{number_, {}, {}});
+  history_.add(Resumed{number_, {}, {}, {}, false});
   for (const gateway::Call& call : open_calls) {
     const std::string uuid = fabric::canonical_uuid(call.request.uuid);
     current_[call.key] = {call.id, call.request, call.answer, policies_.of(call.key.machine, uuid)};
-    history_.add(Resumed{number_, call.key, call.id});
+    history_.add(Resumed{number_, call.key, call.id, call.request, call.clearing});
   }
 }
 

@@ -31,6 +31,7 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   }
   channel.stretches.push_back({fact.request, now, {}, {}});
   channel.cleared = false;
+  channel.writers.clear();
 }
 
 void AnswerCheck::on(const ProgramMoved& fact, Time now) {
@@ -71,6 +72,7 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
 
 void AnswerCheck::on(const WriteDone& fact, Time now) {
   Channel& channel = channels_[fact.key];
+  channel.writers.insert(fact.gateway);
   if (fact.variable == gateway::Variable::response) {
     channel.text_by = fact.gateway;
   }
@@ -102,13 +104,26 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   }
 }
 
+void AnswerCheck::on(const Resumed& fact, Time) {
+  Channel& channel = channels_[fact.key];
+  if (!fact.clearing || channel.stretches.empty()) {
+    return;
+  }
+  // Whether the gateway has cleared REQUEST_STATE or the program, nobody can tell.
+  Stretch& last = channel.stretches.back();
+  if (last.request == fact.request && !last.answered_by) {
+    channel.cleared = true;
+    last.until.reset();
+  }
+}
+
 void AnswerCheck::on(const JournalLost&, Time) {
   // A program that asks the same again gets the answer of a call whose end is forgotten.
   finals_.clear();
 }
 
 void AnswerCheck::on(const ProgramReleased& fact, Time) {
-  if (!fact.crossed && fact.state == 0) {
+  if (!fact.crossed && fact.state == 0 && channels_[fact.key].writers.size() < 2) {
     violations_.push_back(
         fmt::format("I3: {} goes on although RESPONSE_STATE is 0", fact.key.to_string()));
     return;

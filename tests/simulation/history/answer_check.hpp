@@ -7,6 +7,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,8 @@ class AnswerCheck final : public Check {
     /// Whose text stands in RESPONSE: two gateways that do not hear each other write over each
     /// other's.
     GatewayNumber text_by = 0;
+    /// Who has written since the program asked.
+    std::set<GatewayNumber> writers;
   };
   struct LookAt {
     Time first{};
@@ -47,6 +50,7 @@ class AnswerCheck final : public Check {
   void on(const Looked& fact, Time now);
   void on(const WriteAsked& fact, Time now);
   void on(const WriteDone& fact, Time now);
+  void on(const Resumed& fact, Time now);
   void on(const JournalLost& fact, Time now);
   template <typename Other>
   void on(const Other&, Time) {}

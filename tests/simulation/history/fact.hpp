@@ -99,6 +99,9 @@ struct Resumed {
   GatewayNumber gateway = 0;
   Key key;
   fabric::CallId call;
+  gateway::PendingRequest request;
+  /// It had been about to clear REQUEST_STATE, or had done so.
+  bool clearing = false;
 };
 /// It hears that another gateway has this call.
 struct Heard {

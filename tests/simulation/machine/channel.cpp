@@ -144,9 +144,16 @@ void MachineChannel::power_up() {
   standing_ = {};
   for (const Variable variable : {Variable::uuid, Variable::request, Variable::request_state}) {
     at(variable).on_write([this, variable](sim::Writer writer) {
-      const bool lit = state(Variable::request_state) != 0;
-      if (writer == sim::Writer::program && (variable == Variable::request_state || lit)) {
+      if (writer != sim::Writer::program) {
+        return;
+      }
+      if (variable == Variable::request_state || state(Variable::request_state) != 0) {
         report();
+      } else if (standing_.state != 0) {
+        // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts.
+        standing_ = {};
+        crossed = false;
+        history_.add(ProgramMoved{key_, "program begins its next request", false});
       }
     });
   }

@@ -70,7 +70,6 @@ std::string InterpretedProgram::write() {
       "%seed\n"
       "#VAR\n"
       "  V.P.STATE = 0\n"
-      "  V.P.SOON = 0\n"
       "  V.P.OUT = 0\n"
       "  V.P.WAITS = 0\n"
       "#ENDVAR\n";
@@ -101,7 +100,6 @@ std::string InterpretedProgram::write_call(std::size_t number) {
       "V.G.SERVICE.REQUEST = \"{}\"\n"
       "V.G.SERVICE.REQUEST_STATE = {}\n"
       "V.P.STATE = 0\n"
-      "V.P.SOON = 0\n"
       "V.P.OUT = 0\n"
       "V.P.WAITS = 1\n"
       "$WHILE V.P.WAITS == 1\n",
@@ -113,15 +111,15 @@ std::string InterpretedProgram::write_call(std::size_t number) {
                           "  $ENDIF\n",
                           1 + random_.below(1500))
                     : "  L CYCLE [NAME=\"SysServiceWait.cyc\", @P1=V.P.STATE]\n";
-  // After an interim state comes 0, and then the final one.
+  // Where writing REQUEST_STATE clears RESPONSE_STATE, an interim state that ended the wait may be
+  // 0 by the time it is read: not yet. With the mistake, that would hide it.
   text += fmt::format(
       "  V.P.STATE = V.G.SERVICE.RESPONSE_STATE\n"
       "  V.P.WAITS = 0\n"
       "  $IF V.P.STATE >= {} && V.P.STATE <= {}\n"
-      "    V.P.SOON = 1\n"
       "    V.P.WAITS = 1\n"
       "  $ENDIF\n"
-      "  $IF V.P.STATE == 0 && V.P.SOON == 1\n"
+      "  $IF V.P.STATE == 0 && {} == 1\n"
       "    V.P.WAITS = 1\n"
       "  $ENDIF\n"
       "  $IF V.P.OUT == 1\n"
@@ -130,7 +128,7 @@ std::string InterpretedProgram::write_call(std::size_t number) {
       "$ENDWHILE\n"
       "$IF V.P.OUT == 0\n"
       "  #MSG [\"answer %u %s\", V.G.SERVICE.RESPONSE_STATE, V.G.SERVICE.RESPONSE]\n",
-      first_interim, last_interim);
+      first_interim, last_interim, habits_.waits_for_the_request ? 0 : 1);
   if (impatient && random_.chance(50)) {
     text +=
         "$ELSE\n"

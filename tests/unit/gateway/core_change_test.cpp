@@ -50,6 +50,43 @@ TEST_F(CoreTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(2));
 }
 
+// The other gateway, which had stood still, saw an idle channel and gave the call out again. Found
+// by the simulation.
+TEST_F(CoreTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  EXPECT_THAT(all<Show>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+}
+
+TEST_F(CoreTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
+  start();
+  link_up();
+  auto elsewhere = instance(1);
+  elsewhere.concurrency = 1;
+  sut->on_instance_ready(elsewhere, now);
+  confirm(request(2));
+  request(1);
+  const auto shown = all<Show>(sut->release({"cnc", 1}, "served by another gateway", now));
+  ASSERT_THAT(shown, SizeIs(1));
+  EXPECT_EQ(shown.front().status.call, fabric::CallId{});
+}
+
+TEST_F(CoreTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
+  start();
+  link_up();
+  auto one = instance(1);
+  one.concurrency = 1;
+  sut->on_instance_ready(one, now);
+  confirm(request(2));
+  request(1);
+  const auto actions = sut->take_back(now);
+  ASSERT_THAT(all<Show>(actions), SizeIs(1));
+  EXPECT_EQ(all<Show>(actions).front().status.key, (fabric::ChannelKey{"cnc", 1}));
+  EXPECT_EQ(all<Show>(actions).front().status.call, fabric::CallId{});
+}
+
 TEST_F(CoreTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
   start();
   link_up();
@@ -67,9 +104,10 @@ TEST_F(CoreTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   start();
   EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
-  const auto actions = sut->on_read({"cnc", 1}, {Look::all, uuid, "2", 0, 0, "1.4"}, now);
-  ASSERT_THAT(all<Write>(actions), SizeIs(1));
-  EXPECT_EQ(all<Write>(actions).front(), (Write{Variable::response_state, 1U}));
+  const Picture unreleased{Look::all, uuid, "2", 0, 0, "1.4"};
+  EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
+  EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
+              ElementsAre(Write{Variable::response_state, 1U}));
   EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), SizeIs(1));
 }
 

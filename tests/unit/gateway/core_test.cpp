@@ -230,8 +230,8 @@ TEST_F(CoreTest, TakesAnsweredRequestsBackWhenTheGatewayEnds) {
   link_up();
   sut->on_instance_ready(instance(1), now);
   answered_call(1);
-  EXPECT_THAT(all<Withdraw>(sut->take_back()), SizeIs(1));
-  EXPECT_THAT(sut->take_back(), IsEmpty());
+  EXPECT_THAT(all<Withdraw>(sut->take_back(now)), SizeIs(1));
+  EXPECT_THAT(sut->take_back(now), IsEmpty());
 }
 
 TEST_F(CoreTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {

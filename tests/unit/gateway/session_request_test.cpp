@@ -73,6 +73,15 @@ TEST_F(ChannelRequest, OfAForeignUuidLeavesTheChannelUntouchedAndIsReportedOnce)
   EXPECT_EQ(sut().status().uuid, square_root_uuid);
 }
 
+// Other gateways take idle for the end of the calls that they have heard of. Found by the
+// simulation.
+TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
+  sut().on_link_up(desk.now);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down);
+  desk.feed(sut().on_read({Look::state, "", "", 0, 0, ""}, desk.now));
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
+}
+
 TEST_F(ChannelRequest, OfAForeignUuidIsForgottenWhenItGoes) {
   desk.served = false;
   desk.link_up();
