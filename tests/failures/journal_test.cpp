@@ -45,5 +45,23 @@ TEST(AGatewayWithoutAJournal, RepeatsACallThatRanWhenItWasKilled) {
   sut.expect_every_answer();
 }
 
+TEST(AGatewayWithoutAJournal, GivesACallOutAgainWhoseAnswerItHadBegunToWrite) {
+  Line sut({.point = Point::before_clear, .journal = false});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.kill(Victim::gateway);
+  sut.expect_every_answer();
+}
+
+TEST(AGatewayWithoutAJournal, LeavesAProgramWaitingWhoseRequestItHadCleared) {
+  Line sut({.point = Point::before_release, .journal = false});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.kill(Victim::gateway);
+  sut.gateway().await_error("link up");
+  EXPECT_FALSE(sut.finished());
+  // The answer stands there; what is missing is the state that releases the program.
+  sut.write_variable("V.G.SERVICE.RESPONSE_STATE", "1");
+  sut.expect_every_answer();
+}
+
 }  // namespace
 }  // namespace millrace::tests::failures

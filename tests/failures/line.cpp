@@ -244,4 +244,14 @@ void Line::answer_the_held_call() {
   EXPECT_EQ(answer.wait(long_patience), 0) << answer.error_output();
 }
 
+void Line::write_variable(const std::string& name, const std::string& value) {
+  const std::string machine = "cnc=127.0.0.1:" + std::to_string(proxy_.port()) + "/127.0.0.1.1.1";
+  Process vars = chain_.millrace({"vars", machine, "write", name, value, "--force"});
+  EXPECT_EQ(vars.wait(long_patience), 0) << vars.error_output();
+}
+
+bool Line::finished() {
+  return controller_->output().find("calls answered") != std::string::npos;
+}
+
 }  // namespace millrace::tests::failures

@@ -66,6 +66,10 @@ class Line {
   void expect_no_call_ran_twice();
   /// Waits until the gateway holds the call, and answers it as an operator.
   void answer_the_held_call();
+  /// Writes a variable of channel 1, as an operator does past the gateway.
+  void write_variable(const std::string& name, const std::string& value);
+  /// The programs of the controller have come to their end.
+  [[nodiscard]] bool finished();
 
   AdsProxy& proxy() { return proxy_; }
   Process& gateway() { return *gateway_; }

@@ -1,6 +1,7 @@
 #include "tests/simulation/exhaustive/explorer.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "tests/simulation/time/random.hpp"
@@ -83,7 +84,9 @@ std::vector<std::size_t> Explorer::candidates(const std::vector<Happening>& wait
 std::uint64_t Explorer::state() const {
   std::uint64_t all = early_;
   for (const std::uint64_t party : parties_) {
-    all = mix(all, party);
+    if (party != 0) {
+      all = mix(all, party);
+    }
   }
   return all;
 }
@@ -124,15 +127,16 @@ std::optional<std::size_t> Explorer::choose(const std::vector<Happening>& waitin
 void Explorer::happens(const Happening& happening) {
   current_ = happening.cause;
   planned_ = 0;
-  for (std::size_t party = 0; party < most_parties; ++party) {
-    if ((happening.parties >> party & 1U) != 0) {
-      current_ = mix(current_, parties_[party]);
-    }
+  for (std::uint64_t left = happening.parties | happening.reads; left != 0; left &= left - 1) {
+    current_ = mix(current_, parties_.at(static_cast<std::size_t>(std::countr_zero(left))));
   }
-  for (std::size_t party = 0; party < most_parties; ++party) {
-    if ((happening.parties >> party & 1U) != 0) {
-      parties_[party] = mix(current_, party);
-    }
+  touches(happening.parties);
+}
+
+void Explorer::touches(std::uint64_t parties) {
+  for (; parties != 0; parties &= parties - 1) {
+    const auto party = static_cast<std::size_t>(std::countr_zero(parties));
+    parties_.at(party) = mix(mix(current_, parties_.at(party)), party);
   }
 }
 

@@ -54,6 +54,7 @@ class Explorer final : public Order {
 
   std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) override;
   void happens(const Happening& happening) override;
+  void touches(std::uint64_t parties) override;
   std::uint64_t cause() override;
 
  private:
@@ -65,7 +66,7 @@ class Explorer final : public Order {
   [[nodiscard]] std::vector<std::size_t> candidates(const std::vector<Happening>& waiting) const;
   [[nodiscard]] std::uint64_t state() const;
 
-  static constexpr std::size_t most_parties = 8;
+  static constexpr std::size_t most_parties = 64;
 
   Bounds bounds_;
   std::vector<Choice> path_;

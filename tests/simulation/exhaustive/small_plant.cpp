@@ -17,6 +17,8 @@ constexpr Party gateway_party = 2;
 constexpr Party first_party = 3;
 constexpr Party second_party = 4;
 
+constexpr std::uint64_t everybody = ~std::uint64_t{0};
+
 constexpr std::uint64_t bit(Party party) {
   return std::uint64_t{1} << party;
 }
@@ -74,16 +76,18 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   gateway_.plug(controller_, cable_);
 }
 
-/// Who is struck; nobody else can tell before a message or its absence tells it.
+/// Whom the mishap changes at once: of a process that is killed also what it had laid out, and how
+/// far others are in fetching it.
 std::uint64_t SmallPlant::struck_parties() const {
   switch (plan_.mishap) {
     case Mishap::none:
       return 0;
     case Mishap::gateway_killed:
     case Mishap::gateway_power_cut:
-    case Mishap::link_cut:
-      return bit(gateway_party);
     case Mishap::instance_killed:
+      return everybody;
+    case Mishap::link_cut:
+      return bit(gateway_party) | bit(controller_party);
     case Mishap::instance_drained:
       return bit(first_party);
     case Mishap::program_reset:
@@ -117,11 +121,9 @@ void SmallPlant::strike() {
       break;
   }
   if (plan_.mishap == Mishap::gateway_killed || plan_.mishap == Mishap::gateway_power_cut) {
-    const std::uint64_t parties = bit(gateway_party) | bit(first_party) | bit(second_party);
-    agenda_.after(restart, {.parties = parties, .timer = true}, [this] { gateway_.start(); });
+    agenda_.after(restart, {.parties = everybody, .timer = true}, [this] { gateway_.start(); });
   } else if (plan_.mishap == Mishap::instance_killed || plan_.mishap == Mishap::instance_drained) {
-    const std::uint64_t parties = bit(gateway_party) | bit(first_party);
-    agenda_.after(restart, {.parties = parties, .timer = true}, [this] { first_.start(); });
+    agenda_.after(restart, {.parties = everybody, .timer = true}, [this] { first_.start(); });
   }
 }
 

@@ -73,6 +73,7 @@ void Fabric::leave(EndNumber end, bool told) {
     const bool is_instance = pair->instance == end;
     Side& side = is_instance ? pair->of_instance : pair->of_gateway;
     if (told && side.path && ends_[is_instance ? pair->gateway : pair->instance]->awake) {
+      agenda_.touches(parties(*pair));
       // Before the good-bye came its last samples.
       if (is_instance) {
         arrive_replies(pair);
@@ -141,6 +142,13 @@ std::uint64_t Fabric::parties(const Pair& pair) const {
 
 void Fabric::within(const PairPointer& pair, Time delay, std::function<void()> act) {
   agenda_.after(delay, {.parties = parties(*pair)}, std::move(act));
+}
+
+void Fabric::fetch(EndNumber reader, EndNumber writer, Time delay, std::function<void()> act) {
+  agenda_.after(delay,
+                {.parties = ends_[reader]->process->parties(),
+                 .reads = ends_[writer]->process->outbox()},
+                std::move(act));
 }
 
 Time Fabric::delay(bool again) {

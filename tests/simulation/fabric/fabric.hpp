@@ -166,6 +166,8 @@ class Fabric {
   [[nodiscard]] Time delay(bool again);
   [[nodiscard]] std::uint64_t parties(const Pair& pair) const;
   void within(const PairPointer& pair, Time delay, std::function<void()> act);
+  /// What one end has laid out arrives at the other.
+  void fetch(EndNumber reader, EndNumber writer, Time delay, std::function<void()> act);
   [[nodiscard]] std::vector<PairPointer> pairs_of(EndNumber end) const;
 
   Agenda& agenda_;

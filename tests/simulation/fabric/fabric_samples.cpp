@@ -12,6 +12,7 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   if (writer == end.requests.end()) {
     return false;
   }
+  agenda_.touches(end.process->outbox());
   writer->second.samples[request.key] = {++writer->second.last, request};
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
@@ -29,6 +30,7 @@ void Fabric::withdraw(EndNumber number, const Key& key, const std::string& uuid)
   if (sample == writer->second.samples.end() || !sample->second.value) {
     return;
   }
+  agenda_.touches(end.process->outbox());
   sample->second = {++writer->second.last, std::nullopt};
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
@@ -36,6 +38,7 @@ void Fabric::withdraw(EndNumber number, const Key& key, const std::string& uuid)
 }
 
 void Fabric::publish(EndNumber number, const fabric::Reply& reply) {
+  agenda_.touches(ends_[number]->process->outbox());
   Writer<fabric::Reply>& writer = ends_[number]->replies;
   writer.samples[reply.key] = {++writer.last, reply};
   for (const PairPointer& pair : pairs_of(number)) {
@@ -45,7 +48,7 @@ void Fabric::publish(EndNumber number, const fabric::Reply& reply) {
 
 void Fabric::send_requests(const PairPointer& pair, bool again) {
   if (!std::exchange(pair->requests_due, true)) {
-    within(pair, delay(again), [this, pair] {
+    fetch(pair->instance, pair->gateway, delay(again), [this, pair] {
       pair->requests_due = false;
       arrive_requests(pair);
     });
@@ -54,7 +57,7 @@ void Fabric::send_requests(const PairPointer& pair, bool again) {
 
 void Fabric::send_replies(const PairPointer& pair, bool again) {
   if (!std::exchange(pair->replies_due, true)) {
-    within(pair, delay(again), [this, pair] {
+    fetch(pair->gateway, pair->instance, delay(again), [this, pair] {
       pair->replies_due = false;
       arrive_replies(pair);
     });

@@ -87,7 +87,7 @@ void AdsLink::leave_to_controller() {
       continue;
     }
     at += random_.between(Time{}, (process_.agenda().now() + leftovers - at) / 2);
-    process_.agenda().at(at, {.parties = process_.parties() | controller_.parties()},
+    process_.agenda().at(at, {.parties = controller_.parties()},
                          [self = shared_from_this(), request] {
                            --self->controller_.leftovers[self->gateway_];
                            self->execute(request);
@@ -112,7 +112,7 @@ void AdsLink::connect() {
   const bool refused = !controller_.powered() && !cable_.silent && cable_.plugged;
   const Time until = refused ? 1ms : (cable_.plugged && !cable_.silent ? 4 * delay() : 3000ms);
   // Connect, the first ReadState, and the survey of the channels.
-  process_.after(until, [self = shared_from_this(), connection] {
+  process_.after_reading(controller_.parties(), until, [self = shared_from_this(), connection] {
     if (self->connection_ != connection) {
       return;
     }
@@ -234,7 +234,7 @@ void AdsLink::write(std::uint16_t channel, Variable variable, const gateway::Val
 
 void AdsLink::later(Time delay, void (AdsLink::*act)(const RequestPointer&),
                     const RequestPointer& request) {
-  process_.agenda().after(delay, {.parties = process_.parties() | controller_.parties()},
+  process_.agenda().after(delay, {.parties = process_.parties()},
                           [self = weak_from_this(), act, request, life = process_.life()] {
                             if (const auto link = self.lock()) {
                               link->process_.run(
@@ -254,7 +254,7 @@ void AdsLink::send(const RequestPointer& request) {
   }
   const Time now = process_.agenda().now();
   last_execution_ = std::max(now + delay(), last_execution_);
-  process_.agenda().at(last_execution_, {.parties = process_.parties() | controller_.parties()},
+  process_.agenda().at(last_execution_, {.parties = controller_.parties()},
                        [self = shared_from_this(), request] { self->execute(request); });
   process_.timer(timeout, [self = shared_from_this(), request] { self->timed_out(request); });
 }
@@ -290,7 +290,7 @@ void AdsLink::execute(const RequestPointer& request) {
 
 void AdsLink::sample(const RequestPointer& request, std::size_t next) {
   const bool there = controller_.powered() && controller_.life() == request->controller_life;
-  if (!there || request->settled) {
+  if (!there) {
     return;
   }
   const Variable variable = request->variables[next];
@@ -301,7 +301,7 @@ void AdsLink::sample(const RequestPointer& request, std::size_t next) {
   }
   // One after the other, so a program may write in between.
   process_.agenda().after(
-      random_.between(Time{}, 500us), {.parties = process_.parties() | controller_.parties()},
+      random_.between(Time{}, 500us), {.parties = controller_.parties()},
       [self = shared_from_this(), request, next] { self->sample(request, next + 1); });
 }
 

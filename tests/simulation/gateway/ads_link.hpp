@@ -83,7 +83,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void fail(const Request& request, bool timeout);
   void refuse_unsent(std::uint16_t channel, bool is_write);
   [[nodiscard]] Time delay();
-  /// An event of gateway and controller; `act` runs in the gateway only if this link still lives.
+  /// `act` runs in the gateway only if this link still lives.
   void later(Time delay, void (AdsLink::*act)(const RequestPointer&),
              const RequestPointer& request);
 

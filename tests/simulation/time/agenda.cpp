@@ -19,6 +19,7 @@ void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   one.at = std::max(when, now_);
   one.number = ++planned_;
   one.parties = plan.parties;
+  one.reads = plan.reads;
   one.timer = plan.timer;
   one.lane = plan.lane;
   one.cause = order_ != nullptr ? order_->cause() : 0;

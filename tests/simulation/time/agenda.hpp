@@ -19,16 +19,18 @@ using namespace std::chrono_literals;
 /// Since the simulation began.
 using Time = std::chrono::nanoseconds;
 
-/// Who an event concerns. Whatever one does follows from what happened to it before: an event may
-/// read and change its own parties only.
+/// Who an event concerns: a process, or what it has laid out for others to fetch (its outbox).
+/// Whatever a party does follows from what happened to it before: an event changes its own parties
+/// only, and those it says it touches, and reads those and `reads`.
 using Party = std::uint8_t;
 
 struct Happening {
   Time at{};
   /// Orders what happens at the same time, and counts what was ever planned.
   std::uint64_t number = 0;
-  /// Bits of the parties.
+  /// Bits of the parties it changes, and of those that it only reads.
   std::uint64_t parties = 0;
+  std::uint64_t reads = 0;
   /// A timer of its party, which may fire late; everything else is on its way and arrives.
   bool timer = false;
   /// What a lane carries arrives in its order; 0 = no lane.
@@ -40,6 +42,7 @@ struct Happening {
 
 struct Plan {
   std::uint64_t parties = 0;
+  std::uint64_t reads = 0;
   bool timer = false;
   std::uint32_t lane = 0;
 };
@@ -52,6 +55,8 @@ class Order {
   virtual std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) = 0;
   /// What has been chosen is about to happen.
   virtual void happens(const Happening& /*happening*/) {}
+  /// What happens now changes these parties too.
+  virtual void touches(std::uint64_t /*parties*/) {}
   /// The cause of whatever is planned now.
   virtual std::uint64_t cause() { return 0; }
 };
@@ -64,6 +69,11 @@ class Agenda {
   void at(Time when, const Plan& plan, std::function<void()> act);
   void after(Time delay, const Plan& plan, std::function<void()> act) {
     at(now_ + delay, plan, std::move(act));
+  }
+  void touches(std::uint64_t parties) {
+    if (order_ != nullptr) {
+      order_->touches(parties);
+    }
   }
   /// Lets one thing happen; false if there is none.
   bool step();

@@ -21,6 +21,8 @@ class Process {
   /// Runs and is not frozen.
   [[nodiscard]] bool awake() const { return running_ && !frozen_; }
   [[nodiscard]] std::uint64_t parties() const { return std::uint64_t{1} << party_; }
+  /// What it has laid out on the fabric, as a party of its own: others fetch it without its doing.
+  [[nodiscard]] std::uint64_t outbox() const { return parties() << outboxes; }
   [[nodiscard]] Agenda& agenda() const { return agenda_; }
 
   void start() { running_ = true; }
@@ -42,6 +44,10 @@ class Process {
   void after(Time delay, std::function<void()> act, std::uint32_t lane = 0) {
     plan(delay, {.parties = parties(), .lane = lane}, std::move(act));
   }
+  /// The same for what looks at another party.
+  void after_reading(std::uint64_t reads, Time delay, std::function<void()> act) {
+    plan(delay, {.parties = parties(), .reads = reads}, std::move(act));
+  }
   /// The same for a timer.
   void timer(Time delay, std::function<void()> act) {
     plan(delay, {.parties = parties(), .timer = true}, std::move(act));
@@ -62,6 +68,8 @@ class Process {
   }
 
  private:
+  static constexpr unsigned outboxes = 32;
+
   void plan(Time delay, const Plan& plan, std::function<void()> act) {
     agenda_.after(delay, plan, [this, life = life_, act = std::move(act)] { run(life, act); });
   }
