@@ -140,7 +140,14 @@ void Explorer::touches(std::uint64_t parties) {
   }
 }
 
-std::uint64_t Explorer::cause() {
+void Explorer::becomes(std::uint64_t parties, Meaning meaning) {
+  for (; parties != 0; parties &= parties - 1) {
+    parties_.at(static_cast<std::size_t>(std::countr_zero(parties))) = meaning;
+  }
+  current_ = mix(current_, meaning);
+}
+
+Meaning Explorer::cause() {
   return mix(current_, ++planned_);
 }
 

@@ -55,7 +55,8 @@ class Explorer final : public Order {
   std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) override;
   void happens(const Happening& happening) override;
   void touches(std::uint64_t parties) override;
-  std::uint64_t cause() override;
+  void becomes(std::uint64_t parties, Meaning meaning) override;
+  Meaning cause() override;
 
  private:
   struct Choice {

@@ -10,14 +10,12 @@ const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 constexpr Time longest = 20s;
 
 /// After which a process that was killed starts again.
-constexpr Time restart = 200ms;
+constexpr Time restart_after = 200ms;
 
 constexpr Party controller_party = 1;
 constexpr Party gateway_party = 2;
 constexpr Party first_party = 3;
 constexpr Party second_party = 4;
-
-constexpr std::uint64_t everybody = ~std::uint64_t{0};
 
 constexpr std::uint64_t bit(Party party) {
   return std::uint64_t{1} << party;
@@ -76,20 +74,21 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   gateway_.plug(controller_, cable_);
 }
 
-/// Whom the mishap changes at once: of a process that is killed also what it had laid out, and how
-/// far others are in fetching it.
-std::uint64_t SmallPlant::struck_parties() const {
+/// Whom the mishap changes at once; others learn of it by a message or its absence.
+std::uint64_t SmallPlant::struck() const {
   switch (plan_.mishap) {
     case Mishap::none:
       return 0;
     case Mishap::gateway_killed:
     case Mishap::gateway_power_cut:
+      // Its connection ends, and what instances still had to fetch is gone.
+      return bit(controller_party) | bit(first_party) | bit(second_party);
     case Mishap::instance_killed:
-      return everybody;
-    case Mishap::link_cut:
-      return bit(gateway_party) | bit(controller_party);
+      return bit(gateway_party);
     case Mishap::instance_drained:
       return bit(first_party);
+    case Mishap::link_cut:
+      return bit(gateway_party) | bit(controller_party);
     case Mishap::program_reset:
       return bit(controller_party);
   }
@@ -98,20 +97,24 @@ std::uint64_t SmallPlant::struck_parties() const {
 
 void SmallPlant::strike() {
   struck_ = true;
+  agenda_.touches(struck());
   switch (plan_.mishap) {
     case Mishap::none:
       break;
     case Mishap::gateway_killed:
-      gateway_.kill(false);
-      break;
     case Mishap::gateway_power_cut:
-      gateway_.kill(true);
+      gateway_.kill(plan_.mishap == Mishap::gateway_power_cut);
+      agenda_.becomes(bit(gateway_party) | bit(gateway_party) << Process::outboxes, 0);
+      restart([this] { gateway_.start(); });
       break;
     case Mishap::instance_killed:
       first_.kill();
+      agenda_.becomes(bit(first_party) | bit(first_party) << Process::outboxes, 0);
+      restart([this] { first_.start(); });
       break;
     case Mishap::instance_drained:
       first_.drain();
+      restart([this] { first_.start(); });
       break;
     case Mishap::link_cut:
       gateway_.cut_links("m0", "connection reset");
@@ -120,11 +123,13 @@ void SmallPlant::strike() {
       controller_.reset(1, Time{});
       break;
   }
-  if (plan_.mishap == Mishap::gateway_killed || plan_.mishap == Mishap::gateway_power_cut) {
-    agenda_.after(restart, {.parties = everybody, .timer = true}, [this] { gateway_.start(); });
-  } else if (plan_.mishap == Mishap::instance_killed || plan_.mishap == Mishap::instance_drained) {
-    agenda_.after(restart, {.parties = everybody, .timer = true}, [this] { first_.start(); });
-  }
+}
+
+void SmallPlant::restart(const std::function<void()>& start) {
+  agenda_.after(restart_after, {.timer = true, .means = 2}, [this, start] {
+    agenda_.touches(bit(gateway_party) | bit(first_party) | bit(second_party));
+    start();
+  });
 }
 
 bool SmallPlant::done() const {
@@ -142,7 +147,8 @@ std::vector<std::string> SmallPlant::run() {
   controller_.start_programs();
   struck_ = plan_.mishap == Mishap::none;
   if (!struck_) {
-    agenda_.after(Time{}, {.parties = struck_parties()}, [this] { strike(); });
+    // Tried last, so that what follows a late mishap is walked first.
+    agenda_.after(Time{}, {.means = ~Meaning{0}}, [this] { strike(); });
   }
   while (history_.violations().empty() && !done() && agenda_.now() < longest && agenda_.step()) {
     // An at-most-once call whose instance is lost waits for an operator.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,7 +44,8 @@ class SmallPlant {
 
  private:
   void strike();
-  [[nodiscard]] std::uint64_t struck_parties() const;
+  [[nodiscard]] std::uint64_t struck() const;
+  void restart(const std::function<void()>& start);
   [[nodiscard]] bool done() const;
 
   SmallPlan plan_;

@@ -147,7 +147,8 @@ void Fabric::within(const PairPointer& pair, Time delay, std::function<void()> a
 void Fabric::fetch(EndNumber reader, EndNumber writer, Time delay, std::function<void()> act) {
   agenda_.after(delay,
                 {.parties = ends_[reader]->process->parties(),
-                 .reads = ends_[writer]->process->outbox()},
+                 .reads = ends_[writer]->process->outbox(),
+                 .means = agenda_.meaning("fetch", reader, writer)},
                 std::move(act));
 }
 

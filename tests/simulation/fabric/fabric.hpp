@@ -166,6 +166,10 @@ class Fabric {
   [[nodiscard]] Time delay(bool again);
   [[nodiscard]] std::uint64_t parties(const Pair& pair) const;
   void within(const PairPointer& pair, Time delay, std::function<void()> act);
+  /// For who tries all orders: the newest sample of an end. It has one channel then, and the text
+  /// follows from the call.
+  void lay_out(const End& end, const fabric::CallId& call, std::uint32_t what,
+               const fabric::InstanceId& instance, std::uint64_t number);
   /// What one end has laid out arrives at the other.
   void fetch(EndNumber reader, EndNumber writer, Time delay, std::function<void()> act);
   [[nodiscard]] std::vector<PairPointer> pairs_of(EndNumber end) const;

@@ -116,7 +116,8 @@ void Fabric::look_around(EndNumber number) {
     return;
   }
   end.discovery_due = true;
-  agenda_.after(random_.between(Time{}, 500us), {.parties = end.process->parties()},
+  agenda_.after(random_.between(Time{}, 500us),
+                {.parties = end.process->parties(), .life = &end.process->life()},
                 [this, number, &end] {
                   end.process->run(end.life, [this, number] { take_changes(number); });
                 });

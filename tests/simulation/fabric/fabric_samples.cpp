@@ -12,8 +12,8 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   if (writer == end.requests.end()) {
     return false;
   }
-  agenda_.touches(end.process->outbox());
   writer->second.samples[request.key] = {++writer->second.last, request};
+  lay_out(end, request.call, request.attempt, request.assigned, writer->second.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
   }
@@ -30,19 +30,27 @@ void Fabric::withdraw(EndNumber number, const Key& key, const std::string& uuid)
   if (sample == writer->second.samples.end() || !sample->second.value) {
     return;
   }
-  agenda_.touches(end.process->outbox());
   sample->second = {++writer->second.last, std::nullopt};
+  lay_out(end, {}, 0, {}, writer->second.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
   }
 }
 
 void Fabric::publish(EndNumber number, const fabric::Reply& reply) {
-  agenda_.touches(ends_[number]->process->outbox());
-  Writer<fabric::Reply>& writer = ends_[number]->replies;
+  End& end = *ends_[number];
+  Writer<fabric::Reply>& writer = end.replies;
   writer.samples[reply.key] = {++writer.last, reply};
+  lay_out(end, reply.call, reply.state, reply.instance, writer.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_replies(pair);
+  }
+}
+
+void Fabric::lay_out(const End& end, const fabric::CallId& call, std::uint32_t what,
+                     const fabric::InstanceId& instance, std::uint64_t number) {
+  if (const auto sample = agenda_.meaning(call.to_string(), what, instance.to_string(), number)) {
+    agenda_.becomes(end.process->outbox(), *sample);
   }
 }
 
@@ -91,7 +99,8 @@ void Fabric::arrive_requests(const PairPointer& pair) {
   }
   pair->requests = writer->second.last;
   if (news && !std::exchange(instance.drain_due, true)) {
-    agenda_.after(random_.between(Time{}, 300us), {.parties = instance.process->parties()},
+    agenda_.after(random_.between(Time{}, 300us),
+                  {.parties = instance.process->parties(), .life = &instance.process->life()},
                   [this, number = pair->instance] {
                     End& end = *ends_[number];
                     end.process->run(end.life, [this, number] { take_requests(number); });
@@ -128,7 +137,8 @@ void Fabric::arrive_replies(const PairPointer& pair) {
   }
   pair->replies = instance.replies.last;
   if (news) {
-    agenda_.after(random_.between(Time{}, 300us), {.parties = gateway.process->parties()},
+    agenda_.after(random_.between(Time{}, 300us),
+                  {.parties = gateway.process->parties(), .life = &gateway.process->life()},
                   [this, number = pair->gateway] {
                     End& end = *ends_[number];
                     end.process->run(end.life, [this, number] { take_replies(number); });

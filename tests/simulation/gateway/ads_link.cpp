@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace millrace::tests::simulation {
 
 using gateway::Variable;
@@ -34,6 +36,10 @@ void put(gateway::Picture& picture, Variable variable, gateway::Value value) {
       picture.response = std::get<std::string>(std::move(value));
       break;
   }
+}
+
+std::string words_for(const gateway::Value& value) {
+  return std::visit([](const auto& one) { return fmt::format("{}", one); }, value);
 }
 
 }  // namespace
@@ -87,7 +93,7 @@ void AdsLink::leave_to_controller() {
       continue;
     }
     at += random_.between(Time{}, (process_.agenda().now() + leftovers - at) / 2);
-    process_.agenda().at(at, {.parties = controller_.parties()},
+    process_.agenda().at(at, {.parties = controller_.parties(), .means = meaning(*request, "left")},
                          [self = shared_from_this(), request] {
                            --self->controller_.leftovers[self->gateway_];
                            self->execute(request);
@@ -98,6 +104,16 @@ void AdsLink::leave_to_controller() {
 
 Time AdsLink::delay() {
   return random_.between(cable_.delay_least, cable_.delay_most);
+}
+
+std::optional<Meaning> AdsLink::meaning(const Request& request, const char* step) const {
+  const gateway::Picture& picture = request.picture;
+  return process_.agenda().meaning(
+      step, request.channel, request.write ? request.write->call.to_string() : "",
+      request.write ? static_cast<int>(request.write->variable) : -1,
+      request.write ? words_for(request.write->value) : "", request.variables.size(),
+      static_cast<int>(picture.look), picture.uuid, picture.request, picture.request_state,
+      picture.response_state, picture.response, request.refused, request.dropped, request.executed);
 }
 
 void AdsLink::start() {
@@ -234,7 +250,10 @@ void AdsLink::write(std::uint16_t channel, Variable variable, const gateway::Val
 
 void AdsLink::later(Time delay, void (AdsLink::*act)(const RequestPointer&),
                     const RequestPointer& request) {
-  process_.agenda().after(delay, {.parties = process_.parties()},
+  process_.agenda().after(delay,
+                          {.parties = process_.parties(),
+                           .means = meaning(*request, "answer"),
+                           .life = &process_.life()},
                           [self = weak_from_this(), act, request, life = process_.life()] {
                             if (const auto link = self.lock()) {
                               link->process_.run(
@@ -254,7 +273,8 @@ void AdsLink::send(const RequestPointer& request) {
   }
   const Time now = process_.agenda().now();
   last_execution_ = std::max(now + delay(), last_execution_);
-  process_.agenda().at(last_execution_, {.parties = controller_.parties()},
+  process_.agenda().at(last_execution_,
+                       {.parties = controller_.parties(), .means = meaning(*request, "execute")},
                        [self = shared_from_this(), request] { self->execute(request); });
   process_.timer(timeout, [self = shared_from_this(), request] { self->timed_out(request); });
 }
@@ -301,7 +321,8 @@ void AdsLink::sample(const RequestPointer& request, std::size_t next) {
   }
   // One after the other, so a program may write in between.
   process_.agenda().after(
-      random_.between(Time{}, 500us), {.parties = controller_.parties()},
+      random_.between(Time{}, 500us),
+      {.parties = controller_.parties(), .means = meaning(*request, "sample")},
       [self = shared_from_this(), request, next] { self->sample(request, next + 1); });
 }
 

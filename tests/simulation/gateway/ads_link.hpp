@@ -83,6 +83,8 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void fail(const Request& request, bool timeout);
   void refuse_unsent(std::uint16_t channel, bool is_write);
   [[nodiscard]] Time delay();
+  /// All that a request comes to at the controller, and its answer at the gateway.
+  [[nodiscard]] std::optional<Meaning> meaning(const Request& request, const char* step) const;
   /// `act` runs in the gateway only if this link still lives.
   void later(Time delay, void (AdsLink::*act)(const RequestPointer&),
              const RequestPointer& request);

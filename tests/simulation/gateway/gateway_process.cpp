@@ -13,6 +13,24 @@ namespace {
 
 constexpr Time patience_at_the_end = 2000ms;
 
+/// All that a gateway knows when it starts, but for times.
+std::string words_for(const journal::Ledger& ledger) {
+  std::string words = fmt::format("{} {}", ledger.numbers().epoch, ledger.numbers().reserved);
+  for (const gateway::Call& call : ledger.open_calls()) {
+    words += fmt::format(" {} {} {} {} {} {}", call.id.to_string(), call.request.text,
+                         call.request.state, static_cast<int>(call.delivery), call.clearing,
+                         fmt::join(call.shown, ","));
+    for (const gateway::Attempt& attempt : call.attempts) {
+      words += fmt::format(" {}:{}", attempt.number, attempt.instance.to_string());
+    }
+    if (call.answer) {
+      words +=
+          fmt::format(" {} {} {}", call.answer->text, call.answer->state, call.answer->attempt);
+    }
+  }
+  return words;
+}
+
 }  // namespace
 
 GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history,
@@ -65,6 +83,10 @@ void GatewayProcess::start() {
     return;
   }
   note("starts; " + *loaded);
+  if (const auto remains =
+          process().agenda().meaning(random_.state(), words_for(keeper_->ledger()))) {
+    process().agenda().becomes(process().parties() | process().outbox(), *remains);
+  }
   witness_.on_start(keeper_->ledger().open_calls(), plan_.file.policies);
   core_.emplace(gateway::CoreOptions{.paces = gateway::paces_of(plan_.file.machines),
                                      .policies = plan_.file.policies},

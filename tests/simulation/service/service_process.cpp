@@ -33,6 +33,9 @@ void ServiceProcess::start() {
   identity_.channels = plan_.channels;
   identity_.delivery = plan_.delivery;
   identity_.concurrency = plan_.concurrency;
+  if (const auto born = process().agenda().meaning(identity_.id.to_string(), random_.state())) {
+    process().agenda().becomes(process().parties() | process().outbox(), *born);
+  }
   desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
   closing_ = false;
   closed_ = false;

@@ -22,7 +22,9 @@ void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   one.reads = plan.reads;
   one.timer = plan.timer;
   one.lane = plan.lane;
-  one.cause = order_ != nullptr ? order_->cause() : 0;
+  one.cause = plan.means ? *plan.means : order_ != nullptr ? order_->cause() : 0;
+  one.life = plan.life;
+  one.planned_in = plan.life != nullptr ? *plan.life : 0;
   one.act = std::move(act);
   waiting_.push_back(std::move(one));
   if (order_ == nullptr) {
@@ -37,6 +39,10 @@ bool Agenda::step() {
   if (order_ == nullptr) {
     std::ranges::pop_heap(waiting_, later);
   } else {
+    // Who tries all orders need not try when nothing happens.
+    std::erase_if(waiting_, [](const Happening& one) {
+      return one.life != nullptr && *one.life != one.planned_in;
+    });
     const auto chosen = order_->choose(waiting_, now_);
     if (!chosen) {
       return false;

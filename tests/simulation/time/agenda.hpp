@@ -8,9 +8,13 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace millrace::tests::simulation {
 
@@ -24,6 +28,9 @@ using Time = std::chrono::nanoseconds;
 /// only, and those it says it touches, and reads those and `reads`.
 using Party = std::uint8_t;
 
+/// What something comes to, as a number: equal only if it is equal.
+using Meaning = std::uint64_t;
+
 struct Happening {
   Time at{};
   /// Orders what happens at the same time, and counts what was ever planned.
@@ -35,8 +42,11 @@ struct Happening {
   bool timer = false;
   /// What a lane carries arrives in its order; 0 = no lane.
   std::uint32_t lane = 0;
-  /// Of what brought it about; equal only if that was equal.
-  std::uint64_t cause = 0;
+  /// Of what brought it about, or what it means; equal only if that was equal.
+  Meaning cause = 0;
+  /// The life of the process it was planned in, which may be over.
+  const std::uint64_t* life = nullptr;
+  std::uint64_t planned_in = 0;
   std::function<void()> act;
 };
 
@@ -45,6 +55,9 @@ struct Plan {
   std::uint64_t reads = 0;
   bool timer = false;
   std::uint32_t lane = 0;
+  /// Nothing else of what brought it about matters.
+  std::optional<Meaning> means{};
+  const std::uint64_t* life = nullptr;
 };
 
 /// Which of the things that may happen next does. The default takes them in their time.
@@ -57,8 +70,10 @@ class Order {
   virtual void happens(const Happening& /*happening*/) {}
   /// What happens now changes these parties too.
   virtual void touches(std::uint64_t /*parties*/) {}
+  /// From now on all that matters of these parties is this.
+  virtual void becomes(std::uint64_t /*parties*/, Meaning /*meaning*/) {}
   /// The cause of whatever is planned now.
-  virtual std::uint64_t cause() { return 0; }
+  virtual Meaning cause() { return 0; }
 };
 
 class Agenda {
@@ -74,6 +89,21 @@ class Agenda {
     if (order_ != nullptr) {
       order_->touches(parties);
     }
+  }
+  void becomes(std::uint64_t parties, Meaning meaning) {
+    if (order_ != nullptr) {
+      order_->becomes(parties, meaning);
+    }
+  }
+  /// What these come to, if somebody tries all orders.
+  template <typename... Parts>
+  [[nodiscard]] std::optional<Meaning> meaning(const Parts&... parts) const {
+    if (order_ == nullptr) {
+      return std::nullopt;
+    }
+    std::string text;
+    (fmt::format_to(std::back_inserter(text), "{}|", parts), ...);
+    return std::hash<std::string>{}(text);
   }
   /// Lets one thing happen; false if there is none.
   bool step();

@@ -12,6 +12,9 @@ namespace millrace::tests::simulation {
 
 class Process {
  public:
+  /// The outbox of a party has its bit so much further up.
+  static constexpr unsigned outboxes = 32;
+
   Process(Agenda& agenda, Party party) : agenda_(agenda), party_(party) {}
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
@@ -54,7 +57,7 @@ class Process {
   }
 
   /// Counts the lives.
-  [[nodiscard]] std::uint64_t life() const { return life_; }
+  [[nodiscard]] const std::uint64_t& life() const { return life_; }
   /// Within an event: now, or when it goes on.
   void run(std::uint64_t life, std::function<void()> act) {
     if (!running_ || life != life_) {
@@ -68,9 +71,8 @@ class Process {
   }
 
  private:
-  static constexpr unsigned outboxes = 32;
-
-  void plan(Time delay, const Plan& plan, std::function<void()> act) {
+  void plan(Time delay, Plan plan, std::function<void()> act) {
+    plan.life = &life_;
     agenda_.after(delay, plan, [this, life = life_, act = std::move(act)] { run(life, act); });
   }
 

@@ -56,6 +56,8 @@ class Random {
   auto& pick(Container& items) {
     return items[below(items.size())];
   }
+  /// How far it is.
+  [[nodiscard]] std::uint64_t state() const { return state_; }
   /// A source of its own, so that one part's draws do not shift another's.
   Random fork() {
     Random random(next());
