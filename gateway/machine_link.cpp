@@ -1,5 +1,6 @@
 #include "gateway/machine_link.hpp"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <random>
@@ -7,12 +8,14 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
 #include "cnc/ads/client.hpp"
+#include "cnc/variables/request_states.hpp"
 #include "cnc/variables/service_interface.hpp"
 #include "cnc/variables/survey.hpp"
 #include "gateway/back_off.hpp"
@@ -69,6 +72,16 @@ Picture picture_of(Look look, std::vector<cnc::variables::ServiceValue> values) 
   return picture;
 }
 
+Picture picture_of(std::uint32_t request_state) {
+  Picture picture;
+  picture.look = Look::state;
+  picture.request_state = request_state;
+  return picture;
+}
+
+/// In one request: a controller does the items of a sum one after the other, and others wait.
+constexpr std::size_t most_together = 64;
+
 std::string list_of(const Channels& channels) {
   std::string words = channels.size() == 1 ? "channel" : "channels";
   for (const std::uint16_t channel : channels) {
@@ -88,6 +101,7 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
         events(the_events),
         log(std::move(the_log)),
         client(executor, client_options(settings)),
+        states(client),
         timer(executor),
         back_off(std::random_device{}()) {}
 
@@ -150,6 +164,7 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     for (const std::uint16_t channel : *channels) {
       service(channel).forget();
     }
+    states.forget();
     complaint.clear();
     back_off.reset();
     log->info("{}: link up, {}", settings.to_string(), list_of(*channels));
@@ -192,16 +207,52 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     if (self->stopped) {
       co_return;
     }
-    const fabric::ChannelKey key{self->settings.name, channel};
     if (values) {
-      self->events.on_read(key, picture_of(look, std::move(*values)));
-    } else if (link_gone(values.error())) {
-      self->events.on_read_failed(key, "");
+      self->events.on_read({self->settings.name, channel}, picture_of(look, std::move(*values)));
     } else {
-      self->events.on_read_failed(key,
-                                  fmt::format("the controller does not let us read the Service "
-                                              "Interface of channel {}: {}",
-                                              channel, cnc::ads::describe(values.error())));
+      self->read_failed(channel, values.error());
+    }
+  }
+
+  void read_failed(std::uint16_t channel, ErrorCode code) {
+    events.on_read_failed({settings.name, channel},
+                          link_gone(code)
+                              ? std::string()
+                              : fmt::format("the controller does not let us read the Service "
+                                            "Interface of channel {}: {}",
+                                            channel, cnc::ads::describe(code)));
+  }
+
+  /// Channels of one period are due together: one request for all of them.
+  void look_soon(std::uint16_t channel) {
+    looking.push_back(channel);
+    if (looking.size() == 1) {
+      asio::post(executor, [self = shared_from_this()] { self->look_together(); });
+    }
+  }
+
+  void look_together() {
+    const Channels due = std::exchange(looking, {});
+    if (due.size() == 1) {
+      asio::co_spawn(executor, read(shared_from_this(), due.front(), Look::state), asio::detached);
+      return;
+    }
+    for (std::size_t i = 0; i < due.size(); i += most_together) {
+      const auto end = std::min(i + most_together, due.size());
+      Channels some(due.begin() + static_cast<std::ptrdiff_t>(i),
+                    due.begin() + static_cast<std::ptrdiff_t>(end));
+      asio::co_spawn(executor, read_states(shared_from_this(), std::move(some)), asio::detached);
+    }
+  }
+
+  static asio::awaitable<void> read_states(std::shared_ptr<Impl> self, Channels channels) {
+    const auto found = co_await self->states.read(channels);
+    for (std::size_t i = 0; i < channels.size() && !self->stopped; ++i) {
+      if (found[i]) {
+        self->events.on_read({self->settings.name, channels[i]}, picture_of(*found[i]));
+      } else {
+        self->read_failed(channels[i], found[i].error());
+      }
     }
   }
 
@@ -227,6 +278,9 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
   LinkEvents& events;
   idl::program::Log log;
   cnc::ads::Client client;
+  cnc::variables::RequestStates states;
+  /// Whose REQUEST_STATE is looked at when this turn of the loop is over.
+  Channels looking;
   std::map<std::uint16_t, cnc::variables::ServiceInterface> services;
   asio::steady_timer timer;
   BackOff back_off;
@@ -254,7 +308,11 @@ void MachineLink::start() {
 }
 
 void MachineLink::read(std::uint16_t channel, Look look) {
-  asio::co_spawn(impl_->executor, Impl::read(impl_, channel, look), asio::detached);
+  if (look == Look::state) {
+    impl_->look_soon(channel);
+  } else {
+    asio::co_spawn(impl_->executor, Impl::read(impl_, channel, look), asio::detached);
+  }
 }
 
 void MachineLink::write(std::uint16_t channel, Variable variable, const Value& value) {

@@ -23,7 +23,7 @@
 namespace millrace::gateway {
 
 /// How often a channel is looked at. The defaults cost a controller 100 short reads a second for
-/// each idle channel.
+/// each idle channel, and 100 requests a second for all of them if it knows sums.
 struct Pace {
   /// Within `active_for` of an answer, when a program's next request is likely.
   std::chrono::milliseconds active{2};

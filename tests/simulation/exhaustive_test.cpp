@@ -38,9 +38,14 @@ std::size_t most_runs() {
   return runs != nullptr ? std::strtoull(runs, nullptr, 10) : 3'000;
 }
 
+unsigned wanted(const char* name) {
+  const char* number = std::getenv(name);
+  return number != nullptr ? static_cast<unsigned>(std::atoi(number)) : 0;
+}
+
 Bounds within(std::size_t runs) {
-  const char* early = std::getenv("MILLRACE_EARLY_TIMERS");
-  return {.early_timers = early != nullptr ? static_cast<unsigned>(std::atoi(early)) : 0,
+  return {.early_timers = wanted("MILLRACE_EARLY_TIMERS"),
+          .together = std::chrono::microseconds(wanted("MILLRACE_TIMERS_TOGETHER_US")),
           .most_runs = runs};
 }
 

@@ -27,7 +27,7 @@ struct Bounds {
   /// So often a timer fires although something else could still happen before it.
   unsigned early_timers = 1;
   /// Timers this close to the first one count as due together.
-  Time together = 500us;
+  Time together{};
   /// Gives up after so many runs.
   std::size_t most_runs = 1'000'000;
 };

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "cnc/ads/server.hpp"
+#include "cnc/ads/sum_commands.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 #include "gateway/back_off.hpp"
@@ -86,8 +87,9 @@ class MachineLinkTest : public testing::Test, public LinkEvents {
     server.reset();
     cnc::ads::ServerOptions options;
     options.tcp_port = port;
-    server = std::make_unique<cnc::ads::Server>(io.get_executor(), device, options,
-                                                idl::program::no_log());
+    server = std::make_unique<cnc::ads::Server>(
+        io.get_executor(), with_sums ? static_cast<cnc::ads::Device&>(sums) : device, options,
+        idl::program::no_log());
     port = server->tcp_port();
   }
 
@@ -103,6 +105,8 @@ class MachineLinkTest : public testing::Test, public LinkEvents {
 
   boost::asio::io_context io;
   TwoChannels device;
+  cnc::ads::SumCommands sums{device};
+  bool with_sums = true;
   std::uint16_t port = 0;
   std::vector<std::uint16_t> named_channels;
   std::unique_ptr<cnc::ads::Server> server;
@@ -136,6 +140,43 @@ TEST_F(MachineLinkTest, ReadsWhatALookTakesIn) {
   sut->read(2, Look::all);
   ASSERT_TRUE(run([&] { return !pictures.empty(); }));
   EXPECT_EQ(pictures.front(), (Picture{Look::all, "x", "x", 2, 2, "x"}));
+}
+
+TEST_F(MachineLinkTest, LooksAtAllChannelsThatAreDueInOneRequest) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  const auto before = sut->load().requests;
+  sut->read(1, Look::state);
+  sut->read(2, Look::state);
+  ASSERT_TRUE(run([&] { return pictures.size() == 2; }));
+  EXPECT_EQ(sut->load().requests, before + 1);
+}
+
+TEST_F(MachineLinkTest, LooksAtEachChannelByItselfWhereTheControllerKnowsNoSums) {
+  with_sums = false;
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  for (int times = 0; times < 2; ++times) {
+    sut->read(1, Look::state);
+    sut->read(2, Look::state);
+    ASSERT_TRUE(run([&] { return pictures.size() == 2; }));
+    pictures.clear();
+  }
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST_F(MachineLinkTest, SaysOfWhichChannelALookFailedAndGoesOnWithTheOthers) {
+  serve();
+  named_channels = {1, 2, 3};
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  for (const std::uint16_t channel : named_channels) {
+    sut->read(channel, Look::state);
+  }
+  ASSERT_TRUE(run([&] { return pictures.size() == 2 && failures.size() == 1; }));
+  EXPECT_THAT(failures.front(), HasSubstr("Interface of channel 3: "));
 }
 
 TEST_F(MachineLinkTest, TellsAWriteThatWasMadeFromOneThatWasRefused) {
