@@ -8,11 +8,17 @@ namespace millrace::gateway {
 namespace {
 
 using enum Variable;
+// They are read in this order, one after the other. A program writes its texts before its state,
+// and its REQUEST_STATE may clear RESPONSE_STATE:
+// - REQUEST_STATE before the texts: if both are those of a request, it stood when the state was
+// read;
+//   the texts of a request that was given up stay there until the next one's are written;
+// - RESPONSE_STATE before REQUEST_STATE: if both are 0, no new request has cleared the first.
 constexpr std::array state_only{request_state};
 constexpr std::array texts_only{uuid, request};
-constexpr std::array both_states{request_state, response_state};
-constexpr std::array whole_request{uuid, request, request_state, response_state};
-constexpr std::array everything{uuid, request, request_state, response_state, response};
+constexpr std::array both_states{response_state, request_state};
+constexpr std::array whole_request{response_state, request_state, uuid, request};
+constexpr std::array everything{response_state, request_state, uuid, request, response};
 
 }  // namespace
 

@@ -20,7 +20,8 @@ using Variable = cnc::variables::ServiceVariable;
 /// Texts are bytes in the controller's code page, without the NUL.
 using Value = cnc::variables::ServiceValue;
 
-/// Which variables one look takes in; they are read together, in no particular order.
+/// Which variables one look takes in. They are read one after the other, in an order that matters
+/// (picture.cpp); that a controller reads the items of a sum in theirs is inferred.
 enum class Look : std::uint8_t {
   /// REQUEST_STATE: is there a request?
   state,

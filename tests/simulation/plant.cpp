@@ -106,7 +106,6 @@ void Plant::build_controllers() {
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());
-    cables_.back()->shuffled = random_.chance(30);
     controllers_.push_back(std::move(controller));
   }
 }

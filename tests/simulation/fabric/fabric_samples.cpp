@@ -55,7 +55,10 @@ void Fabric::lay_out(const End& end, const fabric::CallId& call, std::uint32_t w
 }
 
 void Fabric::send_requests(const PairPointer& pair, bool again) {
-  if (!std::exchange(pair->requests_due, true)) {
+  const auto& writers = ends_[pair->gateway]->requests;
+  const auto writer = writers.find(ends_[pair->instance]->identity.uuid);
+  const bool news = writer != writers.end() && writer->second.last > pair->requests;
+  if (news && !std::exchange(pair->requests_due, true)) {
     fetch(pair->instance, pair->gateway, delay(again), [this, pair] {
       pair->requests_due = false;
       arrive_requests(pair);
@@ -64,7 +67,8 @@ void Fabric::send_requests(const PairPointer& pair, bool again) {
 }
 
 void Fabric::send_replies(const PairPointer& pair, bool again) {
-  if (!std::exchange(pair->replies_due, true)) {
+  const bool news = ends_[pair->instance]->replies.last > pair->replies;
+  if (news && !std::exchange(pair->replies_due, true)) {
     fetch(pair->gateway, pair->instance, delay(again), [this, pair] {
       pair->replies_due = false;
       arrive_replies(pair);

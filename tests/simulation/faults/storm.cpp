@@ -68,7 +68,7 @@ void Storm::end() {
   over_ = true;
   plant_.history().note("storm", "is over");
   for (auto& cable : plant_.cables()) {
-    *cable = Cable{.shuffled = cable->shuffled};
+    *cable = Cable{};
   }
   for (auto& gateway : plant_.gateways()) {
     gateway->disk().full = false;

@@ -229,11 +229,6 @@ void AdsLink::read(std::uint16_t channel, gateway::Look look) {
   request->picture.look = look;
   const auto variables = gateway::variables_of(look);
   request->variables.assign(variables.begin(), variables.end());
-  if (cable_.shuffled) {
-    for (std::size_t i = request->variables.size(); i > 1; --i) {
-      std::swap(request->variables[i - 1], request->variables[random_.below(i)]);
-    }
-  }
   send(request);
 }
 

@@ -28,8 +28,6 @@ struct Cable {
   /// In a hundred requests: refused by the controller, or lost by it.
   unsigned refused = 0;
   unsigned lost = 0;
-  /// In any order, one after the other, for the variables of one look.
-  bool shuffled = false;
 };
 
 /// A write, and what it is about.

@@ -1,5 +1,6 @@
 #include "gateway/picture.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <gtest/gtest.h>
@@ -44,6 +45,26 @@ TEST(Judge, KnowsACallByItsInterimStateWhereTheKernelClearedTheRequest) {
 TEST(Judge, SeesThatSomebodyElseAnswered) {
   EXPECT_EQ(judge(whole("uuid", "text", 0, 1), request, none), Standing::answered);
   EXPECT_EQ(judge(whole("uuid", "text", 0, 1), request, interim_5), Standing::answered);
+}
+
+// The texts of a request that was given up are still there when the next one's state is written.
+// Found by the simulation.
+TEST(Looking, ReadsTheStateOfARequestBeforeItsTexts) {
+  for (const Look look : {Look::request, Look::all}) {
+    const auto order = variables_of(look);
+    const auto state = std::ranges::find(order, Variable::request_state);
+    EXPECT_LT(state, std::ranges::find(order, Variable::uuid));
+    EXPECT_LT(state, std::ranges::find(order, Variable::request));
+  }
+}
+
+// A new REQUEST_STATE may clear RESPONSE_STATE.
+TEST(Looking, ReadsTheStateOfTheResponseBeforeThatOfTheRequest) {
+  for (const Look look : {Look::states, Look::request, Look::all}) {
+    const auto order = variables_of(look);
+    EXPECT_LT(std::ranges::find(order, Variable::response_state),
+              std::ranges::find(order, Variable::request_state));
+  }
 }
 
 }  // namespace
