@@ -17,6 +17,9 @@ constexpr std::chrono::milliseconds listen_time{300};
 /// Whose timer comes later than this is on a busy host, where discovery is late too: it listens on.
 constexpr std::chrono::milliseconds most_late{50};
 
+/// But not for ever: a host may always be busy.
+constexpr std::chrono::seconds longest_listen{3};
+
 /// May the call have been given to an instance? One that waited may have been given out since, by a
 /// gateway that is not heard and not gone. One that ends says of which calls that is not so.
 bool under_way(const fabric::ChannelStatus& status) {
@@ -26,6 +29,9 @@ bool under_way(const fabric::ChannelStatus& status) {
 }  // namespace
 
 void Machines::Impl::listen(MachineState& one) {
+  if (!one.listens) {
+    one.listens_since = hands.now().steady;
+  }
   one.listens = true;
   one.report.on_down("listening whether another gateway serves this machine", hands.now());
   publish(one);
@@ -40,7 +46,7 @@ void Machines::Impl::listen(MachineState& one) {
     if (found == self->machines.end() || found->second.listening != listening) {
       return;
     }
-    if (now.steady - due > most_late) {
+    if (now.steady - due > most_late && now.steady - found->second.listens_since < longest_listen) {
       self->listen(found->second);
     } else {
       self->listened(found->second);

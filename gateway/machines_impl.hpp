@@ -19,6 +19,7 @@ struct MachineState {
   /// Counts how often it began to listen for other gateways.
   unsigned listening = 0;
   bool listens = false;
+  SteadyTime listens_since{};
   /// It may have served already; then its claim is not moved behind those of others.
   bool has_served = false;
   std::unique_ptr<Link> link{};

@@ -8,12 +8,10 @@ namespace millrace::gateway {
 namespace {
 
 using enum Variable;
-// They are read in this order, one after the other. A program writes its texts before its state,
-// and its REQUEST_STATE may clear RESPONSE_STATE:
-// - REQUEST_STATE before the texts: if both are those of a request, it stood when the state was
-// read;
-//   the texts of a request that was given up stay there until the next one's are written;
-// - RESPONSE_STATE before REQUEST_STATE: if both are 0, no new request has cleared the first.
+// They are read in this order. A program writes its texts before its state, and the texts of a
+// request that it gave up stay until the next one's are written: if a state that is not 0 is read
+// before texts that are a request's, that request stood when the state was read. And REQUEST_STATE
+// may clear RESPONSE_STATE: if both are 0 in this order, no new request has cleared the first.
 constexpr std::array state_only{request_state};
 constexpr std::array texts_only{uuid, request};
 constexpr std::array both_states{response_state, request_state};

@@ -74,21 +74,19 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   gateway_.plug(controller_, cable_);
 }
 
-/// Whom the mishap changes at once; others learn of it by a message or its absence.
+/// Whom the mishap changes at once, but for a process that is killed; all others learn of it by a
+/// message or its absence.
 std::uint64_t SmallPlant::struck() const {
   switch (plan_.mishap) {
     case Mishap::none:
-      return 0;
     case Mishap::gateway_killed:
     case Mishap::gateway_power_cut:
-      // Its connection ends, and what instances still had to fetch is gone.
-      return bit(controller_party) | bit(first_party) | bit(second_party);
     case Mishap::instance_killed:
-      return bit(gateway_party);
+      return 0;
     case Mishap::instance_drained:
       return bit(first_party);
     case Mishap::link_cut:
-      return bit(gateway_party) | bit(controller_party);
+      return bit(gateway_party);
     case Mishap::program_reset:
       return bit(controller_party);
   }

@@ -145,10 +145,13 @@ void Fabric::within(const PairPointer& pair, Time delay, std::function<void()> a
 }
 
 void Fabric::fetch(EndNumber reader, EndNumber writer, Time delay, std::function<void()> act) {
+  const Process& to = *ends_[reader]->process;
+  const Process& from = *ends_[writer]->process;
   agenda_.after(delay,
-                {.parties = ends_[reader]->process->parties(),
-                 .reads = ends_[writer]->process->outbox(),
-                 .means = agenda_.meaning("fetch", reader, writer)},
+                {.parties = to.parties(),
+                 .reads = from.outbox(),
+                 .means = agenda_.meaning("fetch", reader, writer),
+                 .lives = {.first = &to.life(), .second = &from.life()}},
                 std::move(act));
 }
 

@@ -117,7 +117,7 @@ void Fabric::look_around(EndNumber number) {
   }
   end.discovery_due = true;
   agenda_.after(random_.between(Time{}, 500us),
-                {.parties = end.process->parties(), .life = &end.process->life()},
+                {.parties = end.process->parties(), .lives = {.first = &end.process->life()}},
                 [this, number, &end] {
                   end.process->run(end.life, [this, number] { take_changes(number); });
                 });

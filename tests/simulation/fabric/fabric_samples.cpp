@@ -103,12 +103,13 @@ void Fabric::arrive_requests(const PairPointer& pair) {
   }
   pair->requests = writer->second.last;
   if (news && !std::exchange(instance.drain_due, true)) {
-    agenda_.after(random_.between(Time{}, 300us),
-                  {.parties = instance.process->parties(), .life = &instance.process->life()},
-                  [this, number = pair->instance] {
-                    End& end = *ends_[number];
-                    end.process->run(end.life, [this, number] { take_requests(number); });
-                  });
+    agenda_.after(
+        random_.between(Time{}, 300us),
+        {.parties = instance.process->parties(), .lives = {.first = &instance.process->life()}},
+        [this, number = pair->instance] {
+          End& end = *ends_[number];
+          end.process->run(end.life, [this, number] { take_requests(number); });
+        });
   }
 }
 
@@ -141,12 +142,13 @@ void Fabric::arrive_replies(const PairPointer& pair) {
   }
   pair->replies = instance.replies.last;
   if (news) {
-    agenda_.after(random_.between(Time{}, 300us),
-                  {.parties = gateway.process->parties(), .life = &gateway.process->life()},
-                  [this, number = pair->gateway] {
-                    End& end = *ends_[number];
-                    end.process->run(end.life, [this, number] { take_replies(number); });
-                  });
+    agenda_.after(
+        random_.between(Time{}, 300us),
+        {.parties = gateway.process->parties(), .lives = {.first = &gateway.process->life()}},
+        [this, number = pair->gateway] {
+          End& end = *ends_[number];
+          end.process->run(end.life, [this, number] { take_replies(number); });
+        });
   }
 }
 

@@ -88,6 +88,7 @@ void AdsLink::abandon() {
 void AdsLink::leave_to_controller() {
   Time at = process_.agenda().now();
   for (const RequestPointer& request : std::exchange(queued_, {})) {
+    process_.agenda().touches(controller_.parties());
     if (random_.chance(50)) {
       request->dropped = true;
       continue;
@@ -248,7 +249,7 @@ void AdsLink::later(Time delay, void (AdsLink::*act)(const RequestPointer&),
   process_.agenda().after(delay,
                           {.parties = process_.parties(),
                            .means = meaning(*request, "answer"),
-                           .life = &process_.life()},
+                           .lives = {.first = &process_.life()}},
                           [self = weak_from_this(), act, request, life = process_.life()] {
                             if (const auto link = self.lock()) {
                               link->process_.run(

@@ -23,8 +23,9 @@ void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   one.timer = plan.timer;
   one.lane = plan.lane;
   one.cause = plan.means ? *plan.means : order_ != nullptr ? order_->cause() : 0;
-  one.life = plan.life;
-  one.planned_in = plan.life != nullptr ? *plan.life : 0;
+  one.lives = plan.lives;
+  one.lives.first_planned_in = plan.lives.first != nullptr ? *plan.lives.first : 0;
+  one.lives.second_planned_in = plan.lives.second != nullptr ? *plan.lives.second : 0;
   one.act = std::move(act);
   waiting_.push_back(std::move(one));
   if (order_ == nullptr) {
@@ -40,9 +41,7 @@ bool Agenda::step() {
     std::ranges::pop_heap(waiting_, later);
   } else {
     // Who tries all orders need not try when nothing happens.
-    std::erase_if(waiting_, [](const Happening& one) {
-      return one.life != nullptr && *one.life != one.planned_in;
-    });
+    std::erase_if(waiting_, [](const Happening& one) { return one.lives.over(); });
     const auto chosen = order_->choose(waiting_, now_);
     if (!chosen) {
       return false;

@@ -31,6 +31,19 @@ using Party = std::uint8_t;
 /// What something comes to, as a number: equal only if it is equal.
 using Meaning = std::uint64_t;
 
+/// Of one process or two: nothing happens once one of them is over.
+struct Lives {
+  const std::uint64_t* first = nullptr;
+  const std::uint64_t* second = nullptr;
+  std::uint64_t first_planned_in = 0;
+  std::uint64_t second_planned_in = 0;
+
+  [[nodiscard]] bool over() const {
+    return (first != nullptr && *first != first_planned_in) ||
+           (second != nullptr && *second != second_planned_in);
+  }
+};
+
 struct Happening {
   Time at{};
   /// Orders what happens at the same time, and counts what was ever planned.
@@ -44,9 +57,8 @@ struct Happening {
   std::uint32_t lane = 0;
   /// Of what brought it about, or what it means; equal only if that was equal.
   Meaning cause = 0;
-  /// The life of the process it was planned in, which may be over.
-  const std::uint64_t* life = nullptr;
-  std::uint64_t planned_in = 0;
+  /// The lives of the processes it was planned in, which may be over.
+  Lives lives{};
   std::function<void()> act;
 };
 
@@ -57,7 +69,7 @@ struct Plan {
   std::uint32_t lane = 0;
   /// Nothing else of what brought it about matters.
   std::optional<Meaning> means{};
-  const std::uint64_t* life = nullptr;
+  Lives lives{};
 };
 
 /// Which of the things that may happen next does. The default takes them in their time.

@@ -72,7 +72,7 @@ class Process {
 
  private:
   void plan(Time delay, Plan plan, std::function<void()> act) {
-    plan.life = &life_;
+    plan.lives.first = &life_;
     agenda_.after(delay, plan, [this, life = life_, act = std::move(act)] { run(life, act); });
   }
 

@@ -125,6 +125,14 @@ TEST_F(MachinesTest, ListensOnWhereItsTimersAreLate) {
   EXPECT_THAT(served, ElementsAre(1, 2));
 }
 
+TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
+  for (int times = 0; times < 20 && link == nullptr; ++times) {
+    moment.steady += 400ms;
+    time_passes();
+  }
+  EXPECT_NE(link, nullptr);
+}
+
 TEST_F(MachinesTest, DoesNotConnectToAMachineThatAnotherOneServes) {
   sut.on_machine(claim(1s));
   time_passes();
