@@ -84,7 +84,7 @@ std::uint64_t SmallPlant::struck() const {
     case Mishap::instance_killed:
       return 0;
     case Mishap::instance_drained:
-      return bit(first_party);
+      return bit(second_party);
     case Mishap::link_cut:
       return bit(gateway_party);
     case Mishap::program_reset:
@@ -106,13 +106,13 @@ void SmallPlant::strike() {
       restart([this] { gateway_.start(); });
       break;
     case Mishap::instance_killed:
-      first_.kill();
-      agenda_.becomes(bit(first_party) | bit(first_party) << Process::outboxes, 0);
-      restart([this] { first_.start(); });
+      second_.kill();
+      agenda_.becomes(bit(second_party) | bit(second_party) << Process::outboxes, 0);
+      restart([this] { second_.start(); });
       break;
     case Mishap::instance_drained:
-      first_.drain();
-      restart([this] { first_.start(); });
+      second_.drain();
+      restart([this] { second_.start(); });
       break;
     case Mishap::link_cut:
       gateway_.cut_links("m0", "connection reset");

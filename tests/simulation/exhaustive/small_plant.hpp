@@ -57,6 +57,7 @@ class SmallPlant {
   Controller controller_;
   GatewayProcess gateway_;
   ServiceProcess first_;
+  /// Gets the call, so this is the one that is struck.
   ServiceProcess second_;
   bool struck_ = false;
 };
