@@ -108,6 +108,9 @@ class Core {
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
+  /// Of the records that reserve numbers; a session counts its own from 1.
+  static constexpr std::uint64_t numbers_ticket = ~std::uint64_t{0};
+
   ChannelSession* find(const fabric::ChannelKey& key);
   ChannelSession& open(const fabric::ChannelKey& key);
   /// Nothing if the channel has no session any more.

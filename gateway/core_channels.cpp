@@ -1,0 +1,137 @@
+// Which channels have a session: they come with the links, and leave when the configuration names
+// them no more or another gateway serves them.
+#include <utility>
+
+#include "gateway/core.hpp"
+
+namespace millrace::gateway {
+
+ChannelSession& Core::open(const fabric::ChannelKey& key) {
+  return sessions_.try_emplace(key, key, pace_of(key.machine)).first->second;
+}
+
+Pace Core::pace_of(const std::string& machine) const {
+  const auto pace = options_.paces.find(machine);
+  return pace == options_.paces.end() ? Pace{} : pace->second;
+}
+
+ChannelActions Core::on_link_up(const std::string& machine,
+                                const std::vector<std::uint16_t>& channels, Moment now) {
+  for (const std::uint16_t channel : channels) {
+    reserve_numbers({machine, channel});
+    ChannelSession& session = open({machine, channel});
+    if (session.retired()) {
+      leaving_.erase(session.key());
+      run(session, session.keep(now), now);
+    }
+    if (!session.link_up()) {
+      run(session, session.on_link_up(now), now);
+    }
+  }
+  for (const fabric::ChannelKey& key : leaving_) {
+    ChannelSession& session = sessions_.at(key);
+    if (key.machine == machine && !session.link_up()) {
+      run(session, session.on_link_up(now), now);
+    }
+  }
+  return finish();
+}
+
+ChannelActions Core::on_link_down(const std::string& machine, const std::string& reason,
+                                  Moment now) {
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      run(session, session.on_link_down(reason, now), now);
+    }
+  }
+  return finish();
+}
+
+ChannelActions Core::on_link_dropped(const std::string& machine, const std::string& reason,
+                                     Moment now) {
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      // Another gateway may serve the channel by now.
+      leftovers_.take(key);
+      run(session, session.on_link_dropped(reason, now), now);
+    }
+  }
+  return finish();
+}
+
+ChannelActions Core::retire(const fabric::ChannelKey& key, Moment now) {
+  if (ChannelSession* session = find(key)) {
+    leaving_.insert(key);
+    run(*session, session->retire(now), now);
+  }
+  return finish();
+}
+
+ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
+  if (ChannelSession* session = find(key)) {
+    leaving_.insert(key);
+    // Taken back now, it would take the other's request of the same channel with it.
+    leftovers_.take(key);
+    if (session->may_be_given()) {
+      // The other may never take it up before we serve the channel again.
+      const Call* call = session->call();
+      inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one",
+                    call->id});
+    }
+    run(*session, session->release(reason, now), now);
+  }
+  return finish();
+}
+
+void Core::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
+  const std::string uuid = fabric::canonical_uuid(inheritance.uuid);
+  inherited_[key].insert_or_assign(uuid, std::move(inheritance));
+}
+
+std::vector<std::uint16_t> Core::channels_of(const std::string& machine) const {
+  std::vector<std::uint16_t> channels;
+  for (const auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      channels.push_back(key.channel);
+    }
+  }
+  return channels;
+}
+
+ChannelActions Core::change(std::map<std::string, Pace> paces, Policies policies, Moment now) {
+  options_.paces = std::move(paces);
+  options_.policies = std::move(policies);
+  for (auto& [key, session] : sessions_) {
+    session.set_pace(pace_of(key.machine));
+  }
+  reconsider(now);
+  return finish();
+}
+
+ChannelActions Core::take_back(Moment now) {
+  for (auto& [key, session] : sessions_) {
+    run(session, session.let_go(now), now);
+  }
+  for (auto& [key, uuid] : leftovers_.take_all()) {
+    out_.push_back({key, Withdraw{std::move(uuid)}});
+  }
+  return finish();
+}
+
+ChannelActions Core::finish() {
+  for (auto it = leaving_.begin(); it != leaving_.end();) {
+    if (sessions_.at(*it).is_over()) {
+      if (auto old = leftovers_.take(*it)) {
+        out_.push_back({*it, Withdraw{std::move(*old)}});
+      }
+      out_.push_back({*it, Hide{}});
+      sessions_.erase(*it);
+      it = leaving_.erase(it);
+    } else {
+      ++it;
+    }
+  }
+  return std::exchange(out_, {});
+}
+
+}  // namespace millrace::gateway

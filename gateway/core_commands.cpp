@@ -1,0 +1,43 @@
+// What an operator wants of a channel's call.
+#include "gateway/core.hpp"
+
+namespace millrace::gateway {
+
+ChannelActions Core::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
+                               const Settlement& settlement, Verdict& verdict, Moment now) {
+  if (ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->settle(settlement, now), now);
+    verdict = {true, "the answer is on its way to the program"};
+  }
+  return finish();
+}
+
+ChannelActions Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
+                              const std::string& by, Verdict& verdict, Moment now) {
+  if (ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->retry(by, now), now);
+    carry_out(dispatcher_.add(*session->call()), now);
+    verdict = {true, session->status().reason};
+  }
+  return finish();
+}
+
+ChannelSession* Core::find_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                   Verdict& verdict) {
+  ChannelSession* session = find(key);
+  if (session == nullptr || session->call() == nullptr) {
+    verdict = {false, "no call is pending on this channel"};
+    return nullptr;
+  }
+  if (session->call()->id != call) {
+    verdict = {false, "another call is pending by now: " + session->call()->id.to_string()};
+    return nullptr;
+  }
+  if (session->call()->answer) {
+    verdict = {false, "the call's answer is being written"};
+    return nullptr;
+  }
+  return session;
+}
+
+}  // namespace millrace::gateway

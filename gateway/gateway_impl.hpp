@@ -1,0 +1,126 @@
+// What Gateway keeps to itself: events of machines, fabric and operators go into the core, and what
+// the core decides is carried out.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/call_end.hpp"
+#include "fabric/command_end.hpp"
+#include "fabric/gateway_watch.hpp"
+#include "fabric/participant.hpp"
+#include "gateway/core.hpp"
+#include "gateway/gateway.hpp"
+#include "gateway/journal/journal.hpp"
+#include "gateway/machines.hpp"
+#include "gateway/pulse.hpp"
+
+namespace millrace::gateway {
+
+/// As the log has it.
+spdlog::level::level_enum level_of(Level level);
+
+struct Gateway::Impl final : fabric::CallEndListener,
+                             fabric::CommandListener,
+                             fabric::GatewayWatchListener,
+                             MachinesHands,
+                             MachinesListener {
+  Impl(const boost::asio::any_io_executor& the_executor, Attention& the_attention,
+       Settings the_settings, idl::program::Log the_log);
+
+  void start();
+  void change(const Settings& wanted);
+  void finish(std::function<void()> then);
+  void end();
+
+  /// The only place of the gateway that reads a clock.
+  static Moment clock();
+  void beat();
+  void tell_load();
+  void arm_timer();
+
+  // What the machines need. now() may find that this process stood still.
+  Moment now() override;
+  void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
+  std::unique_ptr<Link> connect(const MachineSettings& machine, LinkEvents& events) override;
+  void say(Level level, const std::string& text) override;
+
+  // What happens on the machines.
+  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
+  void on_link_down(const std::string& machine, const std::string& reason) override;
+  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_retired(const fabric::ChannelKey& key) override;
+  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
+  void on_contested() override;
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override;
+  void on_machine_status(const fabric::MachineStatus& status) override;
+  void on_machine_left(const fabric::MachineStatus& status) override;
+  void on_read(const fabric::ChannelKey& key, const Picture& picture) override;
+  void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                const std::string& reason) override;
+
+  // What other gateways say.
+  void on_machine(const fabric::MachineStatus& status) override;
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
+  void on_channel(const fabric::ChannelStatus& status) override;
+
+  // What happens on the fabric.
+  void on_instance_ready(const fabric::InstanceIdentity& instance) override;
+  void on_instance_changed(const fabric::InstanceIdentity& instance) override;
+  void on_instance_gone(const fabric::InstanceId& instance) override;
+  void on_reply(const fabric::Reply& reply) override;
+  void on_ignored(const std::string& reason) override;
+
+  // What an operator wants. Commands for channels of others are theirs.
+  void on_command(const fabric::Command& command) override;
+  Verdict obey(const fabric::Command& command);
+
+  // What the core decides.
+  void carry_out(const ChannelActions& actions);
+  void carry_out(const fabric::ChannelKey& key, const Read& action);
+  void carry_out(const fabric::ChannelKey& key, const Write& action);
+  void carry_out(const fabric::ChannelKey& key, const WakeAt& action);
+  void carry_out(const fabric::ChannelKey& key, const Record& action);
+  void carry_out(const fabric::ChannelKey& key, const Publish& action);
+  void carry_out(const fabric::ChannelKey& key, const Withdraw& action);
+  void carry_out(const fabric::ChannelKey& key, const Tell& action);
+  void carry_out(const fabric::ChannelKey& key, const Show& action);
+  void carry_out(const fabric::ChannelKey& key, const Hide&);
+  void carry_out(const fabric::ChannelKey& key, const Say& action);
+  // The core keeps these to itself.
+  void carry_out(const fabric::ChannelKey&, const Offer&) {}
+  void carry_out(const fabric::ChannelKey&, const LeaveBe&) {}
+  void carry_out(const fabric::ChannelKey&, const Resume&) {}
+  void carry_out(const fabric::ChannelKey&, const Freed&) {}
+
+  boost::asio::any_io_executor executor;
+  Attention& attention;
+  idl::program::Log log;
+  Settings settings;
+  std::unique_ptr<journal::Journal> journal;
+  Core core;
+  boost::asio::steady_timer timer;
+  std::optional<SteadyTime> armed;
+  boost::asio::steady_timer last_chance;
+  std::function<void()> finished;
+  std::map<fabric::ChannelKey, boost::asio::steady_timer> wakes;
+  Pulse pulse;
+  boost::asio::steady_timer pulse_timer;
+  boost::asio::steady_timer load_timer;
+  GatewayIdentity own;
+  fabric::Participant participant;
+  fabric::CallEnd call_end;
+  fabric::CommandEnd command_end;
+  fabric::GatewayWatch watch;
+  Machines machines;
+};
+
+}  // namespace millrace::gateway
