@@ -50,8 +50,9 @@ Actions ChannelSession::on_link_up(Moment now) {
   }
   if (active_ && active_->since == SteadyTime{}) {
     // The wall clock may have been set since; a call is never older than the gateway's clock.
-    const auto age = std::max(now.wall - active_->call.seen, std::chrono::nanoseconds(0));
-    active_->since = now.steady - age;
+    const std::chrono::nanoseconds age = now.wall - active_->call.seen;
+    active_->since = now.steady - std::max(age, std::chrono::nanoseconds(0));
+    active_->age_known = age >= std::chrono::nanoseconds(0);
   }
   due_ = now.steady;
   whole_due_ = now.steady;
@@ -154,6 +155,7 @@ Actions ChannelSession::claim(fabric::CallId id, const Policy& policy, Moment no
   out_of_patience_ = false;
   active_.emplace();
   active_->since = now.steady;
+  active_->age_known = true;
   active_->call.id = id;
   active_->call.key = key_;
   active_->call.request = *std::exchange(offered_, std::nullopt);

@@ -127,6 +127,8 @@ class ChannelSession {
     std::string reason;
     /// When it was claimed; set at the first link for a resumed call.
     SteadyTime since{};
+    /// False for a resumed call that the wall clock, set back since, calls younger than new.
+    bool age_known = false;
     /// An at-most-once call whose instance is lost.
     std::optional<SteadyTime> lost_since;
     bool lost_told = false;

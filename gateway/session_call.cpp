@@ -8,6 +8,14 @@
 
 namespace millrace::gateway {
 
+namespace {
+
+std::string after(std::chrono::nanoseconds time) {
+  return fmt::format(" after {:.1f} ms", std::chrono::duration<double, std::milli>(time).count());
+}
+
+}  // namespace
+
 Actions ChannelSession::assign(const Assignment& assignment, Moment now) {
   if (!active_ || active_->call.answer) {
     return {};
@@ -104,16 +112,16 @@ void ChannelSession::end(bool answered, const std::string& detail, Moment now) {
                    : out_.emplace_back(Withdraw{call.request.uuid});
   }
   out_.emplace_back(Freed{call.id});
-  const auto took = std::chrono::duration<double, std::milli>(now.wall - call.seen);
+  const std::string took =
+      active_->age_known ? after(std::chrono::nanoseconds(now.steady - active_->since)) : "";
   if (answered) {
     ++status_.answered;
-    say(Level::info,
-        fmt::format("call {} of {} answered with state {} after {:.1f} ms", call.id.to_string(),
-                    printable(call.request.uuid), call.answer->state, took.count()));
+    say(Level::info, fmt::format("call {} of {} answered with state {}{}", call.id.to_string(),
+                                 printable(call.request.uuid), call.answer->state, took));
   } else {
     ++status_.withdrawn;
-    say(Level::info, fmt::format("call {} of {} is over after {:.1f} ms: {}", call.id.to_string(),
-                                 printable(call.request.uuid), took.count(), detail));
+    say(Level::info, fmt::format("call {} of {} is over{}: {}", call.id.to_string(),
+                                 printable(call.request.uuid), took, detail));
   }
   past_ = Past{call.id, answered, answered ? call.answer->instance : fabric::InstanceId{}};
   active_.reset();

@@ -8,6 +8,7 @@ namespace millrace::gateway {
 namespace {
 
 using testing::ElementsAre;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using enum fabric::EventKind;
@@ -28,6 +29,35 @@ TEST_F(ChannelAnswer, IsWrittenAsResponseThenRequestStateThenResponseState) {
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, replied, written));
   EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
+}
+
+// A dispatched call was seen 10 ms ago.
+TEST_F(ChannelAnswer, IsLoggedWithTheTimeItTookHoweverTheWallClockIsSet) {
+  desk.dispatched_call();
+  desk.wait(50ms);
+  desk.now.wall -= 8h;
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.said.back(), EndsWith("answered with state 1 after 60.0 ms"));
+}
+
+TEST_F(ChannelAnswer, OfAResumedCallIsLoggedWithItsAge) {
+  desk.dispatched_call();
+  desk.restart();
+  desk.wait(1s);
+  desk.link_up();
+  desk.wait(0ms);
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.said.back(), EndsWith("answered with state 1 after 1010.0 ms"));
+}
+
+TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATime) {
+  desk.dispatched_call();
+  desk.restart();
+  desk.now.wall -= 8h;
+  desk.link_up();
+  desk.wait(0ms);
+  reply(desk.reply("1.414", 1));
+  EXPECT_THAT(desk.said.back(), EndsWith("answered with state 1"));
 }
 
 TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
