@@ -164,10 +164,10 @@ tl::expected<void, std::string> CallEnd::publish(const Request& request) {
   return writer->second.write(request);
 }
 
-void CallEnd::withdraw(const ChannelKey& key, const std::string& uuid) {
+void CallEnd::withdraw(const RequestKey& key, const std::string& uuid) {
   const auto writer = impl_->requests.find(canonical_uuid(uuid));
   if (writer != impl_->requests.end()) {
-    writer->second.withdraw(Request{.key = key});
+    writer->second.withdraw(Request{.key = key.key, .call = {.epoch = key.epoch}});
   }
 }
 

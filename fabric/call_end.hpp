@@ -2,7 +2,7 @@
 //
 //   CallEnd end(participant, executor, listener);
 //   end.publish(request);                   // to the partition of the request's UUID
-//   end.withdraw(request.key, request.uuid);
+//   end.withdraw(key_of(request), request.uuid);
 #pragma once
 
 #include <memory>
@@ -13,6 +13,7 @@
 
 #include "fabric/messages.hpp"
 #include "fabric/participant.hpp"
+#include "fabric/request_key.hpp"
 
 namespace millrace::fabric {
 
@@ -48,9 +49,10 @@ class CallEnd {
   /// Writes the pending call of a channel; replaces an earlier one of the same key and UUID.
   /// Fails for text over 127 bytes, a machine name over 63, and for a UUID no instance has shown.
   tl::expected<void, std::string> publish(const Request& request);
-  /// Takes the pending call of a channel back: a handler that runs learns of it. Nothing happens if
-  /// there is none. Calls that are not taken back stay with the instances when this end is gone.
-  void withdraw(const ChannelKey& key, const std::string& uuid);
+  /// Takes the pending call of a channel back, as far as it is ours: a handler that runs learns of
+  /// it. Nothing happens if there is none. Calls that are not taken back stay with the instances
+  /// when this end is gone.
+  void withdraw(const RequestKey& key, const std::string& uuid);
   /// For who watches; an error (a text too long, a recorder that does not keep up) costs one
   /// sample.
   tl::expected<void, std::string> publish(const ChannelStatus& status);

@@ -1,5 +1,6 @@
 #include "fabric/reply_end.hpp"
 
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 
@@ -8,11 +9,20 @@
 #include "fabric/identity.hpp"
 #include "fabric/identity_text.hpp"
 #include "fabric/reader.hpp"
+#include "fabric/recent_keys.hpp"
 #include "fabric/turnstile.hpp"
 #include "fabric/waker.hpp"
 #include "fabric/writer.hpp"
 
 namespace millrace::fabric {
+
+namespace {
+
+/// The last answer to so many channels of gateways stays for who finds this end later. Far more
+/// than ever wait; about 1 kB each.
+constexpr std::size_t most_answered = 4096;
+
+}  // namespace
 
 struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   Impl(Participant& own_participant, InstanceIdentity own_identity, ReplyEndListener& own_listener)
@@ -29,6 +39,7 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   void close();
   void drain();
   void tell(const Taken<Request>& taken);
+  tl::expected<void, std::string> answer(const Reply& reply);
 
   Participant& participant;
   const InstanceIdentity identity;
@@ -36,6 +47,8 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   ReplyEndListener* listener;
   const std::string partition;
   Writer<Reply> replies;
+  std::mutex answering;
+  RecentKeys answered{most_answered};
   Writer<InstanceStatus> status;
   // One of them, before the reader that wakes it.
   std::optional<Waker> waker;
@@ -86,12 +99,28 @@ void ReplyEnd::Impl::drain() {
 }
 
 void ReplyEnd::Impl::tell(const Taken<Request>& taken) {
-  if (taken.presence == Presence::withdrawn) {
-    // Its request may be here too, untaken: whoever withdraws overtakes it.
-    listener->on_withdrawn(taken.value.key);
-  } else if (taken.valid && taken.presence == Presence::alive) {
-    listener->on_request(taken.value);
+  switch (taken.presence) {
+    // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
+    case Presence::withdrawn:
+      listener->on_withdrawn(key_of(taken.value));
+      break;
+    case Presence::orphaned:
+      listener->on_orphaned(key_of(taken.value));
+      break;
+    case Presence::alive:
+      if (taken.valid) {
+        listener->on_request(taken.value);
+      }
+      break;
   }
+}
+
+tl::expected<void, std::string> ReplyEnd::Impl::answer(const Reply& reply) {
+  const std::lock_guard lock(answering);
+  if (const auto old = answered.use(key_of(reply))) {
+    replies.let_go({.key = old->key, .instance = identity.id, .call = {.epoch = old->epoch}});
+  }
+  return replies.write(reply);
 }
 
 namespace {
@@ -125,7 +154,7 @@ tl::expected<void, std::string> ReplyEnd::publish(const Reply& reply) {
   if (reply.kind == ReplyKind::final && reply.state == 0) {
     return tl::unexpected(std::string("a final reply of state 0 would not release the program"));
   }
-  return impl_->replies.write(reply);
+  return impl_->answer(reply);
 }
 
 tl::expected<void, std::string> ReplyEnd::publish(const InstanceStatus& status) {

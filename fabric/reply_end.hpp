@@ -12,6 +12,7 @@
 
 #include "fabric/messages.hpp"
 #include "fabric/participant.hpp"
+#include "fabric/request_key.hpp"
 
 namespace millrace::fabric {
 
@@ -21,9 +22,12 @@ class ReplyEndListener {
   virtual ~ReplyEndListener() = default;
   /// A request for this UUID, whoever it is assigned to; repeats are delivered as they come.
   virtual void on_request(const Request& request) = 0;
-  /// The pending call of that channel is answered, or its program does not want it any more. A
-  /// gateway that dies withdraws nothing: it comes back for the answer.
-  virtual void on_withdrawn(const ChannelKey& key) = 0;
+  /// The pending call of that channel and gateway is answered, or its program does not want it any
+  /// more. A gateway that dies withdraws nothing: it comes back for the answer.
+  virtual void on_withdrawn(const RequestKey& key) = 0;
+  /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
+  /// journal, may come back for the answer: then its request is heard once more.
+  virtual void on_orphaned(const RequestKey& key) { static_cast<void>(key); }
 };
 
 /// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an

@@ -58,6 +58,8 @@ struct Publish {
 /// Take the call back on the fabric: its instance learns that nobody waits any more.
 struct Withdraw {
   std::string uuid;
+  /// Of the call: what another gateway asks of the channel stays.
+  std::uint64_t epoch = 0;
   bool operator==(const Withdraw&) const = default;
 };
 

@@ -89,7 +89,7 @@ bool Core::answering() const {
 ChannelActions Core::on_time(Moment now) {
   carry_out(dispatcher_.on_time(now.steady), now);
   for (auto& [key, uuid] : leftovers_.due(now.steady)) {
-    out_.push_back({key, Withdraw{std::move(uuid)}});
+    out_.push_back({key, Withdraw{std::move(uuid), epoch_}});
   }
   return finish();
 }
@@ -118,7 +118,7 @@ void Core::run(ChannelSession& session, Actions actions, Moment now) {
     } else {
       if (const auto* next = std::get_if<Publish>(&action)) {
         if (auto old = leftovers_.replace(session.key(), next->request.uuid)) {
-          out_.push_back({session.key(), Withdraw{std::move(*old)}});
+          out_.push_back({session.key(), Withdraw{std::move(*old), epoch_}});
         }
       }
       const auto* tell = std::get_if<Tell>(&action);

@@ -51,8 +51,6 @@ ChannelActions Core::on_link_dropped(const std::string& machine, const std::stri
                                      Moment now) {
   for (auto& [key, session] : sessions_) {
     if (key.machine == machine) {
-      // Another gateway may serve the channel by now.
-      leftovers_.take(key);
       run(session, session.on_link_dropped(reason, now), now);
     }
   }
@@ -70,8 +68,6 @@ ChannelActions Core::retire(const fabric::ChannelKey& key, Moment now) {
 ChannelActions Core::release(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
   if (ChannelSession* session = find(key)) {
     leaving_.insert(key);
-    // Taken back now, it would take the other's request of the same channel with it.
-    leftovers_.take(key);
     if (session->may_be_given()) {
       // The other may never take it up before we serve the channel again.
       const Call* call = session->call();
@@ -113,7 +109,7 @@ ChannelActions Core::take_back(Moment now) {
     run(session, session.let_go(now), now);
   }
   for (auto& [key, uuid] : leftovers_.take_all()) {
-    out_.push_back({key, Withdraw{std::move(uuid)}});
+    out_.push_back({key, Withdraw{std::move(uuid), epoch_}});
   }
   return finish();
 }
@@ -122,7 +118,7 @@ ChannelActions Core::finish() {
   for (auto it = leaving_.begin(); it != leaving_.end();) {
     if (sessions_.at(*it).is_over()) {
       if (auto old = leftovers_.take(*it)) {
-        out_.push_back({*it, Withdraw{std::move(*old)}});
+        out_.push_back({*it, Withdraw{std::move(*old), epoch_}});
       }
       out_.push_back({*it, Hide{}});
       sessions_.erase(*it);

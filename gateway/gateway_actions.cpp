@@ -65,7 +65,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Publish& acti
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
-  call_end.withdraw(key, action.uuid);
+  call_end.withdraw({key, action.epoch}, action.uuid);
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Tell& action) {

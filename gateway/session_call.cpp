@@ -109,7 +109,7 @@ void ChannelSession::end(bool answered, const std::string& detail, Moment now) {
     const bool nobody_runs_it = answered && call.attempts.size() == 1 &&
                                 call.answer->instance == call.attempts.front().instance;
     nobody_runs_it ? out_.emplace_back(LeaveBe{call.request.uuid})
-                   : out_.emplace_back(Withdraw{call.request.uuid});
+                   : out_.emplace_back(Withdraw{call.request.uuid, call.id.epoch});
   }
   out_.emplace_back(Freed{call.id});
   const std::string took =

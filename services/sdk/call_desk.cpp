@@ -11,6 +11,7 @@ namespace {
 using fabric::CallId;
 using fabric::Reply;
 using fabric::Request;
+using fabric::RequestKey;
 using fabric::ServiceCode;
 using fabric::Time;
 
@@ -71,7 +72,8 @@ std::string check_response(const Response& response) {
 
 Actions CallDesk::on_request(const Request& request, Time now) {
   Actions actions;
-  supersede(request.key, request.call, actions);
+  supersede(request, actions);
+  std::optional<CallId>& current = asked_[key_of(request)].call;
   const bool ours = request.assigned == options_.instance;
   if (const auto answered = answered_.find(request.call); answered != answered_.end()) {
     if (ours) {
@@ -82,7 +84,7 @@ Actions CallDesk::on_request(const Request& request, Time now) {
     if (ours) {
       running->second.request.attempt = request.attempt;
       running->second.wanted = true;
-      current_[request.key] = request.call;
+      current = request.call;
     }
   } else if (const auto waiting = find_waiting(request.call); waiting != waiting_.end()) {
     if (ours) {
@@ -92,17 +94,32 @@ Actions CallDesk::on_request(const Request& request, Time now) {
     }
   } else if (ours) {
     waiting_.push_back({.request = request, .received = now});
-    current_[request.key] = request.call;
+    current = request.call;
     counters_.last_call = now;
   }
   start_waiting(now, actions);
   return actions;
 }
 
-Actions CallDesk::on_withdrawn(const fabric::ChannelKey& key) {
+Actions CallDesk::on_withdrawn(const RequestKey& key) {
   Actions actions;
-  if (const auto current = current_.find(key); current != current_.end()) {
-    give_up(current->second, actions);
+  if (const auto asked = asked_.extract(key); !asked.empty() && asked.mapped().call) {
+    give_up(*asked.mapped().call, actions);
+  }
+  return actions;
+}
+
+Actions CallDesk::on_orphaned(const RequestKey& key) {
+  Actions actions;
+  const auto asked = asked_.find(key);
+  if (asked == asked_.end()) {
+    return actions;
+  }
+  asked->second.orphaned = true;
+  if (!asked->second.call) {
+    asked_.erase(asked);
+  } else if (has_another_gateway(key)) {
+    give_up(*asked->second.call, actions);
   }
   return actions;
 }
@@ -137,7 +154,7 @@ Actions CallDesk::on_result(CallId call, const Result& result, Time now) {
 
   Actions actions;
   if (under.wanted) {
-    current_.erase(under.request.key);
+    forget_call(key_of(under.request));
     actions.emplace_back(Send{std::move(reply)});
   } else {
     actions.emplace_back(Drop{call});
@@ -157,20 +174,51 @@ fabric::InstanceStatus CallDesk::status() const {
   return status;
 }
 
-/// A channel has one call at a time: a new one says that the program has given up the old one.
-void CallDesk::supersede(const fabric::ChannelKey& key, CallId by, Actions& actions) {
-  const auto current = current_.find(key);
-  if (current != current_.end() && current->second != by) {
-    give_up(current->second, actions);
+/// A gateway has one call of a channel at a time: a new one says that the program has given up the
+/// old one. So does a new one of another gateway, if the old one's is gone.
+void CallDesk::supersede(const Request& by, Actions& actions) {
+  std::vector<CallId> over;
+  for (auto asked = asked_.lower_bound({by.key, 0});
+       asked != asked_.end() && asked->first.key == by.key; ++asked) {
+    const bool same_gateway = asked->first.epoch == by.call.epoch;
+    asked->second.orphaned = asked->second.orphaned && !same_gateway;
+    const std::optional<CallId>& call = asked->second.call;
+    if (call && *call != by.call && (same_gateway || asked->second.orphaned)) {
+      over.push_back(*call);
+    }
+  }
+  for (const CallId call : over) {
+    give_up(call, actions);
+  }
+}
+
+bool CallDesk::has_another_gateway(const RequestKey& key) const {
+  for (auto asked = asked_.lower_bound({key.key, 0});
+       asked != asked_.end() && asked->first.key == key.key; ++asked) {
+    if (asked->first.epoch != key.epoch && !asked->second.orphaned) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void CallDesk::forget_call(const RequestKey& key) {
+  const auto asked = asked_.find(key);
+  if (asked == asked_.end()) {
+    return;
+  }
+  asked->second.call.reset();
+  if (asked->second.orphaned) {
+    asked_.erase(asked);
   }
 }
 
 void CallDesk::give_up(CallId call, Actions& actions) {
   if (const auto waiting = find_waiting(call); waiting != waiting_.end()) {
-    current_.erase(waiting->request.key);
+    forget_call(key_of(waiting->request));
     waiting_.erase(waiting);
   } else if (const auto running = running_.find(call); running != running_.end()) {
-    current_.erase(running->second.request.key);
+    forget_call(key_of(running->second.request));
     running->second.wanted = false;
   }
   ++counters_.cancelled;

@@ -5,16 +5,20 @@
 //
 // A call runs at most once per instance: a repeat of a running one only raises the attempt that its
 // reply names, a repeat of an answered one gets the same answer from memory.
+//
+// A channel may be asked for by two gateways that do not hear each other. While both are there,
+// each gets its answer; one that is gone has lost its call to the other.
 #pragma once
 
 #include <cstddef>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
 #include "services/sdk/response.hpp"
 
 namespace millrace::services::sdk {
@@ -51,7 +55,10 @@ class CallDesk {
   explicit CallDesk(DeskOptions options) : options_(options) {}
 
   Actions on_request(const fabric::Request& request, fabric::Time now);
-  Actions on_withdrawn(const fabric::ChannelKey& key);
+  Actions on_withdrawn(const fabric::RequestKey& key);
+  /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the
+  /// channel now.
+  Actions on_orphaned(const fabric::RequestKey& key);
   /// The response must pass check_response.
   Actions on_interim(fabric::CallId call, const Response& response, fabric::Time now);
   Actions on_result(fabric::CallId call, const Result& result, fabric::Time now);
@@ -71,8 +78,17 @@ class CallDesk {
     bool wanted = true;
   };
 
-  void supersede(const fabric::ChannelKey& key, fabric::CallId by, Actions& actions);
+  /// What a gateway asks of a channel, as long as its request stands or a call of it is here.
+  struct Asked {
+    /// The latest call, if it runs or waits here.
+    std::optional<fabric::CallId> call;
+    bool orphaned = false;
+  };
+
+  void supersede(const fabric::Request& by, Actions& actions);
+  [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
   void give_up(fabric::CallId call, Actions& actions);
+  void forget_call(const fabric::RequestKey& key);
   void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
   void start_waiting(fabric::Time now, Actions& actions);
   void remember(const fabric::Reply& reply);
@@ -80,10 +96,9 @@ class CallDesk {
 
   DeskOptions options_;
   std::map<fabric::CallId, Under> running_;
-  /// In the order of arrival; at most one of each channel.
+  /// In the order of arrival; at most one of each channel and gateway.
   std::deque<Under> waiting_;
-  /// The latest call of each channel that runs or waits here.
-  std::map<fabric::ChannelKey, fabric::CallId> current_;
+  std::map<fabric::RequestKey, Asked> asked_;
   std::map<fabric::CallId, fabric::Reply> answered_;
   std::deque<fabric::CallId> answered_order_;
   fabric::InstanceStatus counters_;

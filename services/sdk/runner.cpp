@@ -56,9 +56,15 @@ void Runner::on_request(const fabric::Request& request) {
   perform(std::move(lock), actions);
 }
 
-void Runner::on_withdrawn(const fabric::ChannelKey& key) {
+void Runner::on_withdrawn(const fabric::RequestKey& key) {
   Lock lock(lock_);
   const Actions actions = desk_.on_withdrawn(key);
+  perform(std::move(lock), actions);
+}
+
+void Runner::on_orphaned(const fabric::RequestKey& key) {
+  Lock lock(lock_);
+  const Actions actions = desk_.on_orphaned(key);
   perform(std::move(lock), actions);
 }
 

@@ -15,8 +15,8 @@
 
 namespace millrace::services::sdk {
 
-/// All functions may be called from any thread, requests in the one that receives them: nothing here
-/// waits but `next`. A lock keeps the order of decisions and replies.
+/// All functions may be called from any thread, requests in the one that receives them: nothing
+/// here waits but `next`. A lock keeps the order of decisions and replies.
 class Runner : public CallSink,
                public fabric::ReplyEndListener,
                public std::enable_shared_from_this<Runner> {
@@ -27,7 +27,8 @@ class Runner : public CallSink,
   void set_end(fabric::ReplyEnd* end);
 
   void on_request(const fabric::Request& request) override;
-  void on_withdrawn(const fabric::ChannelKey& key) override;
+  void on_withdrawn(const fabric::RequestKey& key) override;
+  void on_orphaned(const fabric::RequestKey& key) override;
   void interim(fabric::CallId call, const Response& response) override;
   void finished(fabric::CallId call, const Result& result) override;
 

@@ -126,7 +126,7 @@ class Elsewhere : public fabric::ReplyEndListener, public fabric::CommandListene
         end_(participant_, io.get_executor(), identity_, *this) {}
 
   void on_request(const fabric::Request&) override {}
-  void on_withdrawn(const fabric::ChannelKey&) override {}
+  void on_withdrawn(const fabric::RequestKey&) override {}
   void on_command(const fabric::Command& command) override {
     ASSERT_TRUE(commands_.publish({.responder = identity_.id,
                                    .command = command.id,

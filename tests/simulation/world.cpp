@@ -15,8 +15,6 @@ namespace {
 constexpr Time recovery = 60s;
 /// What comes late has come by then.
 constexpr Time aftermath = 4s;
-/// No handler takes so long once faults have stopped.
-constexpr Time patience = 10s;
 /// Two gateways that hear each other have settled within this who serves a channel.
 constexpr Time settlement = 500ms;
 
@@ -57,14 +55,7 @@ void World::operate() {
     }
     const auto statuses = gateway->statuses();
     for (const auto& [key, status] : statuses) {
-      // Whoever withdraws a call of a channel withdraws, at its instance, also that of another
-      // gateway; then nobody answers until somebody asks why (docs/simulation.md).
-      const bool runs = calm_ && status.state == fabric::ChannelState::running;
-      const bool stuck =
-          runs && plant_.gateways().size() > 1 &&
-          agenda_.now() - runs_since_.try_emplace(status.call, agenda_.now()).first->second >
-              patience;
-      const bool held = status.state == fabric::ChannelState::held || stuck;
+      const bool held = status.state == fabric::ChannelState::held;
       const bool meddles = !calm_ && random_.chance(1) && status.call != fabric::CallId{};
       if ((held && (calm_ || random_.chance(20))) || meddles) {
         random_.chance(50) ? gateway->answer(key, status.call) : gateway->retry(key, status.call);

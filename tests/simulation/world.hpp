@@ -54,8 +54,6 @@ class World {
   bool calm_ = false;
   /// Since when two gateways serve a channel although they hear each other.
   std::map<Key, Time> both_since_;
-  /// Calls that run after the storm.
-  std::map<fabric::CallId, Time> runs_since_;
 };
 
 }  // namespace millrace::tests::simulation

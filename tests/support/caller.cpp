@@ -99,7 +99,7 @@ void Caller::publish(const fabric::ChannelStatus& status) {
 }
 
 void Caller::withdraw(const fabric::Request& request) {
-  impl_->end.withdraw(request.key, request.uuid);
+  impl_->end.withdraw(key_of(request), request.uuid);
 }
 
 fabric::Reply Caller::await_reply(const fabric::Request& request,

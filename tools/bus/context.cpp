@@ -33,7 +33,7 @@ void Context::complete(Entry& entry) {
       entry.uuid = *uuid;
     }
   } else if (auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
-    const Pending* pending = find(pending_, reply->key);
+    const Pending* pending = find(pending_, key_of(*reply));
     const std::string* uuid = find(uuid_of_instance_, reply->instance);
     if (pending != nullptr && pending->call == reply->call) {
       entry.uuid = pending->uuid;
@@ -41,17 +41,17 @@ void Context::complete(Entry& entry) {
       entry.uuid = *uuid;
     }
   } else if (auto* withdrawal = std::get_if<recording::Withdrawal>(&entry.sample)) {
-    if (const Pending* pending = find(pending_, withdrawal->key)) {
-      withdrawal->call = pending->call;
-      entry.uuid = pending->uuid;
-    }
+    const fabric::RequestKey key{withdrawal->key, withdrawal->call.epoch};
+    const Pending* pending = find(pending_, key);
+    withdrawal->call = pending == nullptr ? fabric::CallId{} : pending->call;
+    entry.uuid = pending == nullptr ? std::string() : pending->uuid;
   }
   remember(entry);
 }
 
 void Context::remember(const Entry& entry) {
   if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
-    pending_.insert_or_assign(request->key, Pending{request->call, entry.uuid});
+    pending_.insert_or_assign(key_of(*request), Pending{request->call, entry.uuid});
   } else if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
     // An instance that is gone may still be heard of: its last replies come on another way.
     if (news->change == recording::Change::ready) {

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
 #include "tools/recording/entry.hpp"
 
 namespace millrace::tools::bus {
@@ -12,7 +12,7 @@ namespace millrace::tools::bus {
 /// Pure. Takes each entry in the order it was received.
 class Context {
  public:
-  /// Sets the UUID of entries that carry none, and the call of withdrawals.
+  /// Sets the UUID of entries that carry none, and the call of withdrawals, which carry its epoch.
   void complete(recording::Entry& entry);
 
  private:
@@ -24,7 +24,7 @@ class Context {
   void remember(const recording::Entry& entry);
 
   std::map<fabric::InstanceId, std::string> uuid_of_instance_;
-  std::map<fabric::ChannelKey, Pending> pending_;
+  std::map<fabric::RequestKey, Pending> pending_;
 };
 
 }  // namespace millrace::tools::bus

@@ -36,7 +36,9 @@ std::optional<recording::Sample> sample_of(fabric::Taken<fabric::Request>&& take
     return std::move(taken.value);
   }
   if (taken.presence == Presence::withdrawn) {
-    return recording::Withdrawal{.key = std::move(taken.value.key)};
+    // The context knows the number.
+    return recording::Withdrawal{.key = std::move(taken.value.key),
+                                 .call = {.epoch = taken.value.call.epoch}};
   }
   return std::nullopt;
 }

@@ -164,7 +164,7 @@ void Calls::take_back(const gateway::TakeBack& back, Moment now) {
   }
   open.published = false;
   open.reason = back.reason;
-  out_.emplace_back(Withdraw{open.order.key, open.order.uuid});
+  out_.emplace_back(Withdraw{{open.order.key, epoch_}, open.order.uuid});
 }
 
 void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
@@ -180,7 +180,7 @@ void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
     tell(call, open, fabric::EventKind::withdrawn, now, nullptr, reason);
   }
   if (open.published) {
-    out_.emplace_back(Withdraw{open.order.key, open.order.uuid});
+    out_.emplace_back(Withdraw{{open.order.key, epoch_}, open.order.uuid});
   }
   out_.emplace_back(Ended{call, open.order.key, std::move(reply), reason});
   carry_out(dispatcher_.remove(call), now);

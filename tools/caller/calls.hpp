@@ -16,6 +16,7 @@
 
 #include <tl/expected.hpp>
 
+#include "fabric/request_key.hpp"
 #include "gateway/dispatcher.hpp"
 #include "gateway/moment.hpp"
 #include "tools/caller/order.hpp"
@@ -31,7 +32,7 @@ struct Publish {
 };
 /// Take it back.
 struct Withdraw {
-  fabric::ChannelKey key;
+  fabric::RequestKey key;
   std::string uuid;
 };
 /// For who watches.

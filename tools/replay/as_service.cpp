@@ -93,7 +93,7 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
                      .text = "ERROR: replay: the text of the answer is not in the recording"});
     return;
   }
-  Pending& pending = pending_[request.key] =
+  Pending& pending = pending_[key_of(request)] =
       Pending{.request = request, .received = now(), .since = std::chrono::steady_clock::now()};
   for (const TimedAnswer& interim : call.interim) {
     fabric::Reply reply = reply_to(request, interim.answer);
@@ -105,21 +105,21 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
     pending.script.emplace_back(delay_of(*call.answer), reply_to(request, call.answer->answer));
   }
   listener_.on_match(request, matched.call);
-  say_next(request.key);
+  say_next(key_of(request));
 }
 
 void AsService::refuse(const fabric::Request& request, const Mismatch& mismatch) {
-  Pending& pending = pending_[request.key] =
+  Pending& pending = pending_[key_of(request)] =
       Pending{.request = request, .received = now(), .since = std::chrono::steady_clock::now()};
   fabric::Reply reply = reply_to(request, {mismatch.text, options_.error_state, std::nullopt});
   reply.code = fabric::ServiceCode::failed;
   pending.script.emplace_back(nanoseconds{}, std::move(reply));
   listener_.on_mismatch(request, mismatch.reason);
-  say_next(request.key);
+  say_next(key_of(request));
 }
 
 void AsService::repeat(const fabric::Request& request) {
-  const auto found = pending_.find(request.key);
+  const auto found = pending_.find(key_of(request));
   if (found == pending_.end()) {
     return;
   }
@@ -132,7 +132,7 @@ void AsService::repeat(const fabric::Request& request) {
   }
 }
 
-void AsService::say_next(const fabric::ChannelKey& key) {
+void AsService::say_next(const fabric::RequestKey& key) {
   Pending& pending = pending_.at(key);
   if (pending.said == pending.script.size()) {
     const fabric::InstanceId instance = pending.request.assigned;
@@ -166,7 +166,7 @@ void AsService::publish(Pending& pending) {
   }
 }
 
-void AsService::on_withdrawn(const fabric::ChannelKey& key) {
+void AsService::on_withdrawn(const fabric::RequestKey& key) {
   const auto found = pending_.find(key);
   if (found == pending_.end()) {
     return;

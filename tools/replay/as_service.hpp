@@ -65,7 +65,7 @@ class AsService : public fabric::ReplyEndListener, public fabric::InstanceComman
   [[nodiscard]] std::vector<std::string> uuids() const;
 
   void on_request(const fabric::Request& request) override;
-  void on_withdrawn(const fabric::ChannelKey& key) override;
+  void on_withdrawn(const fabric::RequestKey& key) override;
   [[nodiscard]] std::optional<std::uint32_t> running(
       const fabric::InstanceId& instance) const override;
   void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
@@ -87,7 +87,7 @@ class AsService : public fabric::ReplyEndListener, public fabric::InstanceComman
   void begin(const fabric::Request& request, const Matched& matched);
   void refuse(const fabric::Request& request, const Mismatch& mismatch);
   void repeat(const fabric::Request& request);
-  void say_next(const fabric::ChannelKey& key);
+  void say_next(const fabric::RequestKey& key);
   void publish(Pending& pending);
   void look_for_the_end();
   /// Ends a draining instance that has nothing left to say.
@@ -101,7 +101,7 @@ class AsService : public fabric::ReplyEndListener, public fabric::InstanceComman
   AsServiceOptions options_;
   AsServiceListener& listener_;
   Matcher matcher_;
-  std::map<fabric::ChannelKey, Pending> pending_;
+  std::map<fabric::RequestKey, Pending> pending_;
   bool complete_ = false;
   boost::asio::steady_timer end_timer_;
   std::map<fabric::InstanceId, std::unique_ptr<fabric::ReplyEnd>> ends_;

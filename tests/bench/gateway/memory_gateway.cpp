@@ -137,7 +137,7 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
     }
   }
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
-    end.withdraw(key, action.uuid);
+    end.withdraw({key, action.epoch}, action.uuid);
   }
   void carry_out(const fabric::ChannelKey& key, const Tell& action) {
     if (action.event.kind == fabric::EventKind::seen) {

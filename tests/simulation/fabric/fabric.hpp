@@ -4,7 +4,7 @@
 // - a writer keeps the newest sample of each key; a reader that is matched gets it, also late; what
 //   is overwritten before it is sent is never seen; the samples of one writer come in their order;
 // - a sample taken back is seen as such by who is matched and had it, not by who comes later; it
-//   may overtake the sample itself;
+//   may overtake the sample itself; so may the news that its writers are gone;
 // - each side finds and loses the other on its own, by hearing from it (discovery, lease); who
 // loses
 //   a writer and finds it again gets its samples once more;
@@ -14,10 +14,12 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "fabric/registry.hpp"
+#include "fabric/request_key.hpp"
 #include "tests/simulation/fabric/gateway_talk.hpp"
 #include "tests/simulation/history/history.hpp"
 #include "tests/simulation/time/process.hpp"
@@ -40,7 +42,8 @@ class InstanceEars {
  public:
   virtual ~InstanceEars() = default;
   virtual void on_request(const fabric::Request& request) = 0;
-  virtual void on_withdrawn(const Key& key) = 0;
+  virtual void on_withdrawn(const fabric::RequestKey& key) = 0;
+  virtual void on_orphaned(const fabric::RequestKey& key) = 0;
 };
 
 struct FabricWeather {
@@ -71,7 +74,7 @@ class Fabric {
 
   /// False if the writer of this UUID is not open yet.
   bool publish(EndNumber gateway, const fabric::Request& request);
-  void withdraw(EndNumber gateway, const Key& key, const std::string& uuid);
+  void withdraw(EndNumber gateway, const fabric::RequestKey& key, const std::string& uuid);
   void publish(EndNumber instance, const fabric::Reply& reply);
   void change_identity(EndNumber instance, const fabric::InstanceIdentity& identity);
 
@@ -94,14 +97,14 @@ class Fabric {
   template <typename Value>
   struct Writer {
     std::uint64_t last = 0;
-    std::map<Key, Sample<Value>> samples;
+    std::map<fabric::RequestKey, Sample<Value>> samples;
   };
+  /// As fabric::Presence.
+  enum class Presence : std::uint8_t { alive, withdrawn, orphaned };
   /// What a reader has and its process has not taken.
-  template <typename Value>
   struct Cached {
-    std::optional<Value> value;
-    bool withdrawn = false;
-    EndNumber from = 0;
+    fabric::Request value;
+    Presence presence = Presence::alive;
   };
   struct End {
     Process* process = nullptr;
@@ -114,12 +117,14 @@ class Fabric {
     fabric::Registry registry;
     std::set<fabric::EndpointHandle> matched;
     std::map<std::string, Writer<fabric::Request>> requests;
-    std::map<std::pair<Key, fabric::InstanceId>, fabric::Reply> replies_in;
+    std::map<std::pair<fabric::RequestKey, fabric::InstanceId>, fabric::Reply> replies_in;
     bool discovery_due = false;
     // An instance's.
     fabric::InstanceIdentity identity;
     Writer<fabric::Reply> replies;
-    std::map<Key, Cached<fabric::Request>> requests_in;
+    std::map<fabric::RequestKey, Cached> requests_in;
+    /// Gateways that have a request here.
+    std::map<fabric::RequestKey, std::set<EndNumber>> requested_by;
     bool drain_due = false;
   };
   /// One end as the other knows it.
@@ -161,6 +166,8 @@ class Fabric {
   void send_replies(const PairPointer& pair, bool again = false);
   void arrive_requests(const PairPointer& pair);
   void arrive_replies(const PairPointer& pair);
+  void orphan(EndNumber instance, EndNumber gateway);
+  void wake_to_take_requests(EndNumber instance);
   void take_requests(EndNumber instance);
   void take_replies(EndNumber gateway);
   [[nodiscard]] Time delay(bool again);

@@ -92,12 +92,7 @@ void Fabric::lose_known(const PairPointer& pair, bool of_instance) {
   side.reader = false;
   side.writer = false;
   if (!of_instance) {
-    // What was not taken has no writer any more and is passed over.
-    for (auto& [key, cached] : ends_[pair->instance]->requests_in) {
-      if (cached.from == pair->gateway) {
-        cached.value.reset();
-      }
-    }
+    orphan(pair->instance, pair->gateway);
     pair->requests = 0;
     return;
   }

@@ -12,7 +12,7 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   if (writer == end.requests.end()) {
     return false;
   }
-  writer->second.samples[request.key] = {++writer->second.last, request};
+  writer->second.samples[key_of(request)] = {++writer->second.last, request};
   lay_out(end, request.call, request.attempt, request.assigned, writer->second.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
@@ -20,7 +20,7 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   return true;
 }
 
-void Fabric::withdraw(EndNumber number, const Key& key, const std::string& uuid) {
+void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key, const std::string& uuid) {
   End& end = *ends_[number];
   const auto writer = end.requests.find(fabric::canonical_uuid(uuid));
   if (writer == end.requests.end()) {
@@ -40,7 +40,7 @@ void Fabric::withdraw(EndNumber number, const Key& key, const std::string& uuid)
 void Fabric::publish(EndNumber number, const fabric::Reply& reply) {
   End& end = *ends_[number];
   Writer<fabric::Reply>& writer = end.replies;
-  writer.samples[reply.key] = {++writer.last, reply};
+  writer.samples[key_of(reply)] = {++writer.last, reply};
   lay_out(end, reply.call, reply.state, reply.instance, writer.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_replies(pair);
@@ -93,35 +93,67 @@ void Fabric::arrive_requests(const PairPointer& pair) {
     if (sample.number <= pair->requests || (fresh && !sample.value)) {
       continue;
     }
-    Cached<fabric::Request>& cached = instance.requests_in[key];
-    cached.withdrawn = !sample.value;
-    cached.from = pair->gateway;
+    Cached& cached = instance.requests_in[key];
     if (sample.value) {
-      cached.value = sample.value;
+      cached = {*sample.value, Presence::alive};
+      instance.requested_by[key].insert(pair->gateway);
+    } else {
+      cached.presence = Presence::withdrawn;
+      instance.requested_by[key].erase(pair->gateway);
     }
     news = true;
   }
   pair->requests = writer->second.last;
-  if (news && !std::exchange(instance.drain_due, true)) {
-    agenda_.after(
-        random_.between(Time{}, 300us),
-        {.parties = instance.process->parties(), .lives = {.first = &instance.process->life()}},
-        [this, number = pair->instance] {
-          End& end = *ends_[number];
-          end.process->run(end.life, [this, number] { take_requests(number); });
-        });
+  if (news) {
+    wake_to_take_requests(pair->instance);
   }
+}
+
+/// What a gateway has asked has no writer any more, unless another one with its journal asks too.
+void Fabric::orphan(EndNumber number, EndNumber gateway) {
+  End& instance = *ends_[number];
+  bool news = false;
+  for (auto& [key, gateways] : instance.requested_by) {
+    if (gateways.erase(gateway) > 0 && gateways.empty()) {
+      instance.requests_in[key].presence = Presence::orphaned;
+      news = true;
+    }
+  }
+  std::erase_if(instance.requested_by, [](const auto& one) { return one.second.empty(); });
+  if (news && instance.there) {
+    wake_to_take_requests(number);
+  }
+}
+
+void Fabric::wake_to_take_requests(EndNumber number) {
+  End& instance = *ends_[number];
+  if (std::exchange(instance.drain_due, true)) {
+    return;
+  }
+  agenda_.after(
+      random_.between(Time{}, 300us),
+      {.parties = instance.process->parties(), .lives = {.first = &instance.process->life()}},
+      [this, number] {
+        End& end = *ends_[number];
+        end.process->run(end.life, [this, number] { take_requests(number); });
+      });
 }
 
 void Fabric::take_requests(EndNumber number) {
   End& end = *ends_[number];
   end.drain_due = false;
   for (const auto& [key, cached] : std::exchange(end.requests_in, {})) {
-    if (cached.withdrawn) {
-      // Its request may be here too, untaken: whoever withdraws overtakes it.
-      end.instance->on_withdrawn(key);
-    } else if (cached.value) {
-      end.instance->on_request(*cached.value);
+    switch (cached.presence) {
+      // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
+      case Presence::withdrawn:
+        end.instance->on_withdrawn(key);
+        break;
+      case Presence::orphaned:
+        end.instance->on_orphaned(key);
+        break;
+      case Presence::alive:
+        end.instance->on_request(cached.value);
+        break;
     }
   }
 }

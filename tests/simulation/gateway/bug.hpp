@@ -25,6 +25,7 @@ enum class Bug : std::uint8_t {
   claims_ignored,
   inheritance_forgotten,
   reload_drops_calls,
+  withdraws_for_others,
   cycle_waits_for_the_request,
 };
 
@@ -49,6 +50,7 @@ inline constexpr std::array bug_names{
     BugName{Bug::claims_ignored, "claims-ignored"},
     BugName{Bug::inheritance_forgotten, "inheritance-forgotten"},
     BugName{Bug::reload_drops_calls, "reload-drops-calls"},
+    BugName{Bug::withdraws_for_others, "withdraws-for-others"},
     BugName{Bug::cycle_waits_for_the_request, "cycle-waits-for-the-request"},
 };
 

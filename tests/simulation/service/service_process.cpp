@@ -37,6 +37,7 @@ void ServiceProcess::start() {
     process().agenda().becomes(process().parties() | process().outbox(), *born);
   }
   desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
+  asked_.clear();
   closing_ = false;
   closed_ = false;
   stuck_ = false;
@@ -94,11 +95,24 @@ void ServiceProcess::on_request(const fabric::Request& request) {
   if (plan_.bug == Bug::desk_without_memory) {
     desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
   }
+  asked_.insert(key_of(request));
   perform(desk_->on_request(request, wall()));
 }
 
-void ServiceProcess::on_withdrawn(const Key& key) {
+void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
+  if (plan_.bug == Bug::withdraws_for_others) {
+    for (const fabric::RequestKey& asked : asked_) {
+      if (asked.key == key.key) {
+        perform(desk_->on_withdrawn(asked));
+      }
+    }
+    return;
+  }
   perform(desk_->on_withdrawn(key));
+}
+
+void ServiceProcess::on_orphaned(const fabric::RequestKey& key) {
+  perform(desk_->on_orphaned(key));
 }
 
 void ServiceProcess::perform(const sdk::Actions& actions) {

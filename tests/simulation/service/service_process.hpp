@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "services/sdk/call_desk.hpp"
@@ -53,7 +54,8 @@ class ServiceProcess final : public Member, private InstanceEars {
 
  private:
   void on_request(const fabric::Request& request) override;
-  void on_withdrawn(const Key& key) override;
+  void on_withdrawn(const fabric::RequestKey& key) override;
+  void on_orphaned(const fabric::RequestKey& key) override;
   void perform(const services::sdk::Actions& actions);
   void perform(const services::sdk::Start& start);
   void perform(const services::sdk::Send& send);
@@ -71,6 +73,8 @@ class ServiceProcess final : public Member, private InstanceEars {
   // Of this life of the process.
   fabric::InstanceIdentity identity_;
   std::optional<services::sdk::CallDesk> desk_;
+  /// Who has asked, for who mistakes one for the other.
+  std::set<fabric::RequestKey> asked_;
   bool closing_ = false;
   bool closed_ = false;
   bool stuck_ = false;

@@ -1,9 +1,13 @@
 #include "fabric/codec.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace millrace::fabric {
 namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
 
 Time at(std::int64_t nanoseconds) {
   return Time(std::chrono::nanoseconds(nanoseconds));
@@ -25,6 +29,23 @@ Request request() {
 
 Event event() {
   return {.key = {.machine = "cnc", .channel = 3}, .uuid = "weather", .text = "4", .detail = "why"};
+}
+
+std::vector<std::string> keys_of(const Topic& topic) {
+  std::vector<std::string> keys;
+  for (std::uint32_t i = 0; i < topic.type->m_nkeys; ++i) {
+    keys.emplace_back(topic.type->m_keys[i].m_name);
+  }
+  return keys;
+}
+
+// What is asked by one gateway and what another asks are apart; only there is a call id in the key.
+TEST(Topics, HaveTheGatewayInTheKeyOfRequestsAndReplies) {
+  EXPECT_THAT(keys_of(request_topic), ElementsAre("machine", "channel", "call.epoch"));
+  EXPECT_THAT(keys_of(reply_topic), ElementsAre("machine", "channel", "instance", "call.epoch"));
+  EXPECT_THAT(keys_of(channel_topic), ElementsAre("machine", "channel"));
+  EXPECT_THAT(keys_of(event_topic), IsEmpty());
+  EXPECT_THAT(keys_of(command_topic), IsEmpty());
 }
 
 TEST(Codec, CarriesARequest) {

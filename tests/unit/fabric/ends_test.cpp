@@ -1,3 +1,5 @@
+#include <set>
+
 #include <dds/dds.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -149,9 +151,9 @@ TEST_F(Ends, TellARunningServiceOfAWithdrawal) {
   ASSERT_TRUE(sut->publish(sent));
   ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
 
-  sut->withdraw(sent.key, "{560AACBF-6335-44A9-895A-8B27F3ED5E47}");
+  sut->withdraw(key_of(sent), "{560AACBF-6335-44A9-895A-8B27F3ED5E47}");
   ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-  EXPECT_THAT(service->heard.withdrawn, ElementsAre(sent.key));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
 }
 
 TEST_F(Ends, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
@@ -163,19 +165,22 @@ TEST_F(Ends, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
   ASSERT_TRUE(until_ready(service.end.identity()));
   const Request sent = request(1, service.end.identity());
   ASSERT_TRUE(sut->publish(sent));
-  sut->withdraw(sent.key, sent.uuid);
+  sut->withdraw(key_of(sent), sent.uuid);
   EXPECT_TRUE(run_until(asleep, [&] { return !service.heard.withdrawn.empty(); }));
   EXPECT_THAT(service.heard.requests, IsEmpty());
 }
 
 TEST_F(Ends, ShowAWithdrawnCallToNobodyWhoComesLater) {
   const auto sut = open_gateway();
-  const auto first = start(identity());
+  auto first = start(identity());
   ASSERT_TRUE(until_ready(first->end.identity()));
   const InstanceIdentity late = identity();
   const Request sent = request(1, late);
   ASSERT_TRUE(sut->publish(sent));
-  sut->withdraw(sent.key, sent.uuid);
+  sut->withdraw(key_of(sent), sent.uuid);
+  // What somebody has not acknowledged yet goes to who comes now, with the withdrawal behind it.
+  first.reset();
+  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
   const auto second = start(late);
   ASSERT_TRUE(until_ready(late));
   ASSERT_TRUE(until_heard(*sut, *second, 2));
@@ -191,7 +196,7 @@ class RepliesAtOnce : public ReplyEndListener {
       EXPECT_TRUE(to->publish(reply(request)));
     }
   }
-  void on_withdrawn(const ChannelKey&) override { ++withdrawn; }
+  void on_withdrawn(const RequestKey&) override { ++withdrawn; }
 
   std::atomic<ReplyEnd*> end = nullptr;
   std::atomic<int> withdrawn = 0;
@@ -208,7 +213,7 @@ TEST_F(Ends, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
     ASSERT_TRUE(sut->publish(request(number, who)));
     ASSERT_TRUE(until([&] { return gateway.replies.size() == number; })) << number;
   }
-  sut->withdraw({.machine = "cnc", .channel = 1}, who.uuid);
+  sut->withdraw(key_of(request(100, who)), who.uuid);
   EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
 }
 
@@ -239,7 +244,7 @@ TEST_F(Ends, LetAChannelCallAgainAfterAWithdrawal) {
     ASSERT_TRUE(until([&] {
       return !service->heard.requests.empty() && service->heard.requests.back().call == sent.call;
     }));
-    sut->withdraw(sent.key, sent.uuid);
+    sut->withdraw(key_of(sent), sent.uuid);
   }
 }
 
@@ -289,6 +294,107 @@ TEST_F(Ends, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
   sut = open_gateway();
   ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
   EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+}
+
+/// The same call of another gateway.
+Request of_epoch(std::uint64_t epoch, Request request) {
+  request.call.epoch = epoch;
+  return request;
+}
+
+// Two gateways that do not hear each other serve one channel; the one that let go of its call
+// withdrew the other's.
+TEST_F(Ends, WithdrawNoCallOfAnotherGateway) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  Participant elsewhere(processes.here());
+  RecordingGateway other_gateway;
+  CallEnd other(elsewhere, context.get_executor(), other_gateway);
+  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
+
+  const Request ours = request(1, service->end.identity());
+  const Request theirs = of_epoch(8, ours);
+  ASSERT_TRUE(sut->publish(ours));
+  ASSERT_TRUE(other.publish(theirs));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
+  other.withdraw(key_of(theirs), theirs.uuid);
+  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(theirs)));
+
+  // Ours still stands for who comes later.
+  const auto late = start(identity());
+  ASSERT_TRUE(until([&] { return !late->heard.requests.empty(); }));
+  EXPECT_EQ(late->heard.requests.front().call, ours.call);
+}
+
+TEST_F(Ends, LetNoGatewayPushOutWhatAnotherOneAsks) {
+  const auto sut = open_gateway();
+  RecordingGateway other_gateway;
+  CallEnd other(here, context.get_executor(), other_gateway);
+  // All samples are there before the first is taken, as in DoNotRunAWithdrawnCall….
+  boost::asio::io_context asleep;
+  Instance service(here, asleep, identity());
+  ASSERT_TRUE(until_ready(service.end.identity()));
+  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
+
+  const Request ours = request(1, service.end.identity());
+  const Request theirs = of_epoch(8, ours);
+  const Request withdrawn = of_epoch(9, ours);
+  ASSERT_TRUE(sut->publish(ours));
+  ASSERT_TRUE(other.publish(theirs));
+  ASSERT_TRUE(other.publish(withdrawn));
+  other.withdraw(key_of(withdrawn), withdrawn.uuid);
+  ASSERT_TRUE(run_until(asleep, [&] {
+    return service.heard.requests.size() == 2 && !service.heard.withdrawn.empty();
+  }));
+  EXPECT_EQ(service.heard.requests[0].call, ours.call);
+  EXPECT_EQ(service.heard.requests[1].call, theirs.call);
+  EXPECT_THAT(service.heard.withdrawn, ElementsAre(key_of(withdrawn)));
+}
+
+TEST_F(Ends, LetNoAnswerPushOutThatToAnotherGateway) {
+  const auto service = start(identity());
+  const Request first = request(1, service->end.identity());
+  ASSERT_TRUE(service->end.publish(reply(first)));
+  ASSERT_TRUE(service->end.publish(reply(of_epoch(8, first))));
+  ASSERT_TRUE(service->end.publish(reply(request(2, service->end.identity()))));
+  const auto sut = open_gateway();
+  ASSERT_TRUE(until([&] { return gateway.replies.size() == 2; }));
+  std::set<CallId> calls;
+  for (const Reply& one : gateway.replies) {
+    calls.insert(one.call);
+  }
+  EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
+}
+
+TEST_F(Ends, TellAServiceThatAGatewayIsGone) {
+  auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  sut.reset();
+  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
+  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
+  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
+}
+
+TEST_F(Ends, TellAServiceThatAGatewayFellSilentAndAsksAgain) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
+  ASSERT_EQ(dds_domain_set_deafmute(here.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
+  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
+  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
+
+  ASSERT_EQ(dds_domain_set_deafmute(here.handle(), false, false, DDS_INFINITY), DDS_RETCODE_OK);
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
+  EXPECT_EQ(service->heard.requests.back().call, sent.call);
 }
 
 TEST_F(Ends, RefuseWhatDoesNotFit) {

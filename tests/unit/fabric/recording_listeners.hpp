@@ -31,10 +31,12 @@ struct RecordingGateway : CallEndListener {
 
 struct RecordingInstance : ReplyEndListener {
   void on_request(const Request& request) override { requests.push_back(request); }
-  void on_withdrawn(const ChannelKey& key) override { withdrawn.push_back(key); }
+  void on_withdrawn(const RequestKey& key) override { withdrawn.push_back(key); }
+  void on_orphaned(const RequestKey& key) override { orphaned.push_back(key); }
 
   std::vector<Request> requests;
-  std::vector<ChannelKey> withdrawn;
+  std::vector<RequestKey> withdrawn;
+  std::vector<RequestKey> orphaned;
 };
 
 }  // namespace millrace::fabric

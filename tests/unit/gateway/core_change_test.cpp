@@ -200,16 +200,16 @@ TEST_F(CoreTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
-TEST_F(CoreTest, LeavesItsAnsweredRequestsAloneWhereAnotherGatewayServesTheChannel) {
+TEST_F(CoreTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesTheChannel) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   answered_call(1);
   answered_call(2);
-  EXPECT_THAT(all<Withdraw>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Withdraw>(sut->release({"cnc", 1}, "served by another gateway", now)), SizeIs(1));
   EXPECT_THAT(all<Withdraw>(sut->on_link_dropped("cnc", "stood still", now)), IsEmpty());
   now.steady += 2 * Leftovers::quiet;
-  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), IsEmpty());
+  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), SizeIs(1));
 }
 
 // A gateway that had left a channel to another one, which died before it took it, gave its own

@@ -1,4 +1,5 @@
-// The call desk under a gateway that repeats, reassigns, withdraws and replaces calls at random.
+// The call desk under gateways that repeat, reassign, withdraw and replace calls, and come and go,
+// at random.
 #include <random>
 #include <set>
 
@@ -11,26 +12,31 @@ namespace {
 
 using fabric::CallId;
 using fabric::Request;
+using fabric::RequestKey;
 
 constexpr std::size_t concurrency = 2;
 constexpr std::uint16_t channels = 4;
 
-/// Plays one gateway and the handlers, and checks each action.
+/// Plays two gateways, each of which may believe that it has a channel alone, and the handlers, and
+/// checks each action.
 class World {
  public:
   explicit World(std::uint32_t seed) : random_(seed) {}
 
   void step() {
-    const auto channel = static_cast<std::uint16_t>(1 + pick(channels));
-    switch (pick(6)) {
+    const RequestKey key{{"cnc", static_cast<std::uint16_t>(1 + pick(channels))}, 1 + pick(2)};
+    switch (pick(8)) {
       case 0:
-        call(channel);
+        call(key);
         break;
       case 1:
-        repeat(channel);
+        repeat(key);
         break;
       case 2:
-        withdraw(channel);
+        withdraw(key);
+        break;
+      case 3:
+        lose(key);
         break;
       default:
         finish();
@@ -44,34 +50,49 @@ class World {
       finish();
     }
     EXPECT_TRUE(sut_.idle());
-    for (const auto& [channel, request] : pending_) {
-      EXPECT_TRUE(request.assigned != self_ || replied_.contains(request.call))
-          << "channel " << channel << " waits for ever";
+    for (const auto& [key, request] : pending_) {
+      EXPECT_TRUE(request.assigned != self_ || lost_.contains(key) ||
+                  replied_.contains(request.call))
+          << key.key.to_string() << " waits for ever for gateway " << key.epoch;
     }
   }
 
  private:
   std::size_t pick(std::size_t count) { return random_() % count; }
 
-  void call(std::uint16_t channel) {
-    Request request{.key = {.machine = "cnc", .channel = channel},
-                    .call = {.epoch = 1, .number = ++number_},
-                    .assigned = pick(4) == 0 ? other_ : self_};
-    pending_[channel] = request;
-    perform(sut_.on_request(request, {}));
+  void call(const RequestKey& key) {
+    pending_[key] = Request{.key = key.key,
+                            .call = {.epoch = key.epoch, .number = ++number_},
+                            .assigned = pick(4) == 0 ? other_ : self_};
+    ask(key);
   }
 
-  void repeat(std::uint16_t channel) {
-    if (const auto pending = pending_.find(channel); pending != pending_.end()) {
+  void repeat(const RequestKey& key) {
+    if (const auto pending = pending_.find(key); pending != pending_.end()) {
       pending->second.attempt += static_cast<std::uint32_t>(pick(2));
       pending->second.assigned = pick(4) == 0 ? other_ : self_;
-      perform(sut_.on_request(pending->second, {}));
+      ask(key);
     }
   }
 
-  void withdraw(std::uint16_t channel) {
-    pending_.erase(channel);
-    perform(sut_.on_withdrawn({"cnc", channel}));
+  void ask(const RequestKey& key) {
+    lost_.erase(key);
+    perform(sut_.on_request(pending_.at(key), {}));
+  }
+
+  void withdraw(const RequestKey& key) {
+    if (!lost_.contains(key)) {
+      pending_.erase(key);
+      perform(sut_.on_withdrawn(key));
+    }
+  }
+
+  /// A gateway is not heard any more; its call stands until it comes back.
+  void lose(const RequestKey& key) {
+    if (pending_.contains(key)) {
+      lost_.insert(key);
+    }
+    perform(sut_.on_orphaned(key));
   }
 
   void finish() {
@@ -87,7 +108,9 @@ class World {
 
   void perform(const Actions& actions) {
     for (const Action& action : actions) {
-      if (const auto* start = std::get_if<Start>(&action)) {
+      if (const auto* cancel = std::get_if<Cancel>(&action)) {
+        EXPECT_FALSE(is_wanted(cancel->call)) << "withdrawn although its gateway waits";
+      } else if (const auto* start = std::get_if<Start>(&action)) {
         EXPECT_TRUE(ever_started_.insert(start->request.call).second) << "run twice";
         EXPECT_TRUE(is_pending(start->request.call)) << "started although nobody waits";
         running_.insert(start->request.call);
@@ -104,12 +127,20 @@ class World {
                        [&](const auto& each) { return each.second.call == id; });
   }
 
+  /// Its gateway is there and waits for our answer.
+  bool is_wanted(CallId id) const {
+    return std::any_of(pending_.begin(), pending_.end(), [&](const auto& each) {
+      return each.second.call == id && each.second.assigned == self_ && !lost_.contains(each.first);
+    });
+  }
+
   std::mt19937 random_;
   const fabric::InstanceId self_{{1}};
   const fabric::InstanceId other_{{2}};
   CallDesk sut_{{.instance = self_, .concurrency = concurrency}};
   std::uint64_t number_ = 0;
-  std::map<std::uint16_t, Request> pending_;
+  std::map<RequestKey, Request> pending_;
+  std::set<RequestKey> lost_;
   std::set<CallId> running_;
   std::set<CallId> ever_started_;
   std::set<CallId> replied_;

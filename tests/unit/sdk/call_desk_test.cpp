@@ -7,9 +7,9 @@ namespace millrace::services::sdk {
 namespace {
 
 using fabric::CallId;
-using fabric::ChannelKey;
 using fabric::Reply;
 using fabric::Request;
+using fabric::RequestKey;
 using fabric::ServiceCode;
 using fabric::Time;
 using testing::EndsWith;
@@ -27,6 +27,17 @@ CallId call(std::uint64_t number) {
 
 Request request(std::uint64_t number, std::uint16_t channel = 1) {
   return {.key = {.machine = "cnc", .channel = channel}, .call = call(number), .assigned = self};
+}
+
+/// Call `number` of channel 1, as another gateway asks for it.
+Request of_another_gateway(std::uint64_t number) {
+  Request asked = request(number);
+  asked.call.epoch = 2;
+  return asked;
+}
+
+RequestKey asked_by(std::uint64_t epoch, std::uint16_t channel = 1) {
+  return {{.machine = "cnc", .channel = channel}, epoch};
 }
 
 Request again(Request request, std::uint32_t attempt) {
@@ -142,7 +153,7 @@ TEST_F(CallDeskTest, ForgetsTheOldestAnswersOnly) {
 
 TEST_F(CallDeskTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
   started(request(1));
-  const auto cancelled = only<Cancel>(sut.on_withdrawn({"cnc", 1}));
+  const auto cancelled = only<Cancel>(sut.on_withdrawn(asked_by(1)));
   ASSERT_THAT(cancelled, SizeIs(1));
   EXPECT_EQ(cancelled.front().call, call(1));
   const Actions actions = sut.on_result(call(1), answer, now);
@@ -154,7 +165,7 @@ TEST_F(CallDeskTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
 TEST_F(CallDeskTest, NeverStartsAWithdrawnCallThatWaits) {
   started(request(1, 1));
   started(request(2, 2));
-  sut.on_withdrawn({"cnc", 2});
+  sut.on_withdrawn(asked_by(1, 2));
   EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
   EXPECT_TRUE(sut.idle());
 }
@@ -162,8 +173,8 @@ TEST_F(CallDeskTest, NeverStartsAWithdrawnCallThatWaits) {
 TEST_F(CallDeskTest, IgnoresTheWithdrawalOfAnAnsweredCall) {
   started(request(1));
   answered(1, answer);
-  EXPECT_THAT(sut.on_withdrawn({"cnc", 1}), IsEmpty());
-  EXPECT_THAT(sut.on_withdrawn({"cnc", 7}), IsEmpty());
+  EXPECT_THAT(sut.on_withdrawn(asked_by(1)), IsEmpty());
+  EXPECT_THAT(sut.on_withdrawn(asked_by(1, 7)), IsEmpty());
 }
 
 TEST_F(CallDeskTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
@@ -194,8 +205,78 @@ TEST_F(CallDeskTest, LeavesAWaitingCallToTheOneItIsGivenTo) {
 
 TEST_F(CallDeskTest, AnswersAWithdrawnCallThatIsAskedForAgainWhileItRuns) {
   started(request(1));
-  sut.on_withdrawn({"cnc", 1});
+  sut.on_withdrawn(asked_by(1));
   EXPECT_EQ(started(again(request(1), 2)), 0U);
+  EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+// The one that let go of its call cancelled the other's too, and a program waited for ever. Found
+// by the simulation.
+TEST_F(CallDeskTest, WithdrawsNoCallOfAnotherGateway) {
+  started(request(1));
+  EXPECT_THAT(sut.on_withdrawn(asked_by(2)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, AnswersTwoGatewaysThatBothHaveTheChannel) {
+  ASSERT_EQ(started(request(1)), 1U);
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
+  const auto first = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(first), SizeIs(1));
+  ASSERT_THAT(only<Start>(first), SizeIs(1));
+  const CallId other_call = only<Start>(first).front().request.call;
+  EXPECT_EQ(other_call, of_another_gateway(1).call);
+  EXPECT_THAT(only<Send>(sut.on_result(other_call, answer, now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, AnswersACallWhoseGatewayIsGone) {
+  started(request(1));
+  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, StartsAWaitingCallWhoseGatewayIsGone) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_orphaned(asked_by(1, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  const auto cancelled = only<Cancel>(sut.on_request(of_another_gateway(1), now));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_EQ(cancelled.front().call, call(1));
+}
+
+// A gateway without a journal on disk starts again before its lease is over.
+TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
+  started(request(1));
+  sut.on_request(given_to(of_another_gateway(1), other), now);
+  EXPECT_THAT(only<Cancel>(sut.on_orphaned(asked_by(1))), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatGoesAfterTheOtherOneWent) {
+  started(request(1));
+  sut.on_request(given_to(of_another_gateway(1), other), now);
+  sut.on_orphaned(asked_by(2));
+  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatCameBackBeforeAnotherAsks) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  sut.on_request(request(1), now);
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
+}
+
+TEST_F(CallDeskTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  sut.on_request(of_another_gateway(1), now);
+  sut.on_request(again(request(1), 2), now);
   EXPECT_EQ(answered(1, answer).attempt, 2U);
 }
 

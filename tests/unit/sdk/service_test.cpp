@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <future>
+#include <optional>
 #include <stdexcept>
 
 #include <boost/asio/io_context.hpp>
@@ -187,9 +188,37 @@ TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
   const Request first = request(sut, 1);
   call(first);
   entered.get_future().wait();
-  end.withdraw(first.key, uuid);
+  end.withdraw(key_of(first), uuid);
   call(request(sut, 2));
   EXPECT_EQ(next_reply().call.number, 2U);
+}
+
+TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasItsChannelAfterItsOwnIsGone) {
+  std::promise<void> entered;
+  const Service sut(
+      options(),
+      [&](const Call& call) -> Response {
+        if (call.id().epoch == 2) {
+          entered.set_value();
+          while (!call.cancelled()) {
+            std::this_thread::yield();
+          }
+        }
+        return echo(call);
+      },
+      idl::program::no_log());
+  fabric::RecordingGateway other_gateway;
+  std::optional<fabric::CallEnd> other(std::in_place, participant, context.get_executor(),
+                                       other_gateway);
+  ASSERT_TRUE(until_ready(sut));
+  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
+  Request first = request(sut, 1);
+  first.call.epoch = 2;
+  ASSERT_TRUE(other->publish(first));
+  entered.get_future().wait();
+  call(request(sut, 1));
+  other.reset();
+  EXPECT_EQ(next_reply().call, request(sut, 1).call);
 }
 
 TEST_F(ServiceTest, ShowsInterimStatesBeforeTheAnswer) {

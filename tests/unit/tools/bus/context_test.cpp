@@ -76,13 +76,27 @@ TEST(AContext, NamesTheCallThatIsTakenBack) {
   Context sut;
   Entry request = one_call(17, 0)[1];
   sut.complete(request);
-  Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}});
+  const std::uint64_t epoch = std::get<fabric::Request>(request.sample).call.epoch;
+  Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = epoch}});
   sut.complete(withdrawal);
   EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call.number, 17U);
   EXPECT_EQ(withdrawal.uuid, square_root);
-  Entry other = of(Withdrawal{.key = {"cnc", 2}});
+  Entry other = of(Withdrawal{.key = {"cnc", 2}, .call = {.epoch = epoch}});
   sut.complete(other);
   EXPECT_EQ(std::get<Withdrawal>(other.sample).call, fabric::CallId{});
+  EXPECT_EQ(other.uuid, "");
+}
+
+TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
+  Context sut;
+  Entry one = of(fabric::Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
+  Entry another = of(fabric::Request{.key = {"cnc", 1}, .call = {8, 5}, .uuid = "dial-gauge"});
+  sut.complete(one);
+  sut.complete(another);
+  Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = 7}});
+  sut.complete(withdrawal);
+  EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call, (fabric::CallId{7, 1}));
+  EXPECT_EQ(withdrawal.uuid, square_root);
 }
 
 }  // namespace

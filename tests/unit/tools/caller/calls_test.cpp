@@ -49,7 +49,7 @@ std::vector<std::string> words(const Actions& actions) {
       out.push_back(fmt::format("{}→{}#{}", publish->request.key.channel,
                                 publish->request.assigned.bytes[0], publish->request.attempt));
     } else if (const auto* withdraw = std::get_if<Withdraw>(&action)) {
-      out.push_back(fmt::format("-{}", withdraw->key.channel));
+      out.push_back(fmt::format("-{}", withdraw->key.key.channel));
     } else if (const auto* ended = std::get_if<Ended>(&action)) {
       out.push_back(ended->reply ? fmt::format("{}={}", ended->key.channel, ended->reply->text)
                                  : fmt::format("{}: {}", ended->key.channel, ended->reason));

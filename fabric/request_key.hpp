@@ -1,0 +1,29 @@
+// The DDS key of a request: a channel, as one gateway asks for it.
+//
+// Two gateways may have had the same channel, one after the other or without hearing each other.
+// Neither replaces nor withdraws what the other asks.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+
+/// Ordered by channel first.
+struct RequestKey {
+  ChannelKey key{};
+  /// Of the call: it names the gateway, or the tool that calls in a gateway's place.
+  std::uint64_t epoch = 0;
+  auto operator<=>(const RequestKey&) const = default;
+};
+
+inline RequestKey key_of(const Request& request) {
+  return {request.key, request.call.epoch};
+}
+inline RequestKey key_of(const Reply& reply) {
+  return {reply.key, reply.call.epoch};
+}
+
+}  // namespace millrace::fabric
