@@ -52,6 +52,9 @@ void Context::complete(Entry& entry) {
 void Context::remember(const Entry& entry) {
   if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
     pending_.insert_or_assign(key_of(*request), Pending{request->call, entry.uuid});
+    if (const auto old = recent_.use(key_of(*request))) {
+      pending_.erase(*old);
+    }
   } else if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
     // An instance that is gone may still be heard of: its last replies come on another way.
     if (news->change == recording::Change::ready) {

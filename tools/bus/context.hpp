@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "fabric/request_key.hpp"
+#include "fabric/recent_keys.hpp"
 #include "tools/recording/entry.hpp"
 
 namespace millrace::tools::bus {
@@ -12,6 +12,10 @@ namespace millrace::tools::bus {
 /// Pure. Takes each entry in the order it was received.
 class Context {
  public:
+  /// Of so many channels of gateways the last request is remembered: each run of a tool that calls
+  /// is a gateway of its own, and a recorder runs for months.
+  static constexpr std::size_t most_pending = 16'384;
+
   /// Sets the UUID of entries that carry none, and the call of withdrawals, which carry its epoch.
   void complete(recording::Entry& entry);
 
@@ -25,6 +29,7 @@ class Context {
 
   std::map<fabric::InstanceId, std::string> uuid_of_instance_;
   std::map<fabric::RequestKey, Pending> pending_;
+  fabric::RecentKeys recent_{most_pending};
 };
 
 }  // namespace millrace::tools::bus

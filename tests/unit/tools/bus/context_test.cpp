@@ -87,6 +87,24 @@ TEST(AContext, NamesTheCallThatIsTakenBack) {
   EXPECT_EQ(other.uuid, "");
 }
 
+TEST(AContext, ForgetsTheOldestCallsOnly) {
+  Context sut;
+  const auto ask = [&sut](std::uint64_t epoch) {
+    Entry entry = of(fabric::Request{.key = {"cnc", 1}, .call = {epoch, 1}, .uuid = square_root});
+    sut.complete(entry);
+  };
+  const auto taken_back = [&sut](std::uint64_t epoch) {
+    Entry entry = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = epoch}});
+    sut.complete(entry);
+    return std::get<Withdrawal>(entry.sample).call;
+  };
+  for (std::uint64_t epoch = 1; epoch <= Context::most_pending + 1; ++epoch) {
+    ask(epoch);
+  }
+  EXPECT_EQ(taken_back(1), fabric::CallId{});
+  EXPECT_EQ(taken_back(2), (fabric::CallId{2, 1}));
+}
+
 TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
   Context sut;
   Entry one = of(fabric::Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
