@@ -1,4 +1,5 @@
 // The way of an answer into the channel.
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,6 +8,17 @@
 #include "gateway/words.hpp"
 
 namespace millrace::gateway {
+
+namespace {
+
+/// A RESPONSE_STATE that stands beside the request, and so does not answer it, although we have not
+/// written it: an interim state of another gateway, or what an earlier call has left.
+bool stands_beside(const Picture& picture, const Call& call) {
+  return picture.request_state != 0 && picture.response_state != 0 &&
+         std::ranges::count(call.shown, picture.response_state) == 0;
+}
+
+}  // namespace
 
 void ChannelSession::start_writer() {
   Active& active = *active_;
@@ -72,8 +84,13 @@ void ChannelSession::answer_looked(const Picture& picture, Moment now) {
     leave_to_the_other(now);
     return;
   }
-  const Call& call = active_->call;
+  Call& call = active_->call;
   const Standing standing = judge(picture, call.request, call.shown);
+  if (standing == Standing::pending && stands_beside(picture, call)) {
+    // Once REQUEST_STATE is cleared it must not be taken for somebody's answer.
+    call.shown.push_back(picture.response_state);
+    record(journal::Interim{call.id, picture.response_state});
+  }
   if (active_->writer->on_look(picture, standing, call.request) == AnswerWriter::Step::dropped) {
     end(false, why_over(standing, picture), now);
   } else {

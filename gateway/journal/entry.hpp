@@ -31,7 +31,8 @@ struct Dispatched {
   bool operator==(const Dispatched&) const = default;
 };
 
-/// Before an interim state is written to the channel.
+/// Before an interim state is written to the channel, or once one that we have not written is found
+/// beside the request.
 struct Interim {
   fabric::CallId call;
   std::uint32_t state = 0;

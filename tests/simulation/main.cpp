@@ -1,4 +1,5 @@
-// millrace-simulation: runs simulations by their seeds.
+// millrace-simulation: runs simulations by their seeds, or every order of a small one.
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -7,10 +8,13 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "tests/simulation/exhaustive/walk.hpp"
 #include "tests/simulation/world.hpp"
 
 namespace {
 
+namespace cnc = millrace::cnc;
+namespace fabric = millrace::fabric;
 using namespace millrace::tests::simulation;
 
 struct Flags {
@@ -19,6 +23,13 @@ struct Flags {
   bool trace = false;
   std::string bug;
   unsigned most = 10;
+  // Of a walk through every order.
+  std::string mishap;
+  SmallPlan plan;
+  bool once = false;
+  std::size_t runs = 1'000'000;
+  unsigned early_timers = 0;
+  std::size_t drawn = 0;
 };
 
 Bug bug_of(const std::string& name) {
@@ -70,6 +81,51 @@ int run(const Flags& flags) {
   return failed == 0 ? 0 : 1;
 }
 
+/// How many runs in orders drawn at random come to a sight that the walk has not seen.
+std::size_t unseen(const Flags& flags, Bounds bounds) {
+  const auto walked = sights(flags.plan, bounds);
+  bounds.most_runs = flags.drawn;
+  bounds.draw = 1;
+  const auto drawn = sights(flags.plan, bounds);
+  const auto missing =
+      std::ranges::count_if(drawn, [&](const auto& sight) { return !walked.contains(sight); });
+  fmt::print("{} sights in {} orders drawn at random, {} in the walk; {} of those not in these\n",
+             drawn.size(), flags.drawn, walked.size(), missing);
+  return static_cast<std::size_t>(missing);
+}
+
+int walk(Flags flags) {
+  const auto mishap = std::ranges::find(mishap_names, flags.mishap, &MishapName::name);
+  flags.plan.mishap = mishap->mishap;
+  flags.plan.delivery =
+      flags.once ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+  flags.plan.bug = bug_of(flags.bug);
+  const Bounds bounds{.early_timers = flags.early_timers, .most_runs = flags.runs};
+  const auto begin = std::chrono::steady_clock::now();
+  const Walk walked = walk_through(flags.plan, bounds);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  if (flags.trace && !walked.violations.empty()) {
+    fmt::print("{}\n", fmt::join(retell(flags.plan, bounds, walked), "\n"));
+  }
+  const char* rest = walked.complete ? "" : " (not all)";
+  fmt::print("{} states, {} runs{}, {:.1f} s: {}\n", walked.states, walked.runs, rest, took.count(),
+             walked.violations.empty() ? "every promise is kept" : walked.violations.front());
+  if (!walked.violations.empty()) {
+    return 1;
+  }
+  return flags.drawn > 0 && unseen(flags, bounds) > 0 ? 1 : 0;
+}
+
+/// The names of an array of things with names.
+template <typename Names>
+std::vector<std::string> names_of(const Names& all) {
+  std::vector<std::string> names;
+  for (const auto& one : all) {
+    names.emplace_back(one.name);
+  }
+  return names;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -78,8 +134,28 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", flags.seeds, "FIRST..LAST: which simulations to run");
   app.add_option("--seed", flags.seed, "One simulation");
   app.add_flag("--trace", flags.trace, "Print what happens");
-  app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/simulation.md)");
+  app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/simulation.md)")
+      ->check(CLI::IsMember(names_of(bug_names)));
   app.add_option("--most", flags.most, "Stop after so many failures");
+  auto* orders = app.add_option("--every-order", flags.mishap,
+                                "Walk every order of one channel, two instances and this mishap")
+                     ->check(CLI::IsMember(names_of(mishap_names)));
+  const auto of_orders = [&](CLI::Option* option) { option->needs(orders)->group("Every order"); };
+  cnc::simulator::ServiceRules& rules = flags.plan.rules;
+  of_orders(app.add_option("--runs", flags.runs, "Stop after so many runs"));
+  of_orders(app.add_option("--calls", flags.plan.calls, "Calls of the program"));
+  of_orders(app.add_flag("--once", flags.once, "The service is at most once"));
+  of_orders(app.add_flag("--writes-lost", flags.plan.leftovers_dropped,
+                         "What is on its way to the controller is lost with its connection"));
+  of_orders(app.add_flag("--response-clears-request", rules.response_clears_request,
+                         "The kernel clears REQUEST_STATE when RESPONSE_STATE is written"));
+  of_orders(app.add_flag("--reset-clears-states", rules.reset_clears_states,
+                         "An NC reset clears both states"));
+  of_orders(app.add_option("--early-timers", flags.early_timers,
+                           "So often a timer fires before what could happen first"));
+  of_orders(
+      app.add_option("--draw", flags.drawn,
+                     "Then take so many orders at random and say what the walk has not seen"));
   CLI11_PARSE(app, argc, argv);
-  return run(flags);
+  return flags.mishap.empty() ? run(flags) : walk(flags);
 }

@@ -2,19 +2,11 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
+#include <tuple>
 #include <utility>
 
-#include "tests/simulation/time/random.hpp"
-
 namespace millrace::tests::simulation {
-
-namespace {
-
-std::uint64_t mix(std::uint64_t a, std::uint64_t b) {
-  return Random(a ^ Random(b).next()).next();
-}
-
-}  // namespace
 
 void Explorer::begin() {
   ++runs_;
@@ -22,12 +14,19 @@ void Explorer::begin() {
   known_ = false;
   started_ = false;
   early_ = 0;
-  parties_.fill(0);
+  now_ = {};
+  described_.fill({});
+  changed_ = 0;
   current_ = 0;
   planned_ = 0;
+  // On the way to where this run leaves the one before, nothing is new.
+  repeating_ = !path_.empty() && !path_.back().found.empty();
 }
 
 bool Explorer::next() {
+  if (bounds_.draw) {
+    return runs_ < bounds_.most_runs;
+  }
   while (!path_.empty() && path_.back().taken + 1 == path_.back().of) {
     path_.pop_back();
   }
@@ -38,10 +37,10 @@ bool Explorer::next() {
   return runs_ < bounds_.most_runs;
 }
 
-void Explorer::repeat(std::vector<std::size_t> choices) {
+void Explorer::repeat(const std::vector<std::size_t>& choices) {
   path_.clear();
   for (const std::size_t taken : choices) {
-    path_.push_back({taken, taken + 1});
+    path_.push_back({.taken = taken, .of = taken + 1});
   }
 }
 
@@ -81,14 +80,63 @@ std::vector<std::size_t> Explorer::candidates(const std::vector<Happening>& wait
   return found;
 }
 
-std::uint64_t Explorer::state() const {
-  std::uint64_t all = early_;
-  for (const std::uint64_t party : parties_) {
-    if (party != 0) {
-      all = mix(all, party);
-    }
+Meaning Explorer::cause_of(const Happening& one) const {
+  const auto known = now_.causes.find(one.number);
+  assert(known != now_.causes.end());
+  return known->second;
+}
+
+Meaning Explorer::state(const std::vector<Happening>& waiting) const {
+  Meaning on_its_way = 0;
+  for (const Happening& one : waiting) {
+    on_its_way += meaning_of(cause_of(one), one.parties, one.lane, one.timer);
+  }
+  Meaning all = meaning_of(early_, now_.judged, on_its_way);
+  for (const Meaning party : now_.parties) {
+    all = meaning_of(all, party);
   }
   return all;
+}
+
+/// The order in which they were planned differs between runs that come to the same state; what
+/// brought them about does not.
+void Explorer::sort(std::vector<std::size_t>& found, const std::vector<Happening>& waiting) const {
+  std::ranges::sort(found, {}, [&](std::size_t i) {
+    return std::tuple(waiting[i].timer, cause_of(waiting[i]), waiting[i].number);
+  });
+}
+
+std::optional<std::size_t> Explorer::pick(std::vector<std::size_t> found,
+                                          const std::vector<Happening>& waiting) {
+  if (repeating_) {
+    const Choice& choice = path_[depth_++];
+    if (depth_ == path_.size()) {
+      now_ = choice.before;
+      changed_ = 0;
+      repeating_ = false;
+    }
+    return choice.found[choice.taken];
+  }
+  sort(found, waiting);
+  if (bounds_.draw) {
+    states_.insert(state(waiting));
+    on_new_choice();
+    return found[random_.below(found.size())];
+  }
+  if (depth_ == path_.size()) {
+    if (!states_.insert(state(waiting)).second) {
+      known_ = true;
+      return std::nullopt;
+    }
+    on_new_choice();
+    std::unordered_map<std::uint64_t, Meaning> causes;
+    for (const Happening& one : waiting) {
+      causes.emplace(one.number, cause_of(one));
+    }
+    now_.causes = std::move(causes);
+    path_.push_back({.taken = 0, .of = found.size(), .found = found, .before = now_});
+  }
+  return found[path_[depth_++].taken];
 }
 
 std::optional<std::size_t> Explorer::choose(const std::vector<Happening>& waiting, Time) {
@@ -98,57 +146,69 @@ std::optional<std::size_t> Explorer::choose(const std::vector<Happening>& waitin
     return static_cast<std::size_t>(first - waiting.begin());
   }
   auto found = candidates(waiting);
-  // The order in which they were planned differs between runs; what brought them about does not.
-  std::ranges::sort(found, {}, [&](std::size_t i) {
-    return std::tuple(waiting[i].timer, waiting[i].cause, waiting[i].number);
-  });
   if (found.empty()) {
     return std::nullopt;
   }
-  std::size_t chosen = 0;
-  if (found.size() > 1) {
-    if (depth_ == path_.size()) {
-      if (!states_.insert(state()).second) {
-        known_ = true;
-        return std::nullopt;
-      }
-      path_.push_back({0, found.size()});
-    }
-    path_[depth_].of = std::max(path_[depth_].of, found.size());
-    chosen = path_[depth_].taken;
-    ++depth_;
-  }
-  const Happening& one = waiting[found[chosen]];
   const bool others = std::ranges::any_of(found, [&](std::size_t i) { return !waiting[i].timer; });
-  early_ += one.timer && others ? 1 : 0;
-  return found[chosen];
+  const auto chosen =
+      found.size() == 1 ? std::optional(found.front()) : pick(std::move(found), waiting);
+  if (chosen) {
+    early_ += waiting[*chosen].timer && others ? 1U : 0U;
+  }
+  return chosen;
 }
 
 void Explorer::happens(const Happening& happening) {
-  current_ = happening.cause;
+  if (repeating_) {
+    return;
+  }
+  current_ = cause_of(happening);
   planned_ = 0;
   for (std::uint64_t left = happening.parties | happening.reads; left != 0; left &= left - 1) {
-    current_ = mix(current_, parties_.at(static_cast<std::size_t>(std::countr_zero(left))));
+    current_ =
+        meaning_of(current_, now_.parties.at(static_cast<std::size_t>(std::countr_zero(left))));
   }
   touches(happening.parties);
 }
 
 void Explorer::touches(std::uint64_t parties) {
+  if (repeating_) {
+    return;
+  }
+  changed_ |= parties;
   for (; parties != 0; parties &= parties - 1) {
     const auto party = static_cast<std::size_t>(std::countr_zero(parties));
-    parties_.at(party) = mix(mix(current_, parties_.at(party)), party);
+    now_.parties.at(party) = meaning_of(current_, now_.parties.at(party), party);
   }
 }
 
 void Explorer::becomes(std::uint64_t parties, Meaning meaning) {
-  for (; parties != 0; parties &= parties - 1) {
-    parties_.at(static_cast<std::size_t>(std::countr_zero(parties))) = meaning;
+  if (repeating_) {
+    return;
   }
-  current_ = mix(current_, meaning);
+  changed_ |= parties;
+  for (; parties != 0; parties &= parties - 1) {
+    now_.parties.at(static_cast<std::size_t>(std::countr_zero(parties))) = meaning;
+  }
+  current_ = meaning_of(current_, meaning);
 }
 
-Meaning Explorer::cause() {
-  return mix(current_, ++planned_);
+void Explorer::happened() {
+  if (repeating_) {
+    return;
+  }
+  for (; changed_ != 0; changed_ &= changed_ - 1) {
+    const auto party = static_cast<std::size_t>(std::countr_zero(changed_));
+    if (described_.at(party)) {
+      now_.parties.at(party) = described_.at(party)();
+    }
+  }
+}
+
+void Explorer::planned(const Happening& happening, std::optional<Meaning> means) {
+  if (!repeating_) {
+    now_.causes[happening.number] = means ? *means : meaning_of(current_, ++planned_);
+  }
 }
 
 }  // namespace millrace::tests::simulation

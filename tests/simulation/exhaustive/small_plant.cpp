@@ -1,5 +1,7 @@
 #include "tests/simulation/exhaustive/small_plant.hpp"
 
+#include <fmt/format.h>
+
 namespace millrace::tests::simulation {
 
 namespace {
@@ -86,6 +88,7 @@ std::uint64_t SmallPlant::struck() const {
     case Mishap::instance_drained:
       return bit(second_party);
     case Mishap::link_cut:
+    case Mishap::link_silent:
       return bit(gateway_party);
     case Mishap::program_reset:
       return bit(controller_party);
@@ -117,6 +120,10 @@ void SmallPlant::strike() {
     case Mishap::link_cut:
       gateway_.cut_links("m0", "connection reset");
       break;
+    case Mishap::link_silent:
+      cable_.silent = true;
+      restart([this] { cable_.silent = false; });
+      break;
     case Mishap::program_reset:
       controller_.reset(1, Time{});
       break;
@@ -134,10 +141,31 @@ bool SmallPlant::done() const {
   return controller_.done() && struck_ && gateway_.running() && gateway_.open_calls() == 0;
 }
 
+/// A gateway knows too much to be put in words while it runs: what it has come to is what has
+/// happened to it since it started.
+void SmallPlant::describe() {
+  const auto hash = std::hash<std::string>{};
+  explorer_.describe(controller_party, [this, hash] { return hash(controller_.place()); });
+  explorer_.describe(first_party, [this, hash] { return hash(first_.place()); });
+  explorer_.describe(second_party, [this, hash] { return hash(second_.place()); });
+}
+
+std::string SmallPlant::sight() const {
+  std::string words = fmt::format("{} | {} {} | {} {} | {} {}", controller_.place(),
+                                  gateway_.running(), gateway_.open_calls(), first_.running(),
+                                  first_.idle(), second_.running(), second_.idle());
+  for (const auto& [key, status] : gateway_.statuses()) {
+    words += fmt::format(" | {} {} {}", static_cast<int>(status.state), status.call.to_string(),
+                         status.attempt);
+  }
+  return words;
+}
+
 std::vector<std::string> SmallPlant::run() {
   first_.start();
   second_.start();
   gateway_.start();
+  describe();
   // All are there when the program begins.
   while (agenda_.now() < settled && agenda_.step()) {
   }
@@ -145,8 +173,8 @@ std::vector<std::string> SmallPlant::run() {
   controller_.start_programs();
   struck_ = plan_.mishap == Mishap::none;
   if (!struck_) {
-    // Tried last, so that what follows a late mishap is walked first.
-    agenda_.after(Time{}, {.means = ~Meaning{0}}, [this] { strike(); });
+    // Tried first wherever it can happen.
+    agenda_.after(Time{}, {.means = Meaning{0}}, [this] { strike(); });
   }
   while (history_.violations().empty() && !done() && agenda_.now() < longest && agenda_.step()) {
     // An at-most-once call whose instance is lost waits for an operator.

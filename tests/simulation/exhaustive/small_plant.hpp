@@ -2,6 +2,7 @@
 // moment.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -21,7 +22,25 @@ enum class Mishap : std::uint8_t {
   instance_killed,
   instance_drained,
   link_cut,
+  /// Nothing comes through for a while, and nobody is told.
+  link_silent,
   program_reset,
+};
+
+struct MishapName {
+  Mishap mishap;
+  std::string_view name;
+};
+
+inline constexpr std::array mishap_names{
+    MishapName{Mishap::none, "nothing"},
+    MishapName{Mishap::gateway_killed, "gateway-killed"},
+    MishapName{Mishap::gateway_power_cut, "gateway-power-cut"},
+    MishapName{Mishap::instance_killed, "instance-killed"},
+    MishapName{Mishap::instance_drained, "instance-drained"},
+    MishapName{Mishap::link_cut, "link-cut"},
+    MishapName{Mishap::link_silent, "link-silent"},
+    MishapName{Mishap::program_reset, "program-reset"},
 };
 
 struct SmallPlan {
@@ -41,8 +60,11 @@ class SmallPlant {
   /// Until the program has come to its end and no call is open, or the explorer ends it; violations
   /// then.
   std::vector<std::string> run();
+  /// What can be seen of it: what a person would look at, not what tells states apart.
+  [[nodiscard]] std::string sight() const;
 
  private:
+  void describe();
   void strike();
   [[nodiscard]] std::uint64_t struck() const;
   void restart(const std::function<void()>& start);

@@ -86,6 +86,8 @@ class Fabric {
   [[nodiscard]] const GatewayTalk& talk() const { return talk_; }
   /// The ends that are there.
   [[nodiscard]] std::vector<EndNumber> ends() const;
+  /// What an instance's side has and knows of gateways. For who tries all orders.
+  [[nodiscard]] std::string place_of(EndNumber instance) const;
 
  private:
   template <typename Value>

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/ranges.h>
+
 #include "tests/simulation/fabric/fabric.hpp"
 
 namespace millrace::tests::simulation {
@@ -52,6 +54,28 @@ void Fabric::lay_out(const End& end, const fabric::CallId& call, std::uint32_t w
   if (const auto sample = agenda_.meaning(call.to_string(), what, instance.to_string(), number)) {
     agenda_.becomes(end.process->outbox(), *sample);
   }
+}
+
+std::string Fabric::place_of(EndNumber instance) const {
+  const End& end = *ends_[instance];
+  std::string words = fmt::format("{} {}", end.drain_due, end.replies.last);
+  for (const auto& [key, cached] : end.requests_in) {
+    words += fmt::format("|{} {} {} {} {}", key.epoch, static_cast<int>(cached.presence),
+                         cached.value.call.to_string(), cached.value.attempt,
+                         cached.value.assigned.to_string());
+  }
+  for (const auto& [key, gateways] : end.requested_by) {
+    words += fmt::format("|{} {}", key.epoch, fmt::join(gateways, ","));
+  }
+  for (const PairPointer& pair : pairs_of(instance)) {
+    for (const Side& side : {pair->of_instance, pair->of_gateway}) {
+      words += fmt::format("|{} {} {} {} {}", side.path, side.heard, side.reader, side.writer,
+                           side.epoch);
+    }
+    words += fmt::format(" {} {} {} {}", pair->requests, pair->replies, pair->requests_due,
+                         pair->replies_due);
+  }
+  return words;
 }
 
 void Fabric::send_requests(const PairPointer& pair, bool again) {
@@ -130,13 +154,14 @@ void Fabric::wake_to_take_requests(EndNumber number) {
   if (std::exchange(instance.drain_due, true)) {
     return;
   }
-  agenda_.after(
-      random_.between(Time{}, 300us),
-      {.parties = instance.process->parties(), .lives = {.first = &instance.process->life()}},
-      [this, number] {
-        End& end = *ends_[number];
-        end.process->run(end.life, [this, number] { take_requests(number); });
-      });
+  agenda_.after(random_.between(Time{}, 300us),
+                {.parties = instance.process->parties(),
+                 .means = agenda_.meaning("take requests", number),
+                 .lives = {.first = &instance.process->life()}},
+                [this, number] {
+                  End& end = *ends_[number];
+                  end.process->run(end.life, [this, number] { take_requests(number); });
+                });
 }
 
 void Fabric::take_requests(EndNumber number) {

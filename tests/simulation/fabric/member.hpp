@@ -34,6 +34,7 @@ class Member {
   [[nodiscard]] const Process& process() const { return process_; }
   [[nodiscard]] History& history() { return history_; }
   [[nodiscard]] Fabric& fabric() { return fabric_; }
+  [[nodiscard]] const Fabric& fabric() const { return fabric_; }
   [[nodiscard]] Time now() const { return process_.agenda().now(); }
   /// What its wall clock shows.
   [[nodiscard]] fabric::Time wall() const;

@@ -299,7 +299,8 @@ void AdsLink::execute(const RequestPointer& request) {
   request->refused = !channel.write(write.variable, write.value);
   if (!request->refused) {
     history_.add(WriteDone{gateway_, channel.key(), write.call, write.request, write.variable,
-                           write.answer, write.value, channel.text(Variable::response)});
+                           write.answer, write.value, channel.text(Variable::response),
+                           channel.state(Variable::request_state)});
   }
   answer(request, delay());
 }

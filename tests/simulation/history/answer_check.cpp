@@ -96,6 +96,11 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     violations_.push_back(
         fmt::format("I1: {} is answered {} times", fact.call.to_string(), finals_[fact.call]));
   }
+  if (fact.request_state != 0) {
+    // The program asks the same again already. It may go on with this answer, and its request
+    // stands all the same: nobody can tell.
+    return;
+  }
   for (Stretch& one : channel.stretches) {
     if (stands(one)) {
       one.until = now;

@@ -40,6 +40,9 @@ void ExecutionCheck::on(const ProgramReleased& fact) {
 
 void ExecutionCheck::on(const WriteDone& fact) {
   auto& questions = questions_[fact.key];
+  if (!questions.empty()) {
+    questions.back().writers.insert(fact.gateway);
+  }
   if (fact.answer && !questions.empty() && questions.back().request == fact.request) {
     questions.back().stands = false;
   }
@@ -67,6 +70,9 @@ void ExecutionCheck::on(const Claimed& fact) {
          fact.call.to_string(), fact.request.uuid, fact.request.text, fact.request.state);
   if (asked != questions.rend()) {
     story.question = static_cast<std::size_t>(questions.rend() - asked) - 1;
+    // What it has looked at may be from before the other one's write.
+    story.shaken = std::ranges::any_of(
+        asked->writers, [&](const GatewayNumber writer) { return writer != fact.gateway; });
   }
 }
 

@@ -44,6 +44,8 @@ class ExecutionCheck final : public Check {
   struct Question {
     gateway::PendingRequest request;
     bool stands = true;
+    /// The gateways that have written to the channel meanwhile.
+    std::set<GatewayNumber> writers{};
     unsigned once_starts = 0;
     unsigned pardons = 0;
   };

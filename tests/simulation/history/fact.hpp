@@ -65,6 +65,7 @@ struct WriteDone {
   std::optional<gateway::journal::Answer> answer;
   gateway::Value value;
   std::string response;
+  std::uint32_t request_state = 0;
 };
 struct Claimed {
   GatewayNumber gateway = 0;

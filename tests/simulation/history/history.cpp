@@ -16,9 +16,16 @@ double seconds(Time time) {
   return std::chrono::duration<double>(time).count();
 }
 
+/// Whether a check remembers it beyond the life of the one that it is about. What was looked at and
+/// heard is in the memory of the gateway only.
+bool lasts(const Fact& fact) {
+  return !std::holds_alternative<Looked>(fact) && !std::holds_alternative<Heard>(fact) &&
+         !std::holds_alternative<Finished>(fact) && !std::holds_alternative<Note>(fact);
+}
+
 }  // namespace
 
-History::History(const Agenda& agenda, Trace trace) : agenda_(agenda), trace_(std::move(trace)) {
+History::History(Agenda& agenda, Trace trace) : agenda_(agenda), trace_(std::move(trace)) {
   checks_.push_back(std::make_unique<AnswerCheck>());
   checks_.push_back(std::make_unique<DispatchCheck>());
   checks_.push_back(std::make_unique<ExecutionCheck>());
@@ -27,6 +34,9 @@ History::History(const Agenda& agenda, Trace trace) : agenda_(agenda), trace_(st
 void History::add(const Fact& fact) {
   if (trace_) {
     print(to_string(fact));
+  }
+  if (agenda_.watched() && lasts(fact)) {
+    agenda_.remembers(meaning_of(to_string(fact)));
   }
   for (const auto& check : checks_) {
     for (const std::string& sentence : check->on(fact, agenda_.now())) {

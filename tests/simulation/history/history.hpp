@@ -28,7 +28,7 @@ class History {
   using Trace = std::function<void(const std::string& line)>;
 
   /// Without a trace no line is made.
-  explicit History(const Agenda& agenda, Trace trace = {});
+  explicit History(Agenda& agenda, Trace trace = {});
 
   void add(const Fact& fact);
   void note(const std::string& who, const std::string& what);
@@ -39,7 +39,7 @@ class History {
  private:
   void print(const std::string& line);
 
-  const Agenda& agenda_;
+  Agenda& agenda_;
   Trace trace_;
   std::vector<std::unique_ptr<Check>> checks_;
   std::vector<std::string> violations_;

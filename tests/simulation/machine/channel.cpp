@@ -3,6 +3,8 @@
 #include <array>
 #include <cstring>
 
+#include <fmt/format.h>
+
 #include "cnc/variables/text.hpp"
 
 namespace millrace::tests::simulation {
@@ -99,6 +101,13 @@ std::string MachineChannel::text(Variable variable) const {
   return std::get<std::string>(read(variable));
 }
 
+std::string MachineChannel::place() const {
+  return fmt::format("{} {} {} {} {} {} {} {} {}", text(Variable::uuid), text(Variable::request),
+                     state(Variable::request_state), state(Variable::response_state),
+                     text(Variable::response), standing_.uuid, standing_.text, standing_.state,
+                     crossed);
+}
+
 void MachineChannel::cleared(const std::string& why) {
   standing_ = {};
   history_.add(ProgramMoved{key_, why + ", both states are 0"});
@@ -149,8 +158,10 @@ void MachineChannel::power_up() {
       }
       if (variable == Variable::request_state || state(Variable::request_state) != 0) {
         report();
-      } else if (standing_.state != 0) {
-        // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts.
+      } else if (standing_.state != 0 && (text(Variable::uuid) != standing_.uuid ||
+                                          text(Variable::request) != standing_.text)) {
+        // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts,
+        // and until one of them differs nobody can see that.
         standing_ = {};
         crossed = false;
         history_.add(ProgramMoved{key_, "program begins its next request", false});

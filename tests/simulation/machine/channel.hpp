@@ -48,6 +48,8 @@ class MachineChannel {
   /// Something was written for another request than the one that stands: it was on its way when the
   /// program asked anew, and nobody can help that.
   bool crossed = false;
+  /// The variables and what stands in them, in words.
+  [[nodiscard]] std::string place() const;
 
   /// Called after each write over ADS.
   std::function<void()> on_ads_write = [] {};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/ranges.h>
+
 #include "tests/simulation/machine/interpreted_program.hpp"
 #include "tests/simulation/machine/scripted_program.hpp"
 
@@ -42,7 +44,8 @@ void Controller::reset(std::uint16_t number, Time pause) {
   }
   line.program->stop();
   line.channel->reset();
-  agenda_.after(pause, {.parties = parties()}, [this, &line, life = life_] {
+  const auto again = agenda_.meaning(line.channel->key().to_string(), "starts again");
+  agenda_.after(pause, {.parties = parties(), .means = again}, [this, &line, life = life_] {
     if (life == life_ && !line.program->active()) {
       line.program->start();
     }
@@ -71,6 +74,14 @@ void Controller::switch_on() {
 
 bool Controller::done() const {
   return std::ranges::all_of(lines_, [](const Line& line) { return line.program->done(); });
+}
+
+std::string Controller::place() const {
+  std::string words = fmt::format("{} {} {}", powered_, life_, fmt::join(leftovers, ","));
+  for (const Line& line : lines_) {
+    words += fmt::format("|{}|{}", line.program->place(), line.channel->place());
+  }
+  return words;
 }
 
 void Controller::calm_down() {

@@ -40,6 +40,8 @@ class Controller {
 
   [[nodiscard]] bool done() const;
   void calm_down();
+  /// All that its future follows from, but for what is on its way to it. For who tries all orders.
+  [[nodiscard]] std::string place() const;
 
  private:
   struct Line {

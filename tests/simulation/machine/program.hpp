@@ -40,6 +40,9 @@ class Program {
   [[nodiscard]] virtual bool active() const = 0;
   [[nodiscard]] virtual bool done() const = 0;
   [[nodiscard]] virtual std::size_t answered() const = 0;
+  /// Where it is: two that are at the same go on in the same way. For who tries all orders; empty
+  /// if it cannot be told.
+  [[nodiscard]] virtual std::string place() const { return {}; }
 };
 
 }  // namespace millrace::tests::simulation

@@ -24,7 +24,7 @@ ScriptedProgram::ScriptedProgram(MachineChannel& channel, ProgramHabits habits, 
     // The program looks once a cycle; only a change makes a difference.
     if (waiting_ && !looking_) {
       looking_ = true;
-      after(random_.between(Time{}, habits_.cycle), &ScriptedProgram::look);
+      after(random_.between(Time{}, habits_.cycle), "look", &ScriptedProgram::look);
     }
   };
 }
@@ -33,7 +33,7 @@ void ScriptedProgram::start() {
   active_ = true;
   waiting_ = false;
   ++life_;
-  after(Time{}, &ScriptedProgram::begin);
+  after(Time{}, "begin", &ScriptedProgram::begin);
 }
 
 void ScriptedProgram::stop() {
@@ -47,12 +47,21 @@ void ScriptedProgram::calm_down() {
   left_ = std::min<std::size_t>(left_, 1);
 }
 
-void ScriptedProgram::after(Time delay, void (ScriptedProgram::*step)()) {
-  agenda_.after(delay, {.parties = std::uint64_t{1} << party_}, [this, life = life_, step] {
-    if (life == life_) {
-      (this->*step)();
-    }
-  });
+std::string ScriptedProgram::place() const {
+  return fmt::format("{} {} {} {} {} {} {} {} {}", left_, active_, calm_, looking_, waiting_, call_,
+                     wait_at_, request_.text, request_.state);
+}
+
+void ScriptedProgram::after(Time delay, const char* name, void (ScriptedProgram::*step)()) {
+  agenda_.after(delay,
+                {.parties = std::uint64_t{1} << party_,
+                 .means = agenda_.meaning(channel_.key().to_string(), name),
+                 .lives = {.first = &life_}},
+                [this, life = life_, step] {
+                  if (life == life_) {
+                    (this->*step)();
+                  }
+                });
 }
 
 void ScriptedProgram::begin() {
@@ -69,12 +78,12 @@ void ScriptedProgram::begin() {
     request_.state = static_cast<std::uint32_t>(1 + random_.below(3));
   }
   channel_.set(Variable::uuid, request_.uuid);
-  after(random_.between(Time{}, habits_.cycle), &ScriptedProgram::write_request);
+  after(random_.between(Time{}, habits_.cycle), "write_request", &ScriptedProgram::write_request);
 }
 
 void ScriptedProgram::write_request() {
   channel_.set(Variable::request, request_.text);
-  after(random_.between(Time{}, habits_.cycle), &ScriptedProgram::write_state);
+  after(random_.between(Time{}, habits_.cycle), "write_state", &ScriptedProgram::write_state);
 }
 
 void ScriptedProgram::write_state() {
@@ -109,7 +118,8 @@ void ScriptedProgram::look() {
     return;
   }
   waiting_ = false;
-  after(random_.chance(50) ? Time{} : habits_.cycle, &ScriptedProgram::read_response);
+  after(random_.chance(50) ? Time{} : habits_.cycle, "read_response",
+        &ScriptedProgram::read_response);
 }
 
 void ScriptedProgram::read_response() {
@@ -133,7 +143,7 @@ void ScriptedProgram::lose_patience(std::uint64_t call) {
 }
 
 void ScriptedProgram::next() {
-  after(random_.chance(30) ? Time{} : random_.between(Time{}, habits_.pause),
+  after(random_.chance(30) ? Time{} : random_.between(Time{}, habits_.pause), "begin",
         &ScriptedProgram::begin);
 }
 

@@ -16,9 +16,10 @@ class ScriptedProgram final : public Program {
   [[nodiscard]] bool done() const override { return left_ == 0 && !active_; }
   [[nodiscard]] bool active() const override { return active_; }
   [[nodiscard]] std::size_t answered() const override { return answered_; }
+  [[nodiscard]] std::string place() const override;
 
  private:
-  void after(Time delay, void (ScriptedProgram::*step)());
+  void after(Time delay, const char* name, void (ScriptedProgram::*step)());
   void begin();
   void write_request();
   void write_state();

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "tests/simulation/service/words.hpp"
 
 namespace millrace::tests::simulation {
@@ -38,6 +40,7 @@ void ServiceProcess::start() {
   }
   desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
   asked_.clear();
+  desk_knows_ = 0;
   closing_ = false;
   closed_ = false;
   stuck_ = false;
@@ -82,6 +85,18 @@ void ServiceProcess::leave_soon() {
   });
 }
 
+std::string ServiceProcess::place() const {
+  if (!running()) {
+    return {};
+  }
+  return fmt::format("{} {} {} {} {} {} {}", identity_.id.to_string(), identity_.draining, closing_,
+                     closed_, stuck_, desk_knows_, fabric().place_of(*end()));
+}
+
+void ServiceProcess::told(const std::string& what) {
+  desk_knows_ = meaning_of(desk_knows_, what);
+}
+
 void ServiceProcess::calm_down() {
   plan_.habits.stuck = 0;
   plan_.habits.refused = 0;
@@ -95,11 +110,14 @@ void ServiceProcess::on_request(const fabric::Request& request) {
   if (plan_.bug == Bug::desk_without_memory) {
     desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
   }
+  told(fmt::format("{} {} {}", request.call.to_string(), request.attempt,
+                   request.assigned.to_string()));
   asked_.insert(key_of(request));
   perform(desk_->on_request(request, wall()));
 }
 
 void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
+  told(fmt::format("withdrawn {}", key.epoch));
   if (plan_.bug == Bug::withdraws_for_others) {
     for (const fabric::RequestKey& asked : asked_) {
       if (asked.key == key.key) {
@@ -112,6 +130,7 @@ void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
 }
 
 void ServiceProcess::on_orphaned(const fabric::RequestKey& key) {
+  told(fmt::format("orphaned {}", key.epoch));
   perform(desk_->on_orphaned(key));
 }
 
@@ -169,6 +188,7 @@ void ServiceProcess::finish(const fabric::Request& request) {
     result = random_.chance(50) ? sdk::Response{answer_to(request.text), 0}
                                 : sdk::Response{std::string(200, 'x'), 1};
   }
+  told("result of " + request.call.to_string());
   perform(desk_->on_result(request.call, result, wall()));
 }
 

@@ -51,6 +51,8 @@ class ServiceProcess final : public Member, private InstanceEars {
   [[nodiscard]] const ServicePlan& plan() const { return plan_; }
   [[nodiscard]] bool stuck() const { return stuck_; }
   [[nodiscard]] bool idle() const { return !desk_ || desk_->idle(); }
+  /// All that its future follows from, but for what is on its way to it. For who tries all orders.
+  [[nodiscard]] std::string place() const;
 
  private:
   void on_request(const fabric::Request& request) override;
@@ -63,6 +65,7 @@ class ServiceProcess final : public Member, private InstanceEars {
   void perform(const services::sdk::Drop&) {}
   void handle(const fabric::Request& request);
   void finish(const fabric::Request& request);
+  void told(const std::string& what);
   void close_when_idle();
   void leave_soon();
 
@@ -75,6 +78,8 @@ class ServiceProcess final : public Member, private InstanceEars {
   std::optional<services::sdk::CallDesk> desk_;
   /// Who has asked, for who mistakes one for the other.
   std::set<fabric::RequestKey> asked_;
+  /// All that the desk was told, which is all that it knows.
+  Meaning desk_knows_ = 0;
   bool closing_ = false;
   bool closed_ = false;
   bool stuck_ = false;

@@ -22,13 +22,14 @@ void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   one.reads = plan.reads;
   one.timer = plan.timer;
   one.lane = plan.lane;
-  one.cause = plan.means ? *plan.means : order_ != nullptr ? order_->cause() : 0;
   one.lives = plan.lives;
   one.lives.first_planned_in = plan.lives.first != nullptr ? *plan.lives.first : 0;
   one.lives.second_planned_in = plan.lives.second != nullptr ? *plan.lives.second : 0;
   one.act = std::move(act);
   waiting_.push_back(std::move(one));
-  if (order_ == nullptr) {
+  if (order_ != nullptr) {
+    order_->planned(waiting_.back(), plan.means);
+  } else {
     std::ranges::push_heap(waiting_, later);
   }
 }
@@ -46,8 +47,7 @@ bool Agenda::step() {
     if (!chosen) {
       return false;
     }
-    const auto place = waiting_.begin() + static_cast<std::ptrdiff_t>(*chosen);
-    std::rotate(place, place + 1, waiting_.end());
+    std::swap(waiting_[*chosen], waiting_.back());
   }
   Happening next = std::move(waiting_.back());
   waiting_.pop_back();
@@ -58,6 +58,9 @@ bool Agenda::step() {
     order_->happens(next);
   }
   next.act();
+  if (order_ != nullptr) {
+    order_->happened();
+  }
   return true;
 }
 

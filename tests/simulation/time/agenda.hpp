@@ -8,13 +8,12 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
-
-#include <fmt/format.h>
 
 namespace millrace::tests::simulation {
 
@@ -30,6 +29,30 @@ using Party = std::uint8_t;
 
 /// What something comes to, as a number: equal only if it is equal.
 using Meaning = std::uint64_t;
+
+/// Of things that have a std::hash.
+template <typename... Parts>
+Meaning meaning_of(const Parts&... parts) {
+  Meaning all = 0;
+  const auto add = [&all](Meaning part) {
+    // As boost::hash_combine does for 64 bits (splitmix64's finalizer).
+    all += 0x9e3779b97f4a7c15U + part;
+    all = (all ^ (all >> 30U)) * 0xbf58476d1ce4e5b9U;
+    all = (all ^ (all >> 27U)) * 0x94d049bb133111ebU;
+    all ^= all >> 31U;
+  };
+  const auto hash = []<typename Part>(const Part& part) -> Meaning {
+    if constexpr (std::is_convertible_v<const Part&, std::string_view>) {
+      return std::hash<std::string_view>{}(part);
+    } else if constexpr (std::is_enum_v<Part>) {
+      return static_cast<Meaning>(part);
+    } else {
+      return std::hash<Part>{}(part);
+    }
+  };
+  (add(hash(parts)), ...);
+  return all;
+}
 
 /// Of one process or two: nothing happens once one of them is over.
 struct Lives {
@@ -55,8 +78,6 @@ struct Happening {
   bool timer = false;
   /// What a lane carries arrives in its order; 0 = no lane.
   std::uint32_t lane = 0;
-  /// Of what brought it about, or what it means; equal only if that was equal.
-  Meaning cause = 0;
   /// The lives of the processes it was planned in, which may be over.
   Lives lives{};
   std::function<void()> act;
@@ -84,8 +105,15 @@ class Order {
   virtual void touches(std::uint64_t /*parties*/) {}
   /// From now on all that matters of these parties is this.
   virtual void becomes(std::uint64_t /*parties*/, Meaning /*meaning*/) {}
-  /// The cause of whatever is planned now.
-  virtual Meaning cause() { return 0; }
+  /// Something that whoever judges will remember, also when the party that did it is gone.
+  virtual void remembers(Meaning /*fact*/) {}
+  /// It needs to know what things come to.
+  [[nodiscard]] virtual bool watches() const { return true; }
+  /// What was about to happen has happened.
+  virtual void happened() {}
+  /// This is on its way from now on. What brought it about does not matter if it is said what it
+  /// means.
+  virtual void planned(const Happening& /*happening*/, std::optional<Meaning> /*means*/) {}
 };
 
 class Agenda {
@@ -107,15 +135,17 @@ class Agenda {
       order_->becomes(parties, meaning);
     }
   }
+  /// Whether somebody tries all orders, and needs to know what things come to.
+  [[nodiscard]] bool watched() const { return order_ != nullptr && order_->watches(); }
+  void remembers(Meaning fact) {
+    if (order_ != nullptr) {
+      order_->remembers(fact);
+    }
+  }
   /// What these come to, if somebody tries all orders.
   template <typename... Parts>
   [[nodiscard]] std::optional<Meaning> meaning(const Parts&... parts) const {
-    if (order_ == nullptr) {
-      return std::nullopt;
-    }
-    std::string text;
-    (fmt::format_to(std::back_inserter(text), "{}|", parts), ...);
-    return std::hash<std::string>{}(text);
+    return watched() ? std::optional(meaning_of(parts...)) : std::nullopt;
   }
   /// Lets one thing happen; false if there is none.
   bool step();

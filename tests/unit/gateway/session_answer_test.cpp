@@ -296,5 +296,36 @@ TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
   EXPECT_EQ(desk.channel.values().response, "1.414");
 }
 
+// Another gateway, which this one did not hear, had written an interim state. The program waited
+// for ever. Found by the simulation.
+TEST_F(ChannelAnswer, IsWrittenAgainIfALostReleaseLeavesAStateThatStoodBefore) {
+  desk.dispatched_call();
+  desk.channel.write(Variable::response_state, Value{std::uint32_t{1003}});
+  bool lost_once = false;
+  desk.fate = [&] {
+    const bool releases = desk.channel.values().request_state == 0;
+    return releases && !std::exchange(lost_once, true) ? Fate{WriteOutcome::unknown, false}
+                                                       : Fate{};
+  };
+  reply(desk.reply("1.414", 1));
+  desk.wait(600ms);
+  EXPECT_TRUE(lost_once);
+  EXPECT_EQ(desk.channel.values().response_state, 1U);
+  EXPECT_EQ(desk.event_kinds().back(), written);
+}
+
+TEST_F(ChannelAnswer, IsWrittenAlsoByARestartedGatewayBesideAStateThatStoodBefore) {
+  desk.dispatched_call();
+  desk.channel.write(Variable::response_state, Value{std::uint32_t{1003}});
+  desk.before_action = [&] { desk.stop = desk.channel.values().request_state == 0; };
+  reply(desk.reply("1.414", 1));
+  ASSERT_TRUE(desk.stop);
+  desk.before_action = [] {};
+  desk.restart();
+  desk.link_up();
+  desk.wait(600ms);
+  EXPECT_EQ(desk.channel.values().response_state, 1U);
+}
+
 }  // namespace
 }  // namespace millrace::gateway
