@@ -1,9 +1,13 @@
 #include "fabric/call_end.hpp"
 
+#include <algorithm>
 #include <map>
+#include <vector>
 
+#include <boost/asio/post.hpp>
 #include <fmt/format.h>
 
+#include "fabric/channel_board.hpp"
 #include "fabric/discovery.hpp"
 #include "fabric/reader.hpp"
 #include "fabric/waker.hpp"
@@ -12,17 +16,17 @@
 namespace millrace::fabric {
 
 struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
-  Impl(Participant& own_participant, CallEndListener& own_listener)
+  Impl(Participant& own_participant, boost::asio::any_io_executor own_executor,
+       CallEndListener& own_listener)
       : participant(own_participant),
+        executor(std::move(own_executor)),
         listener(&own_listener),
-        channels(own_participant, own_participant.options().fabric),
-        machines(own_participant, own_participant.options().fabric),
-        events(own_participant, own_participant.options().fabric) {
-    events.hold({});
-  }
+        machines(own_participant, own_participant.options().fabric) {}
 
-  void open(const boost::asio::any_io_executor& executor);
+  void open();
   void close();
+  void wrote(Writer<Request>& writer);
+  void flush();
   void open_requests(const std::string& uuid);
   void drain_discovery();
   void drain_replies();
@@ -39,23 +43,36 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   }
 
   Participant& participant;
+  boost::asio::any_io_executor executor;
   /// Null once the end is closed.
   CallEndListener* listener;
   Registry registry;
   // Before the entities whose listeners wake them.
   std::optional<Waker> discovery_waker;
   std::optional<Waker> reply_waker;
+  std::optional<Waker> board_waker;
+  Audience event_audience;
   std::optional<Discovery> discovery;
   std::optional<Reader<Reply>> replies;
   /// By canonical UUID. They stay when the last instance leaves, because a pending call waits in
   /// them for the next one.
   std::map<std::string, Writer<Request>> requests;
-  Writer<ChannelStatus> channels;
+  /// Until the end of this turn of the executor: what was sent at once, and what waits.
+  bool in_turn = false;
+  std::vector<Writer<Request>*> unsent;
+  std::optional<ChannelBoard> channels;
   Writer<MachineStatus> machines;
-  Writer<Event> events;
+  std::optional<Writer<Event>> events;
 };
 
-void CallEnd::Impl::open(const boost::asio::any_io_executor& executor) {
+void CallEnd::Impl::open() {
+  board_waker.emplace(executor, weak_from_this(), [this] { channels->look_up(); });
+  channels.emplace(participant, fabric(), [this] { board_waker->wake(); });
+  const Listener on_audience(dds_create_listener(nullptr));
+  event_audience.listen(on_audience.get());
+  events.emplace(participant, fabric(), EndpointOptions{.listener = on_audience.get()});
+  events->hold({});
+
   discovery_waker.emplace(executor, weak_from_this(), [this] { drain_discovery(); });
   reply_waker.emplace(executor, weak_from_this(), [this] { drain_replies(); });
 
@@ -72,6 +89,7 @@ void CallEnd::Impl::open(const boost::asio::any_io_executor& executor) {
 
 void CallEnd::Impl::close() {
   listener = nullptr;
+  flush();
   requests.clear();
   replies.reset();
   discovery.reset();
@@ -84,7 +102,31 @@ void CallEnd::Impl::open_requests(const std::string& uuid) {
   const Listener on_match(dds_create_listener(nullptr));
   discovery_waker->listen_for_matches(on_match.get());
   requests.try_emplace(uuid, participant, service_partition(fabric(), uuid),
-                       EndpointOptions{.listener = on_match.get()});
+                       EndpointOptions{.listener = on_match.get(), .batched = true});
+}
+
+void CallEnd::Impl::wrote(Writer<Request>& writer) {
+  if (in_turn) {
+    if (std::ranges::find(unsent, &writer) == unsent.end()) {
+      unsent.push_back(&writer);
+    }
+    return;
+  }
+  writer.flush();
+  in_turn = true;
+  boost::asio::post(executor, [self = weak_from_this()] {
+    if (const auto alive = self.lock()) {
+      alive->flush();
+    }
+  });
+}
+
+void CallEnd::Impl::flush() {
+  in_turn = false;
+  for (Writer<Request>* writer : unsent) {
+    writer->flush();
+  }
+  unsent.clear();
 }
 
 std::set<EndpointHandle> CallEnd::Impl::matched() const {
@@ -147,8 +189,8 @@ void CallEnd::Impl::drain_replies() {
 
 CallEnd::CallEnd(Participant& participant, boost::asio::any_io_executor executor,
                  CallEndListener& listener)
-    : impl_(std::make_shared<Impl>(participant, listener)) {
-  impl_->open(executor);
+    : impl_(std::make_shared<Impl>(participant, std::move(executor), listener)) {
+  impl_->open();
 }
 
 CallEnd::~CallEnd() {
@@ -161,18 +203,23 @@ tl::expected<void, std::string> CallEnd::publish(const Request& request) {
     return tl::unexpected(fmt::format("no instance has shown up on fabric '{}' for UUID {}",
                                       impl_->fabric(), request.uuid));
   }
-  return writer->second.write(request);
+  const auto written = writer->second.write(request);
+  if (written) {
+    impl_->wrote(writer->second);
+  }
+  return written;
 }
 
 void CallEnd::withdraw(const RequestKey& key, const std::string& uuid) {
   const auto writer = impl_->requests.find(canonical_uuid(uuid));
   if (writer != impl_->requests.end()) {
     writer->second.withdraw(Request{.key = key.key, .call = {.epoch = key.epoch}});
+    impl_->wrote(writer->second);
   }
 }
 
 tl::expected<void, std::string> CallEnd::publish(const ChannelStatus& status) {
-  return impl_->channels.write(status);
+  return impl_->channels->put(status);
 }
 
 tl::expected<void, std::string> CallEnd::publish(const MachineStatus& status) {
@@ -181,14 +228,14 @@ tl::expected<void, std::string> CallEnd::publish(const MachineStatus& status) {
 
 tl::expected<void, std::string> CallEnd::publish(const Event& event) {
   // Nobody can ask for it later.
-  if (!impl_->events.has_readers()) {
+  if (!impl_->event_audience.present()) {
     return {};
   }
-  return impl_->events.write(event);
+  return impl_->events->write(event);
 }
 
 void CallEnd::let_go(const ChannelKey& key) {
-  impl_->channels.let_go(ChannelStatus{.key = key});
+  impl_->channels->let_go(key);
 }
 
 void CallEnd::let_go(const MachineStatus& status) {

@@ -48,6 +48,8 @@ class CallEnd {
 
   /// Writes the pending call of a channel; replaces an earlier one of the same key and UUID.
   /// Fails for text over 127 bytes, a machine name over 63, and for a UUID no instance has shown.
+  /// The first of a turn of the executor is sent at once, what follows at the turn's end: calls
+  /// that are given out together share datagrams.
   tl::expected<void, std::string> publish(const Request& request);
   /// Takes the pending call of a channel back, as far as it is ours: a handler that runs learns of
   /// it. Nothing happens if there is none. Calls that are not taken back stay with the instances

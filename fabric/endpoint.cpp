@@ -1,6 +1,7 @@
 #include "fabric/endpoint.hpp"
 
 #include <algorithm>
+#include <mutex>
 
 #include <fmt/format.h>
 
@@ -30,6 +31,19 @@ Entity create_subscriber(const Participant& participant, const std::string& part
   return Entity(
       check(dds_create_subscriber(participant.handle(), partition_qos(partition).get(), nullptr),
             fmt::format("subscribe to {}", partition)));
+}
+
+dds_entity_t create_writer(const Entity& publisher, const Entity& topic, const Qos& qos,
+                           const EndpointOptions& options, const std::string& what) {
+  // Cyclone has one switch for the process. A writer takes it over when it is created; throwing it
+  // later changes the writers of participants only, and ours belong to publishers.
+  static std::mutex the_switch;
+  const std::lock_guard guard(the_switch);
+  dds_write_set_batch(options.batched);
+  const dds_entity_t writer =
+      dds_create_writer(publisher.handle(), topic.handle(), qos.get(), options.listener);
+  dds_write_set_batch(false);
+  return check(writer, what);
 }
 
 std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask) {

@@ -17,6 +17,8 @@ struct EndpointOptions {
   const dds_listener_t* listener = nullptr;
   /// A reader that does not hear the writers of its own participant.
   bool others_only = false;
+  /// A writer whose samples wait until Writer::flush, or until a datagram is full.
+  bool batched = false;
 };
 
 /// What a reader with these options asks for.
@@ -28,6 +30,10 @@ Entity create_topic(const Participant& participant, const Topic& topic);
 Entity create_publisher(const Participant& participant, const std::string& partition);
 /// A subscriber of `partition`, which may be a pattern; throws std::runtime_error.
 Entity create_subscriber(const Participant& participant, const std::string& partition);
+
+/// A writer; throws std::runtime_error with `what`.
+dds_entity_t create_writer(const Entity& publisher, const Entity& topic, const Qos& qos,
+                           const EndpointOptions& options, const std::string& what);
 
 using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::size_t);
 

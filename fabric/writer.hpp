@@ -35,7 +35,8 @@ class Writer {
   /// writer has it too; who joins later sees nothing of ours.
   void let_go(const Value& value);
 
-  [[nodiscard]] bool has_readers() const;
+  /// Sends what waits, if the writer is batched. To be called before it ends.
+  void flush() { dds_write_flush(writer_); }
 
   /// Handles of the readers that are matched, as in the samples of DCPSSubscription.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
@@ -51,10 +52,10 @@ Writer<Value>::Writer(const Participant& participant, const std::string& partiti
                       const EndpointOptions& options)
     : topic_(create_topic(participant, Codec<Value>::topic())),
       publisher_(create_publisher(participant, partition)),
-      writer_(check(dds_create_writer(publisher_.handle(), topic_.handle(),
-                                      writer_qos(Codec<Value>::topic(), options.user_data).get(),
-                                      options.listener),
-                    fmt::format("write {} in {}", Codec<Value>::topic().name, partition))) {}
+      writer_(create_writer(publisher_, topic_,
+                            writer_qos(Codec<Value>::topic(), options.user_data), options,
+                            fmt::format("write {} in {}", Codec<Value>::topic().name, partition))) {
+}
 
 template <typename Value>
 tl::expected<void, std::string> Writer<Value>::write(const Value& value) {
@@ -90,13 +91,6 @@ void Writer<Value>::let_go(const Value& value) {
   if (const auto sample = Codec<Value>::encode(value)) {
     dds_unregister_instance(writer_, &*sample);
   }
-}
-
-template <typename Value>
-bool Writer<Value>::has_readers() const {
-  dds_publication_matched_status_t status{};
-  // An error cannot mean that there are none.
-  return dds_get_publication_matched_status(writer_, &status) < 0 || status.current_count > 0;
 }
 
 template <typename Value>

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/call_end.hpp"
+#include "fabric/reader.hpp"
 #include "fabric/reply_end.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
@@ -93,6 +94,66 @@ TEST_F(Ends, CarryACallAndItsAnswer) {
   ASSERT_TRUE(until([&] { return !gateway.replies.empty(); }));
   EXPECT_EQ(gateway.replies.front().text, "2.000000");
   EXPECT_EQ(gateway.replies.front().call, sent.call);
+}
+
+TEST_F(Ends, CarryCallsThatAreGivenOutTogether) {
+  // More than a datagram takes.
+  constexpr std::uint16_t calls = 200;
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  for (std::uint16_t channel = 1; channel <= calls; ++channel) {
+    const ChannelKey key{.machine = "cnc", .channel = channel};
+    ASSERT_TRUE(sut->publish(request(channel, service->end.identity(), key)));
+  }
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == calls; }));
+  const ChannelKey last{.machine = "cnc", .channel = calls};
+  ASSERT_TRUE(sut->publish(request(calls + 1, service->end.identity())));
+  sut->withdraw({last, 7}, square_root);
+  EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+}
+
+/// Notes what a channel's status was at each change, with `calls` in place of a time.
+class Watcher {
+ public:
+  explicit Watcher(const Participant& participant)
+      : reader_(participant, participant.options().fabric, Keep::all) {}
+  std::vector<std::uint64_t> take() {
+    for (const Taken<ChannelStatus>& taken : reader_.take()) {
+      if (taken.valid) {
+        seen_.push_back(taken.value.calls);
+      }
+    }
+    return seen_;
+  }
+
+ private:
+  Reader<ChannelStatus> reader_;
+  std::vector<std::uint64_t> seen_;
+};
+
+TEST_F(Ends, ShowChannelsAsTheyAreToWhoComesToLook) {
+  const ChannelKey key{.machine = "cnc", .channel = 1};
+  const auto show = [&](CallEnd& sut, std::uint64_t calls) {
+    ASSERT_TRUE(sut.publish(ChannelStatus{.key = key, .calls = calls}));
+  };
+  const auto sut = open_gateway();
+  show(*sut, 1);
+  show(*sut, 2);
+  {
+    Watcher first(there);
+    // What nobody saw at its time is not told later.
+    ASSERT_TRUE(until([&] { return first.take() == std::vector<std::uint64_t>{2}; }));
+    show(*sut, 3);
+    show(*sut, 4);
+    ASSERT_TRUE(until([&] { return first.take() == std::vector<std::uint64_t>{2, 3, 4}; }));
+    Watcher second(there);
+    ASSERT_TRUE(until([&] { return !second.take().empty(); }));
+    EXPECT_EQ(second.take().back(), 4U);
+  }
+  show(*sut, 5);
+  Watcher third(there);
+  ASSERT_TRUE(until([&] { return !third.take().empty() && third.take().back() == 5; }));
 }
 
 TEST_F(Ends, RefuseACallForAUuidThatNobodyShows) {
