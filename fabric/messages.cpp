@@ -16,7 +16,7 @@ bool is_hyphen_place(std::size_t index) {
 }
 
 bool is_hex(char c) {
-  return std::isxdigit(static_cast<unsigned char>(c)) != 0;
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
 }
 
 std::string_view trim(std::string_view text) {
@@ -103,8 +103,9 @@ std::string canonical_uuid(std::string_view text) {
     return std::string(trimmed);
   }
   std::string lower(inner);
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::ranges::transform(lower, lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
   return lower;
 }
 

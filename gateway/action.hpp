@@ -109,6 +109,10 @@ using Action = std::variant<Read, Write, WakeAt, Offer, Record, Publish, Withdra
                             Freed, Tell, Show, Hide, Say>;
 using Actions = std::vector<Action>;
 
+/// Room for the actions of most steps, in a piece of memory that is small enough to be had cheaply:
+/// above 1 KiB the allocator of the GNU C library tidies up first.
+inline constexpr std::size_t few_actions = 4;
+
 /// How a write ended.
 enum class WriteOutcome : std::uint8_t {
   written,

@@ -23,15 +23,19 @@ class Attention {
   static constexpr std::chrono::microseconds moment{100};
 
   /// On the loop.
-  void expect() { until_ = std::chrono::steady_clock::now() + moment; }
+  void expect() {
+    until_ = std::chrono::steady_clock::now() + moment;
+    awake_ = true;
+  }
 
   /// Runs the loop until it is stopped or has nothing left to do, or `done()`.
   template <typename Done>
   void run(boost::asio::io_context& io, Done done) {
     while (!done() && !io.stopped()) {
-      if (std::chrono::steady_clock::now() >= until_) {
+      if (!awake_) {
         io.run_one();
       } else if (io.poll_one() == 0) {
+        awake_ = std::chrono::steady_clock::now() < until_;
         std::this_thread::yield();
       }
     }
@@ -39,6 +43,7 @@ class Attention {
 
  private:
   std::chrono::steady_clock::time_point until_{};
+  bool awake_ = false;
 };
 
 }  // namespace millrace::gateway

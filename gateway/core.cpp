@@ -101,11 +101,14 @@ std::optional<SteadyTime> Core::next_time() const {
 }
 
 ChannelSession* Core::find(const fabric::ChannelKey& key) {
-  const auto found = sessions_.find(key);
-  return found == sessions_.end() ? nullptr : &found->second;
+  const auto found = index_.find(key);
+  return found == index_.end() ? nullptr : found->second;
 }
 
 void Core::run(ChannelSession& session, Actions actions, Moment now) {
+  if (out_.capacity() == 0) {
+    out_.reserve(few_actions);
+  }
   for (Action& action : actions) {
     if (const auto* offer = std::get_if<Offer>(&action)) {
       answer_offer(session, *offer, now);
@@ -134,13 +137,13 @@ void Core::run(ChannelSession& session, Actions actions, Moment now) {
 void Core::carry_out(const Decisions& decisions, Moment now) {
   for (const Decision& decision : decisions) {
     if (const auto* give = std::get_if<Give>(&decision)) {
-      ChannelSession& session = sessions_.at(give->key);
+      ChannelSession& session = *index_.at(give->key);
       run(session, session.assign(give->assignment, now), now);
     } else if (const auto* back = std::get_if<TakeBack>(&decision)) {
-      ChannelSession& session = sessions_.at(back->key);
+      ChannelSession& session = *index_.at(back->key);
       run(session, session.suspend(back->reason, back->held, now), now);
     } else if (const auto* explain = std::get_if<Explain>(&decision)) {
-      ChannelSession& session = sessions_.at(explain->key);
+      ChannelSession& session = *index_.at(explain->key);
       run(session, session.explain(explain->reason, now), now);
     }
   }

@@ -12,8 +12,10 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
+#include "fabric/channel_key_hash.hpp"
 #include "gateway/action.hpp"
 #include "gateway/dispatcher.hpp"
 #include "gateway/journal/ledger.hpp"
@@ -54,6 +56,8 @@ class Core {
  public:
   /// `ledger` is what the journal adds up to; its numbers must have an epoch.
   Core(CoreOptions options, const journal::Ledger& ledger);
+  Core(const Core&) = delete;
+  Core& operator=(const Core&) = delete;
 
   /// The controller answers; these are the channels to serve, and those that are leaving. Again
   /// when there are more to serve.
@@ -134,6 +138,8 @@ class Core {
   CoreOptions options_;
   Dispatcher dispatcher_;
   std::map<fabric::ChannelKey, ChannelSession> sessions_;
+  /// The same, to find one quickly.
+  std::unordered_map<fabric::ChannelKey, ChannelSession*, fabric::ChannelKeyHash> index_;
   /// Sessions that are retired or released, until they are over.
   std::set<fabric::ChannelKey> leaving_;
   /// By canonical UUID: with two gateways that lose each other more than one may be left.

@@ -7,7 +7,9 @@
 namespace millrace::gateway {
 
 ChannelSession& Core::open(const fabric::ChannelKey& key) {
-  return sessions_.try_emplace(key, key, pace_of(key.machine)).first->second;
+  ChannelSession& session = sessions_.try_emplace(key, key, pace_of(key.machine)).first->second;
+  index_[key] = &session;
+  return session;
 }
 
 Pace Core::pace_of(const std::string& machine) const {
@@ -121,6 +123,7 @@ ChannelActions Core::finish() {
         out_.push_back({*it, Withdraw{std::move(*old), epoch_}});
       }
       out_.push_back({*it, Hide{}});
+      index_.erase(*it);
       sessions_.erase(*it);
       it = leaving_.erase(it);
     } else {

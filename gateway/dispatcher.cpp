@@ -1,6 +1,7 @@
 #include "gateway/dispatcher.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <tuple>
 
@@ -135,27 +136,27 @@ fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
 }
 
 Decisions Dispatcher::add(const Call& call) {
-  const bool again = std::ranges::find(jobs_, call.id, &Job::call) != jobs_.end();
+  const bool again = index_.contains(call.id);
   forget(call.id);
   Job job;
   job.call = call.id;
   job.key = call.key;
   job.uuid = fabric::canonical_uuid(call.request.uuid);
   job.attempts = call.attempts.empty() ? 0 : call.attempts.back().number;
-  jobs_.push_back(std::move(job));
+  Job& entered = enter(std::move(job));
   Decisions decisions;
   if (again) {
     // Its instance has room for another one.
     give_out(decisions);
   } else {
     // Nothing that has waited longer can be given now, or it would have been.
-    try_to_give(jobs_.back(), decisions);
+    try_to_give(entered, decisions);
   }
   return decisions;
 }
 
 Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
-  if (std::ranges::find(jobs_, call.id, &Job::call) != jobs_.end()) {
+  if (index_.contains(call.id)) {
     // An operator had it given out again before its channel was seen.
     return {};
   }
@@ -168,7 +169,7 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
   job.instance = last.instance;
   job.given = true;
   job.delivery = call.delivery;
-  jobs_.push_back(job);
+  enter(job);
   Decisions decisions;
   auto [it, unknown] = instances_.try_emplace(last.instance);
   Instance& instance = it->second;
@@ -188,10 +189,11 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
 
 Decisions Dispatcher::remove(const fabric::CallId& call) {
   Decisions decisions;
-  const auto job = std::ranges::find(jobs_, call, &Job::call);
-  if (job == jobs_.end()) {
+  const auto found = index_.find(call);
+  if (found == index_.end()) {
     return decisions;
   }
+  const auto job = found->second;
   const auto instance = job->given ? instances_.find(job->instance) : instances_.end();
   forget(call);
   if (instance != instances_.end()) {
@@ -200,22 +202,41 @@ Decisions Dispatcher::remove(const fabric::CallId& call) {
   return decisions;
 }
 
+Dispatcher::Job& Dispatcher::enter(Job job) {
+  job.number = ++entered_;
+  jobs_.push_back(std::move(job));
+  index_.emplace(jobs_.back().call, std::prev(jobs_.end()));
+  note(jobs_.back());
+  return jobs_.back();
+}
+
+void Dispatcher::note(Job& job) {
+  if (!job.given && !job.held) {
+    waiting_.emplace(job.number, &job);
+  } else {
+    waiting_.erase(job.number);
+  }
+}
+
 void Dispatcher::forget(const fabric::CallId& call) {
-  const auto job = std::ranges::find(jobs_, call, &Job::call);
-  if (job == jobs_.end()) {
+  const auto entry = index_.find(call);
+  if (entry == index_.end()) {
     return;
   }
+  const auto job = entry->second;
   if (const auto found = instances_.find(job->instance); job->given && found != instances_.end()) {
     --found->second.running;
   }
+  waiting_.erase(job->number);
+  index_.erase(entry);
   jobs_.erase(job);
 }
 
 void Dispatcher::give_out(Decisions& decisions) {
-  for (Job& job : jobs_) {
-    if (!job.given && !job.held) {
-      try_to_give(job, decisions);
-    }
+  for (auto next = waiting_.begin(); next != waiting_.end();) {
+    // It waits no more if it is given.
+    Job& job = *(next++)->second;
+    try_to_give(job, decisions);
   }
 }
 
@@ -233,11 +254,12 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
   if (identity.draining || instance.lost_at) {
     return;
   }
-  for (Job& job : jobs_) {
+  for (auto next = waiting_.begin(); next != waiting_.end();) {
     if (instance.running >= std::max(1U, identity.concurrency)) {
       return;
     }
-    if (!job.given && !job.held && job.uuid == identity.uuid && closeness(identity, job.key)) {
+    Job& job = *(next++)->second;
+    if (job.uuid == identity.uuid && closeness(identity, job.key)) {
       give(job, instance, decisions);
     }
   }
@@ -247,6 +269,7 @@ void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
   ++job.attempts;
   job.instance = instance.identity.id;
   job.given = true;
+  note(job);
   job.delivery = instance.identity.delivery;
   job.reason.clear();
   ++instance.running;
@@ -265,6 +288,7 @@ void Dispatcher::give_again(Instance& instance, Decisions& decisions) {
     if (!job.given) {
       job.given = true;
       job.held = false;
+      note(job);
       ++instance.running;
     }
     decisions.emplace_back(Give{
@@ -281,6 +305,7 @@ void Dispatcher::lose(const Instance& instance, Decisions& decisions) {
     }
     job.given = false;
     job.held = job.delivery == fabric::Delivery::at_most_once;
+    note(job);
     job.reason = job.held ? fmt::format(
                                 "{} is lost with this call, which must not run twice; an "
                                 "operator must answer or retry it",

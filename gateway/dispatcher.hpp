@@ -16,6 +16,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
@@ -62,6 +63,8 @@ struct DispatcherOptions {
 class Dispatcher {
  public:
   explicit Dispatcher(DispatcherOptions options = {}) : options_(options) {}
+  Dispatcher(const Dispatcher&) = delete;
+  Dispatcher& operator=(const Dispatcher&) = delete;
 
   /// A new instance, one that came back, or one whose identity changed (draining, channels).
   Decisions on_instance_ready(const fabric::InstanceIdentity& identity);
@@ -100,6 +103,8 @@ class Dispatcher {
   };
 
   struct Job {
+    /// Counted from 1, in the order of their arrival.
+    std::uint64_t number = 0;
     fabric::CallId call;
     fabric::ChannelKey key;
     std::string uuid;
@@ -112,6 +117,13 @@ class Dispatcher {
     std::string reason;
   };
 
+  struct IdHash {
+    std::size_t operator()(const fabric::CallId& id) const { return id.epoch ^ id.number; }
+  };
+
+  Job& enter(Job job);
+  /// Whoever changes `given` or `held` says so here.
+  void note(Job& job);
   void forget(const fabric::CallId& call);
   /// All that waits, after the instances changed.
   void give_out(Decisions& decisions);
@@ -128,8 +140,13 @@ class Dispatcher {
 
   DispatcherOptions options_;
   std::map<fabric::InstanceId, Instance> instances_;
-  /// In the order of their arrival.
+  /// In the order of their arrival. With a thousand channels at once it matters what is looked
+  /// through for each call: hence the two tables.
   std::list<Job> jobs_;
+  std::unordered_map<fabric::CallId, std::list<Job>::iterator, IdHash> index_;
+  /// Those that wait for an instance, by their number.
+  std::map<std::uint64_t, Job*> waiting_;
+  std::uint64_t entered_ = 0;
   std::uint64_t given_ = 0;
 };
 

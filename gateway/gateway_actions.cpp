@@ -38,19 +38,16 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Write& action
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
-  boost::asio::steady_timer& wake = wakes.try_emplace(key, executor).first->second;
-  if (wake.expiry() == action.at) {
-    return;
-  }
-  wake.expires_at(action.at);
-  wake.async_wait([this, key](boost::system::error_code error) {
-    if (!error) {
-      carry_out(core.on_wake(key, now()));
-    }
+  wakes.try_emplace(key, executor).first->second.set(action.at, [this, key] {
+    carry_out(core.on_wake(key, now()));
   });
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Record& action) {
+  if (action.ticket == 0) {
+    journal->append(action.entry, {});
+    return;
+  }
   journal->append(action.entry, [this, key, ticket = action.ticket] {
     carry_out(core.on_recorded(key, ticket, now()));
   });

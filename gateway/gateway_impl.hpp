@@ -7,11 +7,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <boost/asio/steady_timer.hpp>
 
 #include "fabric/call_end.hpp"
+#include "fabric/channel_key_hash.hpp"
 #include "fabric/command_end.hpp"
 #include "fabric/gateway_watch.hpp"
 #include "fabric/participant.hpp"
@@ -20,6 +22,7 @@
 #include "gateway/journal/journal.hpp"
 #include "gateway/machines.hpp"
 #include "gateway/pulse.hpp"
+#include "gateway/wake_up.hpp"
 
 namespace millrace::gateway {
 
@@ -111,7 +114,7 @@ struct Gateway::Impl final : fabric::CallEndListener,
   std::optional<SteadyTime> armed;
   boost::asio::steady_timer last_chance;
   std::function<void()> finished;
-  std::map<fabric::ChannelKey, boost::asio::steady_timer> wakes;
+  std::unordered_map<fabric::ChannelKey, WakeUp, fabric::ChannelKeyHash> wakes;
   Pulse pulse;
   boost::asio::steady_timer pulse_timer;
   boost::asio::steady_timer load_timer;

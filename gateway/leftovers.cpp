@@ -11,8 +11,16 @@ void Leftovers::keep(const fabric::ChannelKey& key, const std::string& uuid, Ste
 
 std::optional<std::string> Leftovers::replace(const fabric::ChannelKey& key,
                                               const std::string& uuid) {
-  std::optional<std::string> old = take(key);
-  return old == uuid ? std::nullopt : old;
+  const auto left = left_.find(key);
+  if (left == left_.end()) {
+    return {};
+  }
+  std::optional<std::string> old;
+  if (left->second.uuid != uuid) {
+    old = std::move(left->second.uuid);
+  }
+  left_.erase(left);
+  return old;
 }
 
 std::optional<std::string> Leftovers::take(const fabric::ChannelKey& key) {

@@ -11,12 +11,13 @@
 // that a process that joins later finds pending calls only.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "fabric/channel_key_hash.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/moment.hpp"
 
@@ -49,7 +50,7 @@ class Leftovers {
     std::string uuid;
     SteadyTime since;
   };
-  std::map<fabric::ChannelKey, Left> left_;
+  std::unordered_map<fabric::ChannelKey, Left, fabric::ChannelKeyHash> left_;
   std::optional<SteadyTime> sweep_;
 };
 

@@ -237,7 +237,7 @@ Actions ChannelSession::let_go(Moment now) {
     last.call = {};
     last.since = now.wall;
     last.reason = "the gateway is ending";
-    out_.emplace_back(Show{std::move(last)});
+    put(Show{std::move(last)});
   }
   return std::exchange(out_, {});
 }
@@ -263,6 +263,13 @@ Actions ChannelSession::finish(Moment now) {
   }
   show(now);
   return std::exchange(out_, {});
+}
+
+void ChannelSession::put(Action action) {
+  if (out_.capacity() == 0) {
+    out_.reserve(few_actions);
+  }
+  out_.push_back(std::move(action));
 }
 
 void ChannelSession::advance(Moment now) {
@@ -294,7 +301,7 @@ void ChannelSession::poll(const Picture& picture, Moment now) {
   }
   offered_ = watch_.on_look(picture, whole);
   if (offered_) {
-    out_.emplace_back(Offer{*offered_, out_of_patience_});
+    put(Offer{*offered_, out_of_patience_});
   }
   const bool soon = now.steady < active_until_;
   due_ = watch_.reading() ? now.steady : next_beat(now.steady, soon ? pace_.active : pace_.idle);
@@ -322,7 +329,7 @@ void ChannelSession::poll_call(const Picture& picture, Moment now) {
         end(false, "the gateway started again before it had answered; looked at anew", now);
         return;
       }
-      out_.emplace_back(Resume{active.call.id});
+      put(Resume{active.call.id});
     }
   }
 }
@@ -339,21 +346,21 @@ Look ChannelSession::poll_look(Moment now) const {
 
 void ChannelSession::read(Look look, Io io) {
   io_ = io;
-  out_.emplace_back(Read{look});
+  put(Read{look});
 }
 
 void ChannelSession::write(Variable variable, Value value) {
   io_ = Io::answer;
-  out_.emplace_back(Write{variable, std::move(value)});
+  put(Write{variable, std::move(value)});
 }
 
 void ChannelSession::wake_at(SteadyTime at) {
-  out_.emplace_back(WakeAt{at});
+  put(WakeAt{at});
 }
 
 std::uint64_t ChannelSession::record(journal::Entry entry) {
   const std::uint64_t ticket = next_ticket_++;
-  out_.emplace_back(Record{ticket, std::move(entry)});
+  put(Record{ticket, std::move(entry)});
   return ticket;
 }
 

@@ -13,6 +13,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "gateway/action.hpp"
 #include "gateway/answer_writer.hpp"
@@ -154,6 +155,7 @@ class ChannelSession {
 
   // session.cpp: the channel
   Actions finish(Moment now);
+  void put(Action action);
   void advance(Moment now);
   void poll(const Picture& picture, Moment now);
   void poll_call(const Picture& picture, Moment now);
@@ -195,7 +197,7 @@ class ChannelSession {
   void say(Level level, std::string text);
   void show(Moment now);
   [[nodiscard]] fabric::ChannelState state() const;
-  [[nodiscard]] std::string reason() const;
+  [[nodiscard]] std::string_view reason() const;
 
   fabric::ChannelKey key_;
   Pace pace_;

@@ -94,7 +94,7 @@ void ChannelSession::publish(Moment now) {
   }
   request.seen = active.call.seen;
   request.dispatched = now.wall;
-  out_.emplace_back(Publish{std::move(request)});
+  put(Publish{std::move(request)});
   tell(fabric::EventKind::dispatched, active.assignment->name, now);
   say(Level::debug, fmt::format("call {} given to {}, attempt {}", active.call.id.to_string(),
                                 active.assignment->name, active.assignment->attempt.number));
@@ -102,16 +102,16 @@ void ChannelSession::publish(Moment now) {
 
 void ChannelSession::end(bool answered, const std::string& detail, Moment now) {
   const Call& call = active_->call;
-  record(journal::Ended{call.id});
+  put(Record{0, journal::Ended{call.id}});
   tell(answered ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, now);
   if (!call.attempts.empty()) {
     // Who else was given it may be running it still.
     const bool nobody_runs_it = answered && call.attempts.size() == 1 &&
                                 call.answer->instance == call.attempts.front().instance;
-    nobody_runs_it ? out_.emplace_back(LeaveBe{call.request.uuid})
-                   : out_.emplace_back(Withdraw{call.request.uuid, call.id.epoch});
+    nobody_runs_it ? put(LeaveBe{call.request.uuid})
+                   : put(Withdraw{call.request.uuid, call.id.epoch});
   }
-  out_.emplace_back(Freed{call.id});
+  put(Freed{call.id});
   const std::string took =
       active_->age_known ? after(std::chrono::nanoseconds(now.steady - active_->since)) : "";
   if (answered) {

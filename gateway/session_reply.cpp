@@ -82,7 +82,7 @@ void ChannelSession::take_answer(journal::Answer answer, fabric::Event event, Mo
   active.reason.clear();
   // The answer's own look comes next; poll only if the journal keeps it waiting.
   due_ = now.steady + pace_.idle;
-  out_.emplace_back(Freed{active.call.id});
+  put(Freed{active.call.id});
 }
 
 void ChannelSession::refuse(const fabric::Reply& reply, const std::string& why, Moment now) {
@@ -93,7 +93,7 @@ void ChannelSession::refuse(const fabric::Reply& reply, const std::string& why, 
       fmt::format("the service's answer cannot be written ({}); the program waits", why);
   tell(fabric::EventKind::refused, active_->reason, now);
   say(Level::error, fmt::format("call {}: {}", reply.call.to_string(), active_->reason));
-  out_.emplace_back(Freed{reply.call});
+  put(Freed{reply.call});
   if (policy_.refused && policy_.refused->response_state != 0) {
     give_up(*policy_.refused, fmt::format("the service's answer cannot be written: {}", why), now);
   }

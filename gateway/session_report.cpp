@@ -9,12 +9,16 @@ namespace millrace::gateway {
 
 namespace {
 
-bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
+bool same_counters(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
   const auto all = [](const fabric::ChannelStatus& s) {
-    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.reason, s.calls, s.answered,
-                    s.withdrawn, s.repeated, s.late, s.failed);
+    return std::tie(s.calls, s.answered, s.withdrawn, s.repeated, s.late, s.failed);
   };
   return all(a) == all(b);
+}
+
+/// `shown` is `reason`, as far as that fits.
+bool same_reason(const std::string& shown, std::string_view reason) {
+  return shown == reason || shown == fit_reason(std::string(reason));
 }
 
 }  // namespace
@@ -48,11 +52,11 @@ void ChannelSession::tell(fabric::Event event, Moment now) {
   event.key = key_;
   event.at = now.wall;
   event.detail = fit_reason(std::move(event.detail));
-  out_.emplace_back(Tell{std::move(event)});
+  put(Tell{std::move(event)});
 }
 
 void ChannelSession::say(Level level, std::string text) {
-  out_.emplace_back(Say{level, std::move(text)});
+  put(Say{level, std::move(text)});
 }
 
 fabric::ChannelState ChannelSession::state() const {
@@ -73,7 +77,7 @@ fabric::ChannelState ChannelSession::state() const {
   return active_->assignment ? running : waiting;
 }
 
-std::string ChannelSession::reason() const {
+std::string_view ChannelSession::reason() const {
   if (!link_up_) {
     return link_reason_;
   }
@@ -86,38 +90,41 @@ std::string ChannelSession::reason() const {
   if (watch_.ignored()) {
     return left_reason_;
   }
-  return idle_seen_ ? std::string() : "connected; what stands in the channel is not known yet";
+  return idle_seen_ ? "" : "connected; what stands in the channel is not known yet";
 }
 
 void ChannelSession::show(Moment now) {
   if (!active_ && last_word_) {
     return;
   }
-  fabric::ChannelStatus next = status_;
-  next.state = state();
-  next.reason = fit_reason(reason());
-  next.call = active_ ? active_->call.id : fabric::CallId{};
-  next.uuid = watch_.ignored() ? watch_.ignored()->uuid : std::string();
-  next.attempt = 0;
-  next.instance = {};
-  if (active_) {
-    next.uuid = active_->call.request.uuid;
-    if (!active_->call.attempts.empty()) {
-      next.attempt = active_->call.attempts.back().number;
-    }
-    if (active_->assignment) {
-      next.instance = active_->assignment->attempt.instance;
-    }
-  }
-  if (shown_ && same(next, *shown_)) {
+  // After each event, and most change nothing: compared before anything is copied.
+  const fabric::ChannelState now_state = state();
+  const std::string_view now_reason = reason();
+  const Call* const call = this->call();
+  const std::string_view uuid = call != nullptr    ? std::string_view(call->request.uuid)
+                                : watch_.ignored() ? std::string_view(watch_.ignored()->uuid)
+                                                   : std::string_view();
+  const fabric::CallId id = call != nullptr ? call->id : fabric::CallId{};
+  const bool tried = call != nullptr && !call->attempts.empty();
+  const std::uint32_t attempt = tried ? call->attempts.back().number : 0;
+  const fabric::InstanceId instance =
+      active_ && active_->assignment ? active_->assignment->attempt.instance : fabric::InstanceId{};
+  if (shown_ && shown_->state == now_state && shown_->call == id && shown_->attempt == attempt &&
+      shown_->instance == instance && same_counters(*shown_, status_) && shown_->uuid == uuid &&
+      same_reason(shown_->reason, now_reason)) {
     return;
   }
-  if (!shown_ || next.state != shown_->state || next.call != shown_->call) {
-    next.since = now.wall;
+  if (!shown_ || now_state != shown_->state || id != shown_->call) {
+    status_.since = now.wall;
   }
-  status_ = next;
-  shown_ = next;
-  out_.emplace_back(Show{std::move(next)});
+  status_.state = now_state;
+  status_.reason = fit_reason(std::string(now_reason));
+  status_.call = id;
+  status_.uuid = uuid;
+  status_.attempt = attempt;
+  status_.instance = instance;
+  shown_ = status_;
+  put(Show{status_});
 }
 
 }  // namespace millrace::gateway

@@ -108,7 +108,9 @@ class File final : public Journal, private Storage {
 
   void confirm(std::vector<Recorded> recorded) override {
     for (Recorded& one : recorded) {
-      asio::post(executor_, std::move(one));
+      if (one) {
+        asio::post(executor_, std::move(one));
+      }
     }
   }
 

@@ -25,7 +25,7 @@ class Journal {
   /// All that is remembered, with the entries just appended.
   [[nodiscard]] virtual const Ledger& ledger() const = 0;
   /// `recorded` is called on the executor, never from within append(), in the order of the entries.
-  /// While nothing can be written it waits.
+  /// While nothing can be written it waits. It may be empty.
   virtual void append(const Entry& entry, std::function<void()> recorded) = 0;
   /// Told when the journal cannot write any more, with the reason, and with an empty text when it
   /// can again.

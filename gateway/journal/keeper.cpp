@@ -55,7 +55,7 @@ void Keeper::append(const Entry& entry, Recorded recorded) {
   if (forced || !trouble_.empty()) {
     waiting_.push_back(std::move(recorded));
     start_forcing();
-  } else {
+  } else if (recorded) {
     storage_.confirm({std::move(recorded)});
   }
 }

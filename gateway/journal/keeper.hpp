@@ -24,6 +24,7 @@
 
 namespace millrace::gateway::journal {
 
+/// Empty if nobody waits for it.
 using Recorded = std::function<void()>;
 
 /// One file on a disk. Errors are words that go after "the journal ".

@@ -20,7 +20,9 @@ class Memory final : public Journal {
 
   void append(const Entry& entry, std::function<void()> recorded) override {
     ledger_.apply(entry);
-    boost::asio::post(executor_, std::move(recorded));
+    if (recorded) {
+      boost::asio::post(executor_, std::move(recorded));
+    }
   }
 
   void on_trouble(std::function<void(const std::string&)>) override {}

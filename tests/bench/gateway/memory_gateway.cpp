@@ -1,5 +1,6 @@
 #include "tests/bench/gateway/memory_gateway.hpp"
 
+#include <deque>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "gateway/attention.hpp"
 #include "gateway/core.hpp"
 #include "gateway/journal/journal.hpp"
+#include "gateway/wake_up.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/run_until.hpp"
@@ -45,7 +47,7 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
     std::vector<std::uint16_t> numbers(channels);
     std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
     for (std::size_t i = 0; i <= channels; ++i) {
-      wakes.emplace_back(io);
+      wakes.emplace_back(io.get_executor());
     }
     carry_out(core.on_link_up("cnc", numbers, moment_now()));
   }
@@ -111,18 +113,13 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
     });
   }
   void carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
-    asio::steady_timer& wake = wakes[key.channel];
-    if (wake.expiry() == action.at) {
-      return;
-    }
-    wake.expires_at(action.at);
-    wake.async_wait([this, key](boost::system::error_code error) {
-      if (!error) {
-        carry_out(core.on_wake(key, moment_now()));
-      }
-    });
+    wakes[key.channel].set(action.at, [this, key] { carry_out(core.on_wake(key, moment_now())); });
   }
   void carry_out(const fabric::ChannelKey& key, const Record& action) {
+    if (action.ticket == 0) {
+      journal->append(action.entry, {});
+      return;
+    }
     journal->append(action.entry, [this, key, ticket = action.ticket] {
       carry_out(core.on_recorded(key, ticket, moment_now()));
     });
@@ -187,7 +184,7 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
   bool attentive = true;
   Attention attention;
   std::vector<Place> places;
-  std::vector<asio::steady_timer> wakes;
+  std::deque<WakeUp> wakes;
   asio::steady_timer timer;
   std::optional<SteadyTime> armed;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;

@@ -1,0 +1,45 @@
+// The timer of a channel.
+//
+//   wake_up.set(at, [this, key] { carry_out(core.on_wake(key, now())); });
+//
+// It may ring too early: a channel that is asked for later than it was going to be is left to ring
+// and asks again then. A call moves its channel's next look several times, and to move a timer
+// costs more than to ring once in a while.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway {
+
+/// Its end silences it.
+class WakeUp {
+ public:
+  explicit WakeUp(const boost::asio::any_io_executor& executor) : timer_(executor) {}
+
+  /// Calls `ring` at this time or before, on the executor.
+  template <typename Ring>
+  void set(SteadyTime at, Ring ring) {
+    if (at_ && *at_ <= at) {
+      return;
+    }
+    at_ = at;
+    timer_.expires_at(at);
+    timer_.async_wait([this, ring = std::move(ring)](boost::system::error_code error) {
+      if (!error) {
+        at_.reset();
+        ring();
+      }
+    });
+  }
+
+ private:
+  boost::asio::steady_timer timer_;
+  std::optional<SteadyTime> at_;
+};
+
+}  // namespace millrace::gateway
