@@ -60,13 +60,13 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, Attention& the_at
       [this](const std::string& trouble) { carry_out(core.set_obstacle(trouble, now())); });
 }
 
-Moment Gateway::Impl::clock() {
+Moment Gateway::Impl::moment() const {
   return {std::chrono::steady_clock::now(),
           std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
 }
 
 Moment Gateway::Impl::now() {
-  const Moment moment = clock();
+  const Moment moment = this->moment();
   if (const auto late = pulse.late(moment.steady)) {
     if (machines.stood_still() || *late > settings.join.lease) {
       log->warn("this gateway stood still for {:.1f} s",
@@ -141,7 +141,7 @@ void Gateway::Impl::change(const Settings& wanted) {
 
 void Gateway::Impl::end() {
   const std::function<void()> then = std::exchange(finished, {});
-  carry_out(core.take_back(now()));
+  carry_out(core.take_back(moment()));
   then();
 }
 

@@ -26,23 +26,23 @@ std::string_view word_for(fabric::CommandKind kind) {
 
 void Gateway::Impl::on_link_up(const std::string& machine,
                                const std::vector<std::uint16_t>& channels) {
-  carry_out(core.on_link_up(machine, channels, now()));
+  carry_out(core.on_link_up(machine, channels, moment()));
 }
 
 void Gateway::Impl::on_link_down(const std::string& machine, const std::string& reason) {
-  carry_out(core.on_link_down(machine, reason, now()));
+  carry_out(core.on_link_down(machine, reason, moment()));
 }
 
 void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
-  carry_out(core.on_link_dropped(machine, reason, clock()));
+  carry_out(core.on_link_dropped(machine, reason, moment()));
 }
 
 void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
-  carry_out(core.retire(key, now()));
+  carry_out(core.retire(key, moment()));
 }
 
 void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(core.release(key, reason, now()));
+  carry_out(core.release(key, reason, moment()));
 }
 
 void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
@@ -68,16 +68,16 @@ void Gateway::Impl::on_machine_left(const fabric::MachineStatus& status) {
 }
 
 void Gateway::Impl::on_read(const fabric::ChannelKey& key, const Picture& picture) {
-  carry_out(core.on_read(key, picture, now()));
+  carry_out(core.on_read(key, picture, moment()));
 }
 
 void Gateway::Impl::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(core.on_read_failed(key, reason, now()));
+  carry_out(core.on_read_failed(key, reason, moment()));
 }
 
 void Gateway::Impl::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                              const std::string& reason) {
-  carry_out(core.on_write(key, outcome, reason, now()));
+  carry_out(core.on_write(key, outcome, reason, moment()));
 }
 
 void Gateway::Impl::on_machine(const fabric::MachineStatus& status) {
@@ -126,7 +126,7 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
            "{}: {} by {}: {}", command.key.to_string(), word_for(command.kind), command.issuer,
            verdict.detail);
   const auto published = command_end.publish(
-      {own.id, command.id, verdict.done, fit_reason(verdict.detail), now().wall});
+      {own.id, command.id, verdict.done, fit_reason(verdict.detail), moment().wall});
   if (!published) {
     log->warn("the outcome of a command cannot be told: {}", published.error());
   }

@@ -42,14 +42,14 @@ struct Gateway::Impl final : fabric::CallEndListener,
   void finish(std::function<void()> then);
   void end();
 
-  /// The only place of the gateway that reads a clock.
-  static Moment clock();
   void beat();
   void tell_load();
   void arm_timer();
 
-  // What the machines need. now() may find that this process stood still.
+  // What the machines need. Machines begin their events with now().
   Moment now() override;
+  /// The only place of the gateway that reads a clock.
+  [[nodiscard]] Moment moment() const override;
   void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
   std::unique_ptr<Link> connect(const MachineSettings& machine, LinkEvents& events) override;
   void say(Level level, const std::string& text) override;

@@ -59,7 +59,7 @@ MachineState& Machines::Impl::add(const MachineSettings& settings) {
   fabric::MachineStatus status;
   status.machine = settings.name;
   status.gateway = own.id;
-  status.claimed = hands.now().wall;
+  status.claimed = hands.moment().wall;
   status.claims = settings.channels;
   status.address = address_of(settings);
   status.poll = settings.pace.idle;
@@ -82,7 +82,7 @@ void Machines::Impl::change(MachineState& one, const MachineSettings& settings) 
     publish(one);
     return;
   }
-  one.report.claim(more ? hands.now().wall : one.report.status().claimed, settings.channels);
+  one.report.claim(more ? hands.moment().wall : one.report.status().claimed, settings.channels);
   say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
   drop_link(one, "the configuration has changed");
   for (const std::uint16_t channel : listener.channels_of(settings.name)) {
@@ -99,7 +99,7 @@ void Machines::Impl::change(MachineState& one, const MachineSettings& settings) 
 void Machines::Impl::connect(MachineState& one) {
   one.link = hands.connect(one.settings, *this);
   if (one.refusal.empty()) {
-    one.report.on_down("connecting", hands.now());
+    one.report.on_down("connecting", hands.moment());
   }
 }
 
@@ -183,7 +183,7 @@ bool Machines::stood_still() {
 
 void Machines::tell_load() {
   for (auto& [name, one] : impl_->machines) {
-    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, impl_->hands.now().steady);
+    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, impl_->hands.moment().steady);
     impl_->publish(one);
   }
 }

@@ -59,7 +59,11 @@ class MachinesListener : public LinkEvents {
 class MachinesHands {
  public:
   virtual ~MachinesHands() = default;
+  /// The time, where an event begins. A process that is found to have stood still in the midst of
+  /// one would lose the link that the rest of the event is about.
   virtual Moment now() = 0;
+  /// The time, within an event.
+  [[nodiscard]] virtual Moment moment() const = 0;
   /// `act` may be called when the machines are gone already.
   virtual void after(std::chrono::nanoseconds delay, std::function<void()> act) = 0;
   /// A link that begins to connect.

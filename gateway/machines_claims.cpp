@@ -30,13 +30,14 @@ bool under_way(const fabric::ChannelStatus& status) {
 
 void Machines::Impl::listen(MachineState& one) {
   if (!one.listens) {
-    one.listens_since = hands.now().steady;
+    one.listens_since = hands.moment().steady;
   }
   one.listens = true;
-  one.report.on_down("listening whether another gateway serves this machine", hands.now());
+  one.report.on_down("listening whether another gateway serves this machine", hands.moment());
   publish(one);
   hands.after(listen_time, [weak = weak_from_this(), machine = one.settings.name,
-                            listening = ++one.listening, due = hands.now().steady + listen_time] {
+                            listening = ++one.listening,
+                            due = hands.moment().steady + listen_time] {
     const auto self = weak.lock();
     if (!self) {
       return;
@@ -124,7 +125,7 @@ bool Machines::Impl::refused_by_all(MachineState& one) {
     refuse(one, channel, refusal);
   }
   one.served.clear();
-  one.report.on_down(refusal, hands.now());
+  one.report.on_down(refusal, hands.moment());
   return true;
 }
 
@@ -161,7 +162,7 @@ void Machines::Impl::serve(MachineState& one) {
   one.served = {ours.begin(), ours.end()};
   one.has_served = one.has_served || !ours.empty();
   if (one.refusal.empty()) {
-    one.report.on_up(ours.size(), refused, hands.now());
+    one.report.on_up(ours.size(), refused, hands.moment());
   }
   listener.on_link_up(name, ours);
   publish(one);

@@ -51,7 +51,7 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
       one->up = false;
       one->served.clear();
       if (one->refusal.empty()) {
-        one->report.on_down(reason, hands.now());
+        one->report.on_down(reason, hands.moment());
       }
       listener.on_link_down(machine, reason);
       publish(*one);

@@ -138,7 +138,7 @@ class GatewayProcess final : public Member,
   void end_when_answered();
   void forget();
   void served_no_more(const std::string& machine);
-  [[nodiscard]] gateway::Moment moment() const;
+  [[nodiscard]] gateway::Moment moment() const override;
 
   GatewayPlan plan_;
   Random random_;

@@ -37,21 +37,30 @@ class MachinesTest : public testing::Test, public MachinesHands, public Machines
   }
 
   // Hands.
-  Moment now() override { return moment; }
+  Moment now() override {
+    if (stood_still && (*stood_still)-- == 0) {
+      stood_still.reset();
+      sut.stood_still();
+    }
+    return time;
+  }
+  [[nodiscard]] Moment moment() const override { return time; }
   void after(std::chrono::nanoseconds, std::function<void()> act) override {
     waiting.push_back(std::move(act));
   }
   std::unique_ptr<Link> connect(const MachineSettings&, LinkEvents& events) override {
     link = &events;
+    linked = true;
     return std::make_unique<NoLink>();
   }
   void say(Level, const std::string&) override {}
   // Listener.
   void on_link_up(const std::string&, const std::vector<std::uint16_t>& channels) override {
+    EXPECT_TRUE(linked);
     served = channels;
   }
   void on_link_down(const std::string&, const std::string&) override {}
-  void on_link_dropped(const std::string&, const std::string&) override {}
+  void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
   void on_retired(const fabric::ChannelKey&) override {}
   void on_refused(const fabric::ChannelKey&, const std::string&) override {}
   void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
@@ -98,9 +107,12 @@ class MachinesTest : public testing::Test, public MachinesHands, public Machines
     return status;
   }
 
-  Moment moment{SteadyTime(1h), fabric::Time(1h)};
+  Moment time{SteadyTime(1h), fabric::Time(1h)};
   std::vector<std::function<void()>> waiting;
   LinkEvents* link = nullptr;
+  bool linked = false;
+  /// It is found that this process stood still when now() is asked once more than this.
+  std::optional<unsigned> stood_still{};
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
   fabric::MachineStatus told;
@@ -117,20 +129,31 @@ TEST_F(MachinesTest, ServesAfterItHasListened) {
 }
 
 TEST_F(MachinesTest, ListensOnWhereItsTimersAreLate) {
-  moment.steady += 400ms;
+  time.steady += 400ms;
   time_passes();
   EXPECT_EQ(link, nullptr);
-  moment.steady += 300ms;
+  time.steady += 300ms;
   serve();
   EXPECT_THAT(served, ElementsAre(1, 2));
 }
 
 TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
   for (int times = 0; times < 20 && link == nullptr; ++times) {
-    moment.steady += 400ms;
+    time.steady += 400ms;
     time_passes();
   }
   EXPECT_NE(link, nullptr);
+}
+
+// The link was taken away in the midst of an event, which then read from it: a crash.
+TEST_F(MachinesTest, FindsThatItStoodStillWhereAnEventBegins) {
+  serve();
+  stood_still = 1;
+  sut.on_machine(claim(2h));
+  EXPECT_TRUE(linked);
+  link->on_link_up("cnc", {1});
+  EXPECT_FALSE(linked);
+  EXPECT_THAT(served, ElementsAre(1, 2));
 }
 
 TEST_F(MachinesTest, DoesNotConnectToAMachineThatAnotherOneServes) {
