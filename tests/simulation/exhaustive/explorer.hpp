@@ -12,7 +12,8 @@
 // has come to, what is on its way, and what those who judge remember. What a party has come to is
 // what it says of itself, if somebody describes it, and else all that has happened to it.
 //
-// The other way, each run takes any order: explorer_test of what the walk leaves out.
+// With Bounds::draw each run takes any order, to its end: whatever such runs come to, a walk must
+// have seen.
 #pragma once
 
 #include <array>

@@ -18,6 +18,7 @@ constexpr Party controller_party = 1;
 constexpr Party gateway_party = 2;
 constexpr Party first_party = 3;
 constexpr Party second_party = 4;
+constexpr Party gateway_ears = gateway_party + Process::ears_of;
 
 constexpr std::uint64_t bit(Party party) {
   return std::uint64_t{1} << party;
@@ -76,24 +77,12 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   gateway_.plug(controller_, cable_);
 }
 
-/// Whom the mishap changes at once, but for a process that is killed; all others learn of it by a
-/// message or its absence.
+/// Whom the mishap changes at once, beside those who say of themselves what they have come to.
 std::uint64_t SmallPlant::struck() const {
-  switch (plan_.mishap) {
-    case Mishap::none:
-    case Mishap::gateway_killed:
-    case Mishap::gateway_power_cut:
-    case Mishap::instance_killed:
-      return 0;
-    case Mishap::instance_drained:
-      return bit(second_party);
-    case Mishap::link_cut:
-    case Mishap::link_silent:
-      return bit(gateway_party);
-    case Mishap::program_reset:
-      return bit(controller_party);
-  }
-  return 0;
+  const std::uint64_t described =
+      bit(controller_party) | bit(gateway_ears) | bit(first_party) | bit(second_party);
+  const bool link = plan_.mishap == Mishap::link_cut || plan_.mishap == Mishap::link_silent;
+  return described | (link ? bit(gateway_party) : 0);
 }
 
 void SmallPlant::strike() {
@@ -110,7 +99,7 @@ void SmallPlant::strike() {
       break;
     case Mishap::instance_killed:
       second_.kill();
-      agenda_.becomes(bit(second_party) | bit(second_party) << Process::outboxes, 0);
+      agenda_.becomes(bit(second_party) << Process::outboxes, 0);
       restart([this] { second_.start(); });
       break;
     case Mishap::instance_drained:
@@ -132,7 +121,7 @@ void SmallPlant::strike() {
 
 void SmallPlant::restart(const std::function<void()>& start) {
   agenda_.after(restart_after, {.timer = true, .means = 2}, [this, start] {
-    agenda_.touches(bit(gateway_party) | bit(first_party) | bit(second_party));
+    agenda_.touches(struck());
     start();
   });
 }
@@ -146,6 +135,7 @@ bool SmallPlant::done() const {
 void SmallPlant::describe() {
   const auto hash = std::hash<std::string>{};
   explorer_.describe(controller_party, [this, hash] { return hash(controller_.place()); });
+  explorer_.describe(gateway_ears, [this, hash] { return hash(gateway_.hearing()); });
   explorer_.describe(first_party, [this, hash] { return hash(first_.place()); });
   explorer_.describe(second_party, [this, hash] { return hash(second_.place()); });
 }

@@ -137,7 +137,7 @@ void Fabric::open_all_paths() {
 }
 
 std::uint64_t Fabric::parties(const Pair& pair) const {
-  return ends_[pair.gateway]->process->parties() | ends_[pair.instance]->process->parties();
+  return hearing(*ends_[pair.gateway]) | hearing(*ends_[pair.instance]);
 }
 
 void Fabric::within(const PairPointer& pair, Time delay, std::function<void()> act) {
@@ -148,7 +148,7 @@ void Fabric::fetch(EndNumber reader, EndNumber writer, Time delay, std::function
   const Process& to = *ends_[reader]->process;
   const Process& from = *ends_[writer]->process;
   agenda_.after(delay,
-                {.parties = to.parties(),
+                {.parties = hearing(*ends_[reader]),
                  .reads = from.outbox(),
                  .means = agenda_.meaning("fetch", reader, writer),
                  .lives = {.first = &to.life(), .second = &from.life()}},

@@ -86,8 +86,8 @@ class Fabric {
   [[nodiscard]] const GatewayTalk& talk() const { return talk_; }
   /// The ends that are there.
   [[nodiscard]] std::vector<EndNumber> ends() const;
-  /// What an instance's side has and knows of gateways. For who tries all orders.
-  [[nodiscard]] std::string place_of(EndNumber instance) const;
+  /// What has come to this end and what it knows of the others. For who tries all orders.
+  [[nodiscard]] std::string place_of(EndNumber end) const;
 
  private:
   template <typename Value>
@@ -117,6 +117,8 @@ class Fabric {
     InstanceEars* instance = nullptr;
     // A gateway's.
     fabric::Registry registry;
+    /// All that the registry was told and has told.
+    Meaning registry_knows = 0;
     std::set<fabric::EndpointHandle> matched;
     std::map<std::string, Writer<fabric::Request>> requests;
     std::map<std::pair<fabric::RequestKey, fabric::InstanceId>, fabric::Reply> replies_in;
@@ -172,7 +174,13 @@ class Fabric {
   void wake_to_take_requests(EndNumber instance);
   void take_requests(EndNumber instance);
   void take_replies(EndNumber gateway);
+  [[nodiscard]] std::string place_of_gateway(const End& end, EndNumber number) const;
+  [[nodiscard]] std::string place_of_instance(const End& end, EndNumber number) const;
   [[nodiscard]] Time delay(bool again);
+  /// What changes when something comes to this end.
+  [[nodiscard]] static std::uint64_t hearing(const End& end) {
+    return end.gateway != nullptr ? end.process->ears() : end.process->parties();
+  }
   [[nodiscard]] std::uint64_t parties(const Pair& pair) const;
   void within(const PairPointer& pair, Time delay, std::function<void()> act);
   /// For who tries all orders: the newest sample of an end. It has one channel then, and the text

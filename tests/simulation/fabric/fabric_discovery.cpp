@@ -69,6 +69,8 @@ void Fabric::discover(const PairPointer& pair, bool reader) {
   End& gateway = *ends_[pair->gateway];
   const End& instance = *ends_[pair->instance];
   Side& side = pair->of_instance;
+  gateway.registry_knows =
+      meaning_of(gateway.registry_knows, reader, pair->instance, instance.identity.draining);
   if (reader) {
     gateway.registry.reader_seen(reader_of(pair->instance), {instance.identity, pair->instance});
     gateway.matched.insert(reader_of(pair->instance));
@@ -97,6 +99,7 @@ void Fabric::lose_known(const PairPointer& pair, bool of_instance) {
     return;
   }
   End& gateway = *ends_[pair->gateway];
+  gateway.registry_knows = meaning_of(gateway.registry_knows, "gone", pair->instance);
   gateway.registry.endpoint_gone(reader_of(pair->instance));
   gateway.registry.endpoint_gone(writer_of(pair->instance));
   gateway.matched.erase(reader_of(pair->instance));
@@ -112,7 +115,10 @@ void Fabric::look_around(EndNumber number) {
   }
   end.discovery_due = true;
   agenda_.after(random_.between(Time{}, 500us),
-                {.parties = end.process->parties(), .lives = {.first = &end.process->life()}},
+                {.parties = end.process->ears(),
+                 .reads = end.process->parties(),
+                 .means = agenda_.meaning("look around", number),
+                 .lives = {.first = &end.process->life()}},
                 [this, number, &end] {
                   end.process->run(end.life, [this, number] { take_changes(number); });
                 });
@@ -125,6 +131,11 @@ void Fabric::take_changes(EndNumber number) {
   // An instance that leaves may have answered just before.
   take_replies(number);
   const auto changes = end.registry.changes();
+  if (changes.gone.empty() && changes.ready.empty() && changes.changed.empty()) {
+    return;
+  }
+  agenda_.touches(end.process->parties());
+  end.registry_knows = meaning_of(end.registry_knows, "told");
   for (const auto& gone : changes.gone) {
     end.gateway->on_instance_gone(gone);
   }

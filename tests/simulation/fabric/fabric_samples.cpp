@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <utility>
 
-#include <fmt/ranges.h>
-
 #include "tests/simulation/fabric/fabric.hpp"
 
 namespace millrace::tests::simulation {
@@ -54,28 +52,6 @@ void Fabric::lay_out(const End& end, const fabric::CallId& call, std::uint32_t w
   if (const auto sample = agenda_.meaning(call.to_string(), what, instance.to_string(), number)) {
     agenda_.becomes(end.process->outbox(), *sample);
   }
-}
-
-std::string Fabric::place_of(EndNumber instance) const {
-  const End& end = *ends_[instance];
-  std::string words = fmt::format("{} {}", end.drain_due, end.replies.last);
-  for (const auto& [key, cached] : end.requests_in) {
-    words += fmt::format("|{} {} {} {} {}", key.epoch, static_cast<int>(cached.presence),
-                         cached.value.call.to_string(), cached.value.attempt,
-                         cached.value.assigned.to_string());
-  }
-  for (const auto& [key, gateways] : end.requested_by) {
-    words += fmt::format("|{} {}", key.epoch, fmt::join(gateways, ","));
-  }
-  for (const PairPointer& pair : pairs_of(instance)) {
-    for (const Side& side : {pair->of_instance, pair->of_gateway}) {
-      words += fmt::format("|{} {} {} {} {}", side.path, side.heard, side.reader, side.writer,
-                           side.epoch);
-    }
-    words += fmt::format(" {} {} {} {}", pair->requests, pair->replies, pair->requests_due,
-                         pair->replies_due);
-  }
-  return words;
 }
 
 void Fabric::send_requests(const PairPointer& pair, bool again) {
@@ -199,18 +175,23 @@ void Fabric::arrive_replies(const PairPointer& pair) {
   }
   pair->replies = instance.replies.last;
   if (news) {
-    agenda_.after(
-        random_.between(Time{}, 300us),
-        {.parties = gateway.process->parties(), .lives = {.first = &gateway.process->life()}},
-        [this, number = pair->gateway] {
-          End& end = *ends_[number];
-          end.process->run(end.life, [this, number] { take_replies(number); });
-        });
+    agenda_.after(random_.between(Time{}, 300us),
+                  {.parties = gateway.process->ears(),
+                   .reads = gateway.process->parties(),
+                   .means = agenda_.meaning("take replies", pair->gateway),
+                   .lives = {.first = &gateway.process->life()}},
+                  [this, number = pair->gateway] {
+                    End& end = *ends_[number];
+                    end.process->run(end.life, [this, number] { take_replies(number); });
+                  });
   }
 }
 
 void Fabric::take_replies(EndNumber number) {
   End& end = *ends_[number];
+  if (!end.replies_in.empty()) {
+    agenda_.touches(end.process->parties());
+  }
   for (const auto& [key, reply] : std::exchange(end.replies_in, {})) {
     end.gateway->on_reply(reply);
   }

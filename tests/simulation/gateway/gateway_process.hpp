@@ -64,6 +64,9 @@ class GatewayProcess final : public Member,
   [[nodiscard]] const GatewayFile& file() const { return plan_.file; }
   Disk& disk() { return disk_; }
 
+  /// What has come to it over the fabric. For who tries all orders.
+  [[nodiscard]] std::string hearing() const { return end() ? fabric().place_of(*end()) : ""; }
+
   /// What an operator sees and can do.
   [[nodiscard]] const std::map<Key, fabric::ChannelStatus>& statuses() const { return statuses_; }
   void answer(const Key& key, const fabric::CallId& call);

@@ -52,6 +52,7 @@ void Witness::on_record(const Key& key, const journal::Entry& entry) {
   } else if (const auto* answer = std::get_if<journal::Answered>(&entry)) {
     Current& current = current_.at(key);
     current.answer = answer->answer;
+    history_.add(Answered{number_, answer->call});
     answered(current);
     given_.erase(answer->call);
   } else if (const auto* ended = std::get_if<journal::Ended>(&entry)) {

@@ -57,6 +57,13 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
                                       fact.call.to_string(), fact.key.to_string()));
     return;
   }
+  const auto answered = answered_.find({fact.gateway, fact.call});
+  if (fact.variable == gateway::Variable::request_state && answered != answered_.end() &&
+      look->second.end <= answered->second) {
+    violations_.push_back(fmt::format("I2: {} is answered without a look since its answer came",
+                                      fact.call.to_string()));
+    return;
+  }
   const Channel& channel = channels_[fact.key];
   const auto& stretches = channel.stretches;
   const bool stood = std::ranges::any_of(stretches, [&](const Stretch& one) {
@@ -68,6 +75,10 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
         name_of(fact.variable).substr(12), fact.call.to_string(), fact.request.text));
   }
+}
+
+void AnswerCheck::on(const Answered& fact, Time now) {
+  answered_[{fact.gateway, fact.call}] = now;
 }
 
 void AnswerCheck::on(const WriteDone& fact, Time now) {

@@ -49,6 +49,7 @@ class AnswerCheck final : public Check {
   void on(const ProgramReleased& fact, Time now);
   void on(const Looked& fact, Time now);
   void on(const WriteAsked& fact, Time now);
+  void on(const Answered& fact, Time now);
   void on(const WriteDone& fact, Time now);
   void on(const Resumed& fact, Time now);
   void on(const JournalLost& fact, Time now);
@@ -59,6 +60,8 @@ class AnswerCheck final : public Check {
 
   std::map<Key, Channel> channels_;
   std::map<std::pair<GatewayNumber, Key>, LookAt> looks_;
+  /// When a gateway had the answer of a call.
+  std::map<std::pair<GatewayNumber, fabric::CallId>, Time> answered_;
   std::map<fabric::CallId, int> finals_;
   std::vector<std::string> violations_;
 };

@@ -57,6 +57,9 @@ struct Words {
     return fmt::format("{}  gateway {} sends {} for {}", one.key.to_string(), one.gateway,
                        name_of(one.variable).substr(12), one.call.to_string());
   }
+  std::string operator()(const Answered& one) const {
+    return fmt::format("gateway {} has the answer of {}", one.gateway, one.call.to_string());
+  }
   std::string operator()(const WriteDone& one) const {
     return fmt::format("{}  {} = {} by gateway {} for {}", one.key.to_string(),
                        name_of(one.variable).substr(12), text_of(one.value), one.gateway,

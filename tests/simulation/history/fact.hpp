@@ -54,6 +54,11 @@ struct WriteAsked {
   gateway::PendingRequest request;
   gateway::Variable variable{};
 };
+/// A gateway has the final answer of this call.
+struct Answered {
+  GatewayNumber gateway = 0;
+  fabric::CallId call;
+};
 /// It takes place; the channel as it is then.
 struct WriteDone {
   GatewayNumber gateway = 0;
@@ -139,7 +144,7 @@ struct Note {
   std::string what;
 };
 
-using Fact = std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked,
+using Fact = std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked, Answered,
                           WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused, Started,
                           Finished, Retried, JournalLost, Note>;
 
