@@ -90,13 +90,12 @@ Decisions Dispatcher::on_time(SteadyTime now) {
 }
 
 std::optional<SteadyTime> Dispatcher::next_time() const {
-  std::optional<SteadyTime> next;
+  constexpr SteadyTime never = SteadyTime::max();
+  SteadyTime next = never;
   for (const auto& [id, instance] : instances_) {
-    if (instance.lost_at && (!next || *instance.lost_at < *next)) {
-      next = instance.lost_at;
-    }
+    next = std::min(next, instance.lost_at.value_or(never));
   }
-  return next;
+  return next == never ? std::nullopt : std::optional(next);
 }
 
 std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
