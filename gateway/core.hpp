@@ -121,6 +121,7 @@ class Core {
   template <typename Step>
   ChannelActions step(const fabric::ChannelKey& key, Moment now, Step step);
   [[nodiscard]] Pace pace_of(const std::string& machine) const;
+  void lose_link(const std::string& machine);
   void run(ChannelSession& session, Actions actions, Moment now);
   void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
   bool hold_inherited(ChannelSession& session, const Offer& offer, const Policy& policy,

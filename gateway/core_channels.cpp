@@ -39,8 +39,18 @@ ChannelActions Core::on_link_up(const std::string& machine,
   return finish();
 }
 
+/// When one of them frees an instance, another one gets it: none may then ask anything of the link.
+void Core::lose_link(const std::string& machine) {
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      session.lose_link();
+    }
+  }
+}
+
 ChannelActions Core::on_link_down(const std::string& machine, const std::string& reason,
                                   Moment now) {
+  lose_link(machine);
   for (auto& [key, session] : sessions_) {
     if (key.machine == machine) {
       run(session, session.on_link_down(reason, now), now);
@@ -51,6 +61,7 @@ ChannelActions Core::on_link_down(const std::string& machine, const std::string&
 
 ChannelActions Core::on_link_dropped(const std::string& machine, const std::string& reason,
                                      Moment now) {
+  lose_link(machine);
   for (auto& [key, session] : sessions_) {
     if (key.machine == machine) {
       run(session, session.on_link_dropped(reason, now), now);

@@ -63,6 +63,8 @@ class ChannelSession {
   void resume(Call call, const Policy& policy);
 
   Actions on_link_up(Moment now);
+  /// Asks nothing of the controller any more; on_link_down() or on_link_dropped() follows.
+  void lose_link() { link_up_ = false; }
   Actions on_link_down(const std::string& reason, Moment now);
   /// The link was taken away: what was asked of it is not answered any more.
   Actions on_link_dropped(const std::string& reason, Moment now);

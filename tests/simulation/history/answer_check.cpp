@@ -31,11 +31,20 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   }
   channel.stretches.push_back({fact.request, now, {}, {}});
   channel.cleared = false;
+  channel.wiped = false;
   channel.writers.clear();
 }
 
 void AnswerCheck::on(const ProgramMoved& fact, Time now) {
   Channel& channel = channels_[fact.key];
+  const auto& stretches = channel.stretches;
+  if (fact.texts_stay && !stretches.empty() && stretches.back().answered_by) {
+    // Both states are 0 and the texts are ours: as if the last write had never arrived.
+    finals_.erase(*stretches.back().answered_by);
+    channel.wiped = true;
+  } else if (!fact.texts_stay) {
+    channel.wiped = false;
+  }
   if (!(channel.cleared && fact.texts_stay)) {
     close(channel, now);
   }
@@ -70,7 +79,9 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
     const bool ours = one.request == fact.request && one.from <= look->second.end;
     return ours && (!one.until || *one.until >= look->second.first || one.answered_by == fact.call);
   });
-  if (!stood) {
+  const bool seems_to_wait =
+      channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
+  if (!stood && !seems_to_wait) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
         name_of(fact.variable).substr(12), fact.call.to_string(), fact.request.text));

@@ -33,6 +33,8 @@ class AnswerCheck final : public Check {
     /// REQUEST_STATE is cleared for an answer: a program that takes its request back now changes
     /// nothing that can be seen.
     bool cleared = false;
+    /// The request was answered, and RESPONSE_STATE is 0 again although nothing else was asked.
+    bool wiped = false;
     /// Whose text stands in RESPONSE: two gateways that do not hear each other write over each
     /// other's.
     GatewayNumber text_by = 0;

@@ -289,5 +289,20 @@ TEST_F(CoreTest, KeepsThePolicyUnderWhichACallWasAccepted) {
   EXPECT_THAT(all<Record>(sut->on_wake({"cnc", 1}, now)), IsEmpty());
 }
 
+// The deadline of one call had passed, its instance got the call of another channel, which then
+// looked at the link that was gone: the gateway crashed. Found by the simulation.
+TEST_F(CoreTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
+  start({.policies = {.everywhere = {.deadline = Rule{1s, 902}}}});
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  now.steady += 800ms;
+  confirm(request(2));
+  now.steady += 500ms;
+  const auto actions = sut->on_link_dropped("cnc", "this gateway stood still", now);
+  EXPECT_THAT(all<Record>(actions), SizeIs(2)) << "one is answered, one is given out";
+  EXPECT_THAT(all<Read>(actions), IsEmpty());
+}
+
 }  // namespace
 }  // namespace millrace::gateway
