@@ -7,6 +7,7 @@
 // costs more than to ring once in a while.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -16,7 +17,7 @@
 
 namespace millrace::gateway {
 
-/// Its end silences it.
+/// Its end silences it, also if its time has come already and only its turn has not.
 class WakeUp {
  public:
   explicit WakeUp(const boost::asio::any_io_executor& executor) : timer_(executor) {}
@@ -24,22 +25,24 @@ class WakeUp {
   /// Calls `ring` at this time or before, on the executor.
   template <typename Ring>
   void set(SteadyTime at, Ring ring) {
-    if (at_ && *at_ <= at) {
+    if (*at_ && **at_ <= at) {
       return;
     }
-    at_ = at;
+    *at_ = at;
     timer_.expires_at(at);
-    timer_.async_wait([this, ring = std::move(ring)](boost::system::error_code error) {
-      if (!error) {
-        at_.reset();
-        ring();
-      }
-    });
+    timer_.async_wait(
+        [due = std::weak_ptr(at_), ring = std::move(ring)](boost::system::error_code error) {
+          const auto alive = error ? nullptr : due.lock();
+          if (alive) {
+            alive->reset();
+            ring();
+          }
+        });
   }
 
  private:
   boost::asio::steady_timer timer_;
-  std::optional<SteadyTime> at_;
+  std::shared_ptr<std::optional<SteadyTime>> at_ = std::make_shared<std::optional<SteadyTime>>();
 };
 
 }  // namespace millrace::gateway
