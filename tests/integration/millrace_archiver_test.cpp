@@ -46,6 +46,7 @@ class Archiver : public testing::Test {
   std::string await_row(const std::string& kind, const std::string& text) {
     std::string rows;
     do {
+      caller.attend();
       rows = show({"export", "--format", "jsonl", "--kind", kind});
     } while (rows.find(text) == std::string::npos);
     return rows;

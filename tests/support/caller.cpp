@@ -112,14 +112,18 @@ fabric::Reply Caller::await_reply(const fabric::Request& request,
 }
 
 bool Caller::poll_reply(const fabric::Request& request, fabric::Reply& reply) {
-  impl_->context.restart();
-  impl_->context.poll();
+  attend();
   const auto found = impl_->replies.find(request.call);
   if (found == impl_->replies.end()) {
     return false;
   }
   reply = found->second;
   return true;
+}
+
+void Caller::attend() {
+  impl_->context.restart();
+  impl_->context.poll();
 }
 
 void Caller::forget_reply(const fabric::Request& request) {

@@ -41,6 +41,10 @@ class Caller {
   /// The final reply if it is there by now.
   bool poll_reply(const fabric::Request& request, fabric::Reply& reply);
 
+  /// Does what is due, for who waits for something else: what is published is sent, at the latest
+  /// then.
+  void attend();
+
   /// A reply to this call that comes from now on is a new one.
   void forget_reply(const fabric::Request& request);
 
