@@ -17,7 +17,11 @@ Log make_log(const std::string& name, spdlog::level::level_enum level) {
 }
 
 Log no_log() {
-  return std::make_shared<spdlog::logger>("none", std::make_shared<spdlog::sinks::null_sink_mt>());
+  auto log =
+      std::make_shared<spdlog::logger>("none", std::make_shared<spdlog::sinks::null_sink_mt>());
+  // Spares the formatting too.
+  log->set_level(spdlog::level::off);
+  return log;
 }
 
 void add_log_level(CLI::App& app, spdlog::level::level_enum& level) {

@@ -62,6 +62,10 @@ DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceId
           .error_state = options.error_state};
 }
 
+std::optional<Prompt> prompt_of(LaterHandler handler) {
+  return handler ? std::optional(Prompt{std::move(handler)}) : std::nullopt;
+}
+
 }  // namespace
 
 fabric::ParticipantOptions join_options(const ServiceOptions& options) {
@@ -73,11 +77,12 @@ fabric::ParticipantOptions join_options(const ServiceOptions& options) {
 }
 
 struct Instance::Impl : fabric::InstanceCommandsListener {
-  Impl(const ServiceOptions& options, Service::Log own_log)
+  Impl(const ServiceOptions& options, Service::Log own_log, LaterHandler prompt)
       : log(std::move(own_log)),
         identity(make_identity(options)),
         participant(join_options(options)),
-        runner(std::make_shared<Runner>(desk_options(options, identity), log)),
+        runner(std::make_shared<Runner>(desk_options(options, identity), log,
+                                        prompt_of(std::move(prompt)))),
         grace(context),
         status_timer(context) {}
 
@@ -170,8 +175,8 @@ void Instance::Impl::on_untold(const fabric::Command& command, const std::string
   log->warn("{} is not told what came of its command: {}", command.issuer, reason);
 }
 
-Instance::Instance(const ServiceOptions& options, Service::Log log)
-    : impl_(std::make_unique<Impl>(options, std::move(log))) {
+Instance::Instance(const ServiceOptions& options, Service::Log log, LaterHandler prompt)
+    : impl_(std::make_unique<Impl>(options, std::move(log), std::move(prompt))) {
   impl_->start();
 }
 

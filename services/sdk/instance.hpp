@@ -19,8 +19,9 @@ fabric::ParticipantOptions join_options(const ServiceOptions& options);
 
 class Instance {
  public:
-  /// Throws as Service does.
-  Instance(const ServiceOptions& options, Service::Log log);
+  /// Throws as Service does. Calls wait for next(), unless `prompt` runs them; see
+  /// ServiceOptions::prompt.
+  Instance(const ServiceOptions& options, Service::Log log, LaterHandler prompt = nullptr);
   /// Leaves.
   ~Instance();
   Instance(const Instance&) = delete;

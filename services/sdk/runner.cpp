@@ -1,5 +1,7 @@
 #include "services/sdk/runner.hpp"
 
+#include <vector>
+
 #include <spdlog/spdlog.h>
 
 namespace millrace::services::sdk {
@@ -40,7 +42,8 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
 
 }  // namespace
 
-Runner::Runner(DeskOptions options, Service::Log log) : log_(std::move(log)), desk_(options) {}
+Runner::Runner(DeskOptions options, Service::Log log, std::optional<Prompt> prompt)
+    : log_(std::move(log)), desk_(options), prompt_(std::move(prompt)) {}
 
 void Runner::set_end(fabric::ReplyEnd* end) {
   const Lock lock(lock_);
@@ -53,7 +56,9 @@ void Runner::on_request(const fabric::Request& request) {
     return;
   }
   const Actions actions = desk_.on_request(request, now());
-  perform(std::move(lock), actions);
+  // Before the end is known, an answer would lead nowhere.
+  const bool here = prompt_enough_ && end_ != nullptr;
+  perform(std::move(lock), actions, here ? Place::here : Place::workers);
 }
 
 void Runner::on_withdrawn(const fabric::RequestKey& key) {
@@ -98,8 +103,7 @@ std::shared_ptr<const Call> Runner::next(std::chrono::steady_clock::time_point e
   auto call = std::move(work_.front());
   work_.pop_front();
   lock.unlock();
-  log_->info("call {} from {}: {:?}, state {}, attempt {}", call->id().to_string(),
-             call->channel().to_string(), call->text(), call->state(), call->attempt());
+  announce(*call);
   return call;
 }
 
@@ -126,25 +130,60 @@ fabric::InstanceStatus Runner::status() const {
   return desk_.status();
 }
 
-void Runner::perform(Lock lock, const Actions& actions) {
+void Runner::perform(Lock lock, const Actions& actions, Place place) {
   for (const Action& action : actions) {
     std::visit([this](const auto& each) { perform(each); }, action);
   }
   closed_ = closed_ || (closing_ && desk_.idle());
   const bool all = closed_;
-  lock.unlock();
-  // One thread for each call: to wake them all for each would cost more than most handlers do.
-  for (const Action& action : actions) {
-    if (std::holds_alternative<Start>(action) && !all) {
-      changed_.notify_one();
-    }
+  std::vector<std::shared_ptr<const Call>> here;
+  if (place == Place::here) {
+    here.assign(work_.begin(), work_.end());
+    work_.clear();
   }
-  if (all) {
-    changed_.notify_all();
+  lock.unlock();
+  if (place == Place::workers || all) {
+    wake_workers(actions, all);
   }
   for (const Action& action : actions) {
     log(action);
   }
+  for (const auto& call : here) {
+    run_here(call);
+  }
+}
+
+void Runner::wake_workers(const Actions& actions, bool all) {
+  if (all) {
+    changed_.notify_all();
+    return;
+  }
+  // One thread for each call: to wake them all for each would cost more than most handlers do.
+  for (const Action& action : actions) {
+    if (std::holds_alternative<Start>(action)) {
+      changed_.notify_one();
+    }
+  }
+}
+
+void Runner::run_here(const std::shared_ptr<const Call>& call) {
+  announce(*call);
+  const auto start = std::chrono::steady_clock::now();
+  prompt_->handler(call);
+  const auto took = std::chrono::steady_clock::now() - start;
+  if (took > prompt_->limit) {
+    log_->warn(
+        "the handler took {:.3f} ms for call {} in the thread that receives, where {:.3f} ms are "
+        "allowed; calls get threads of their own from now on. The service should not be declared "
+        "prompt",
+        milliseconds(took), call->id().to_string(), milliseconds(prompt_->limit));
+    prompt_enough_ = false;
+  }
+}
+
+void Runner::announce(const Call& call) const {
+  log_->info("call {} from {}: {:?}, state {}, attempt {}", call.id().to_string(),
+             call.channel().to_string(), call.text(), call.state(), call.attempt());
 }
 
 void Runner::perform(const Start& start) {

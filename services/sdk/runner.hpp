@@ -1,5 +1,5 @@
-// Carries out what the call desk decides: calls into a queue of work, replies to the fabric, one
-// log line for each.
+// Carries out what the call desk decides: calls to a prompt handler or into a queue of work,
+// replies to the fabric, one log line for each.
 #pragma once
 
 #include <condition_variable>
@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "fabric/reply_end.hpp"
 #include "services/sdk/call_desk.hpp"
@@ -15,13 +16,21 @@
 
 namespace millrace::services::sdk {
 
+/// Runs calls where they arrive, a hand-over earlier. Nothing reaches this process from the fabric
+/// meanwhile: a handler that takes longer than the limit, once, loses this place.
+struct Prompt {
+  LaterHandler handler;
+  std::chrono::steady_clock::duration limit = prompt_limit;
+};
+
 /// All functions may be called from any thread, requests in the one that receives them: nothing
 /// here waits but `next`. A lock keeps the order of decisions and replies.
 class Runner : public CallSink,
                public fabric::ReplyEndListener,
                public std::enable_shared_from_this<Runner> {
  public:
-  Runner(DeskOptions options, Service::Log log);
+  /// Without `prompt`, all calls wait for `next`.
+  Runner(DeskOptions options, Service::Log log, std::optional<Prompt> prompt = std::nullopt);
 
   /// Where replies go; null to send no more.
   void set_end(fabric::ReplyEnd* end);
@@ -46,9 +55,13 @@ class Runner : public CallSink,
 
  private:
   using Lock = std::unique_lock<std::mutex>;
+  enum class Place { workers, here };
 
   /// Ends the lock.
-  void perform(Lock lock, const Actions& actions);
+  void perform(Lock lock, const Actions& actions, Place place = Place::workers);
+  void wake_workers(const Actions& actions, bool all);
+  void run_here(const std::shared_ptr<const Call>& call);
+  void announce(const Call& call) const;
   void perform(const Start& start);
   void perform(const Send& send);
   void perform(const Cancel& cancel);
@@ -63,6 +76,9 @@ class Runner : public CallSink,
   std::deque<std::shared_ptr<const Call>> work_;
   /// Calls that run, to be told of their cancellation.
   std::map<fabric::CallId, std::weak_ptr<Call>> running_;
+  const std::optional<Prompt> prompt_;
+  /// Calls run where they arrive. Of the thread that brings requests alone.
+  bool prompt_enough_ = prompt_.has_value();
   bool closing_ = false;
   bool closed_ = false;
 };

@@ -10,25 +10,28 @@ namespace millrace::services::sdk {
 namespace {
 
 /// A handler's exception ends its call, never its process.
-void run(const LaterHandler& handler, const std::shared_ptr<const Call>& call) {
-  try {
-    handler(call);
-  } catch (const std::exception& error) {
-    call->fail(error.what());
-  } catch (...) {
-    call->fail("the service threw something that is no std::exception");
-  }
+LaterHandler guarded(LaterHandler handler) {
+  return [handler = std::move(handler)](const std::shared_ptr<const Call>& call) {
+    try {
+      handler(call);
+    } catch (const std::exception& error) {
+      call->fail(error.what());
+    } catch (...) {
+      call->fail("the service threw something that is no std::exception");
+    }
+  };
 }
 
 }  // namespace
 
 struct Service::Impl {
   Impl(const ServiceOptions& options, LaterHandler own_handler, Log log)
-      : handler(std::move(own_handler)), instance(options, std::move(log)) {
+      : handler(guarded(std::move(own_handler))),
+        instance(options, std::move(log), options.prompt ? handler : nullptr) {
     for (std::uint32_t i = 0; i < options.concurrency; ++i) {
       workers.emplace_back([this] {
         while (const auto call = instance.next()) {
-          run(handler, call);
+          handler(call);
         }
       });
     }

@@ -27,6 +27,9 @@ namespace millrace::services::sdk {
 inline constexpr std::uint32_t default_error_state = 500;
 /// One thread each.
 inline constexpr std::uint32_t max_concurrency = 256;
+/// What a prompt handler may take. It should be done in a thousandth of this; the rest is for a
+/// host that is busy.
+inline constexpr std::chrono::milliseconds prompt_limit{10};
 
 struct ServiceOptions {
   /// What NC programs write to V.G.SERVICE.UUID; compared without regard to case.
@@ -39,6 +42,10 @@ struct ServiceOptions {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
+  /// The handler computes for microseconds and waits for nothing: no file, no socket, no lock that
+  /// is held for long. It is run in the thread that receives, which spares a hand-over, a third of
+  /// a call's time; until it takes longer than prompt_limit once, which is logged.
+  bool prompt = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
   /// How to join the fabric: as in fabric::ParticipantOptions.

@@ -112,7 +112,7 @@ double mean_requests(const std::string& output) {
 
 Series program_with_gateway(std::size_t calls, std::uint32_t period) {
   Bench bench;
-  const Process service = start_peer(bench.peer("service"));
+  const Process service = start_peer(bench.peer("prompt"));
   Process cnc = bench.cnc(1, calls);
   const Process gateway = bench.gateway(
       bench.machine("cnc", fmt::format("poll {{ active_ms: {} idle_ms: {} }}", period, period)));
@@ -178,7 +178,7 @@ bool measure_controller_load() {
   const Process cnc = bench.cnc(channels, 0);
   std::vector<Process> instances;
   for (std::uint32_t i = 0; i < services; ++i) {
-    instances.push_back(start_peer(bench.peer("service")));
+    instances.push_back(start_peer(bench.peer("prompt")));
   }
   const Process gateway = bench.gateway(bench.machine("cnc", "poll { idle_ms: 10 }"));
   std::this_thread::sleep_for(time);
@@ -239,7 +239,7 @@ void measure_over_ads(std::size_t channels) {
   Bench bench;
   std::vector<Process> instances;
   for (int i = 0; i < 4; ++i) {
-    PeerOptions options = bench.peer("service");
+    PeerOptions options = bench.peer("prompt");
     options.concurrency = 64;
     instances.push_back(start_peer(options));
   }

@@ -168,19 +168,13 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
 
   void run(const std::function<bool()>& done) {
     io.restart();
-    if (!spinning) {
-      attention.run(io, done);
-    }
-    while (!done()) {
-      io.poll_one();
-    }
+    attention.run(io, done);
   }
 
   asio::io_context io{1};
   std::unique_ptr<journal::Journal> journal;
   Core core;
   std::size_t active;
-  bool spinning = false;
   bool attentive = true;
   Attention attention;
   std::vector<Place> places;
@@ -219,9 +213,6 @@ void MemoryGateway::begin(std::size_t calls) {
 
 void MemoryGateway::doze() {
   impl_->attentive = false;
-}
-void MemoryGateway::spin() {
-  impl_->spinning = true;
 }
 
 MemoryGateway::Result MemoryGateway::run(std::size_t calls) {

@@ -34,8 +34,6 @@ class MemoryGateway {
   };
   /// From now on the gateway's thread sleeps at once while it waits for an answer.
   void doze();
-  /// From now on the gateway's thread never sleeps: what a wake-up costs.
-  void spin();
   /// Runs so many calls.
   Result run(std::size_t calls);
 

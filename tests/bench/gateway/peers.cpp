@@ -74,6 +74,7 @@ void serve_sdk(const PeerOptions& options) {
       {.uuid = bench_uuid,
        .name = "bench",
        .concurrency = options.concurrency,
+       .prompt = options.kind == "prompt",
        .domain = options.domain},
       [stuck](const services::sdk::Call& call) -> services::sdk::Response {
         while (stuck && !call.cancelled()) {

@@ -25,7 +25,8 @@ struct PeerOptions {
   std::uint16_t port = 0;
 };
 
-/// A service of the library that answers at once (kind "service"), or after a minute ("stuck").
+/// A service of the library that answers at once, from a thread of its own (kind "service") or from
+/// the one that receives ("prompt"), or after a minute ("stuck").
 void serve_sdk(const PeerOptions& options);
 /// A bare Cyclone reader and writer that answer in the listener (kind "raw").
 void serve_raw(const PeerOptions& options);

@@ -1,0 +1,159 @@
+// Services whose handler is declared prompt: ServiceOptions::prompt.
+#include <chrono>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <spdlog/logger.h>
+#include <spdlog/sinks/ostream_sink.h>
+
+#include "fabric/reply_end.hpp"
+#include "idl/program/log.hpp"
+#include "services/sdk/runner.hpp"
+#include "tests/unit/sdk/service_fixture.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+using fabric::Reply;
+using fabric::ServiceCode;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+/// Within one process a request arrives in the thread that sends it: the test's.
+std::string this_thread() {
+  std::ostringstream id;
+  id << std::this_thread::get_id();
+  return id.str();
+}
+
+Response name_the_thread(const Call&) {
+  return {.text = this_thread()};
+}
+
+class PromptServiceTest : public ServiceTest {
+ protected:
+  [[nodiscard]] ServiceOptions prompt() const {
+    ServiceOptions options = this->options();
+    options.prompt = true;
+    return options;
+  }
+
+  std::string answer(const Service& sut, std::uint64_t number) {
+    call(request(sut, number));
+    return next_reply().text;
+  }
+};
+
+TEST_F(PromptServiceTest, RunsItsHandlerWhereCallsArrive) {
+  const Service sut(prompt(), name_the_thread, idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  EXPECT_EQ(answer(sut, 1), this_thread());
+  EXPECT_EQ(answer(sut, 2), this_thread());
+}
+
+TEST_F(PromptServiceTest, IsTheExceptionOthersRunTheirHandlerOnAThreadOfItsOwn) {
+  const Service sut(options(), name_the_thread, idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  EXPECT_NE(answer(sut, 1), this_thread());
+}
+
+TEST_F(PromptServiceTest, RunsAHandlerThatIsNotPromptAfterAllOnAThreadOfItsOwnAndSaysSo) {
+  std::ostringstream text;
+  const auto log = std::make_shared<spdlog::logger>(
+      "test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
+  {
+    const Service sut(
+        prompt(),
+        [](const Call& call) {
+          const auto over = std::chrono::steady_clock::now() + 2 * prompt_limit;
+          while (call.id().number == 1 && std::chrono::steady_clock::now() < over) {
+          }
+          return name_the_thread(call);
+        },
+        log);
+    ASSERT_TRUE(until_ready(sut));
+    EXPECT_EQ(answer(sut, 1), this_thread());
+    EXPECT_NE(answer(sut, 2), this_thread());
+  }
+  EXPECT_THAT(text.str(), AllOf(HasSubstr("ms for call 1-1 in the thread that receives"),
+                                HasSubstr("10.000 ms are allowed")));
+}
+
+TEST_F(PromptServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
+  const Service sut(
+      prompt(),
+      [](const Call& call) -> Response {
+        if (call.id().number == 1) {
+          throw std::runtime_error("the gauge is off");
+        }
+        return echo(call);
+      },
+      idl::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  call(request(sut, 1));
+  EXPECT_EQ(next_reply().code, ServiceCode::failed);
+  EXPECT_EQ(answer(sut, 2), "4");
+}
+
+class PromptRunnerTest : public testing::Test {
+ protected:
+  void use_end() { sut->set_end(&end); }
+
+  [[nodiscard]] fabric::Request request(std::uint16_t channel) const {
+    return {.key = {.machine = "cnc", .channel = channel},
+            .call = {.epoch = 1, .number = channel},
+            .assigned = identity.id,
+            .uuid = uuid,
+            .state = 1};
+  }
+
+  /// The number of the call that waits for a thread of its own; 0 if there is none.
+  [[nodiscard]] std::uint64_t waiting() const {
+    const auto call = sut->next(std::chrono::steady_clock::now());
+    return call ? call->id().number : 0;
+  }
+
+  std::vector<std::shared_ptr<const Call>> handled;
+  const fabric::InstanceIdentity identity{
+      .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};
+  const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
+      DeskOptions{.instance = identity.id}, idl::program::no_log(),
+      Prompt{[this](std::shared_ptr<const Call> call) { handled.push_back(std::move(call)); }});
+
+ private:
+  const tests::Domain domain;
+  fabric::Participant participant{{.domain = domain.number()}};
+  fabric::ReplyEnd end{participant, identity, *sut};
+};
+
+TEST_F(PromptRunnerTest, RunsACallAsItComes) {
+  use_end();
+  sut->on_request(request(1));
+  EXPECT_THAT(handled, SizeIs(1));
+  EXPECT_EQ(waiting(), 0U);
+}
+
+TEST_F(PromptRunnerTest, LeavesACallThatCannotBeAnsweredYetToAThreadOfItsOwn) {
+  sut->on_request(request(1));
+  EXPECT_THAT(handled, SizeIs(0));
+  EXPECT_EQ(waiting(), 1U);
+}
+
+TEST_F(PromptRunnerTest, LeavesACallThatHadToWaitForAnotherOneToAThreadOfItsOwn) {
+  use_end();
+  sut->on_request(request(1));
+  sut->on_request(request(2));
+  ASSERT_THAT(handled, SizeIs(1));
+  EXPECT_EQ(waiting(), 0U);
+  handled.front()->answer({.text = "done"});
+  EXPECT_THAT(handled, SizeIs(1));
+  EXPECT_EQ(waiting(), 2U);
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk
