@@ -1,19 +1,11 @@
-// A point in time as the pure parts are told it: both clocks, read once by whoever owns them.
+// The gateway's word for fabric/moment.hpp.
 #pragma once
 
-#include <chrono>
-
-#include "fabric/messages.hpp"
+#include "fabric/moment.hpp"
 
 namespace millrace::gateway {
 
-using SteadyTime = std::chrono::steady_clock::time_point;
-
-/// `steady` paces and times out, so that a set wall clock disturbs nothing; `wall` is what people,
-/// events and records see.
-struct Moment {
-  SteadyTime steady{};
-  fabric::Time wall{};
-};
+using fabric::Moment;
+using fabric::SteadyTime;
 
 }  // namespace millrace::gateway

@@ -9,10 +9,12 @@ namespace millrace::services::sdk {
 namespace {
 
 using fabric::CallId;
+using fabric::Moment;
 using fabric::Reply;
 using fabric::Request;
 using fabric::RequestKey;
 using fabric::ServiceCode;
+using fabric::SteadyTime;
 using fabric::Time;
 
 /// An error text fits whatever it says; what is left out shows as "...", the log has all of it.
@@ -24,6 +26,10 @@ std::string error_text(const std::string& reason) {
     text += more;
   }
   return text;
+}
+
+Time counted_from(const Moment& start, SteadyTime now) {
+  return start.wall + std::chrono::duration_cast<std::chrono::nanoseconds>(now - start.steady);
 }
 
 Reply reply_to(const Request& request, const Response& response) {
@@ -70,7 +76,7 @@ std::string check_response(const Response& response) {
   return check_text(response.text);
 }
 
-Actions CallDesk::on_request(const Request& request, Time now) {
+Actions CallDesk::on_request(const Request& request, Moment now) {
   Actions actions;
   supersede(request, actions);
   std::optional<CallId>& current = asked_[key_of(request)].call;
@@ -95,16 +101,18 @@ Actions CallDesk::on_request(const Request& request, Time now) {
   } else if (ours) {
     waiting_.push_back({.request = request, .received = now});
     current = request.call;
-    counters_.last_call = now;
+    counters_.last_call = now.wall;
   }
-  start_waiting(now, actions);
+  start_waiting(now.steady, actions);
   return actions;
 }
 
 Actions CallDesk::on_withdrawn(const RequestKey& key) {
   Actions actions;
-  if (const auto asked = asked_.extract(key); !asked.empty() && asked.mapped().call) {
-    give_up(*asked.mapped().call, actions);
+  const auto asked = asked_.extract(key);
+  const std::optional<CallId> call = asked.empty() ? std::nullopt : asked.mapped().call;
+  if (call) {
+    give_up(*call, actions);
   }
   return actions;
 }
@@ -116,39 +124,40 @@ Actions CallDesk::on_orphaned(const RequestKey& key) {
     return actions;
   }
   asked->second.orphaned = true;
-  if (!asked->second.call) {
+  const std::optional<CallId> call = asked->second.call;
+  if (!call) {
     asked_.erase(asked);
   } else if (has_another_gateway(key)) {
-    give_up(*asked->second.call, actions);
+    give_up(*call, actions);
   }
   return actions;
 }
 
-Actions CallDesk::on_interim(CallId call, const Response& response, Time now) {
+Actions CallDesk::on_interim(CallId call, const Response& response, Moment now) {
   const auto running = running_.find(call);
   if (running == running_.end() || !running->second.wanted) {
     return {};
   }
   Reply reply = reply_to(running->second.request, response);
   reply.kind = fabric::ReplyKind::interim;
-  reply.received = running->second.received;
+  reply.received = running->second.received.wall;
   reply.started = running->second.started;
-  reply.answered = now;
+  reply.answered = counted_from(running->second.received, now.steady);
   return {Send{std::move(reply)}};
 }
 
-Actions CallDesk::on_result(CallId call, const Result& result, Time now) {
+Actions CallDesk::on_result(CallId call, const Result& result, Moment now) {
   const auto running = running_.find(call);
   if (running == running_.end()) {
     return {};
   }
   const Under& under = running->second;
   Reply reply = final_reply(under.request, result, options_.error_state);
-  reply.received = under.received;
+  reply.received = under.received.wall;
   reply.started = under.started;
-  reply.answered = now;
+  reply.answered = counted_from(under.received, now.steady);
   remember(reply);
-  in_handlers_ += now - under.started;
+  in_handlers_ += reply.answered - reply.started;
   ++counters_.answered;
   counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
 
@@ -160,7 +169,7 @@ Actions CallDesk::on_result(CallId call, const Result& result, Time now) {
     actions.emplace_back(Drop{call});
   }
   running_.erase(running);
-  start_waiting(now, actions);
+  start_waiting(now.steady, actions);
   return actions;
 }
 
@@ -236,11 +245,11 @@ void CallDesk::repeat(const Reply& answered, const Request& request, Actions& ac
   actions.emplace_back(Send{std::move(reply)});
 }
 
-void CallDesk::start_waiting(Time now, Actions& actions) {
+void CallDesk::start_waiting(SteadyTime now, Actions& actions) {
   while (running_.size() < options_.concurrency && !waiting_.empty()) {
     Under under = std::move(waiting_.front());
     waiting_.pop_front();
-    under.started = now;
+    under.started = counted_from(under.received, now);
     actions.emplace_back(Start{under.request});
     running_.emplace(under.request.call, std::move(under));
   }

@@ -6,6 +6,9 @@
 // A call runs at most once per instance: a repeat of a running one only raises the attempt that its
 // reply names, a repeat of an answered one gets the same answer from memory.
 //
+// The times of a reply are those of the wall clock when its call came, and what went by since: a
+// clock that is set meanwhile does not change how long a call took.
+//
 // A channel may be asked for by two gateways that do not hear each other. While both are there,
 // each gets its answer; one that is gone has lost its call to the other.
 #pragma once
@@ -18,6 +21,7 @@
 #include <variant>
 #include <vector>
 
+#include "fabric/moment.hpp"
 #include "fabric/request_key.hpp"
 #include "services/sdk/response.hpp"
 
@@ -54,14 +58,14 @@ class CallDesk {
  public:
   explicit CallDesk(DeskOptions options) : options_(options) {}
 
-  Actions on_request(const fabric::Request& request, fabric::Time now);
+  Actions on_request(const fabric::Request& request, fabric::Moment now);
   Actions on_withdrawn(const fabric::RequestKey& key);
   /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the
   /// channel now.
   Actions on_orphaned(const fabric::RequestKey& key);
   /// The response must pass check_response.
-  Actions on_interim(fabric::CallId call, const Response& response, fabric::Time now);
-  Actions on_result(fabric::CallId call, const Result& result, fabric::Time now);
+  Actions on_interim(fabric::CallId call, const Response& response, fabric::Moment now);
+  Actions on_result(fabric::CallId call, const Result& result, fabric::Moment now);
 
   /// No call is running or waiting.
   [[nodiscard]] bool idle() const { return running_.empty() && waiting_.empty(); }
@@ -72,7 +76,7 @@ class CallDesk {
  private:
   struct Under {
     fabric::Request request;
-    fabric::Time received{};
+    fabric::Moment received{};
     fabric::Time started{};
     /// Somebody waits for the answer.
     bool wanted = true;
@@ -90,7 +94,7 @@ class CallDesk {
   void give_up(fabric::CallId call, Actions& actions);
   void forget_call(const fabric::RequestKey& key);
   void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
-  void start_waiting(fabric::Time now, Actions& actions);
+  void start_waiting(fabric::SteadyTime now, Actions& actions);
   void remember(const fabric::Reply& reply);
   std::deque<Under>::iterator find_waiting(fabric::CallId call);
 

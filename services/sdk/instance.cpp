@@ -62,10 +62,6 @@ DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceId
           .error_state = options.error_state};
 }
 
-std::optional<Prompt> prompt_of(LaterHandler handler) {
-  return handler ? std::optional(Prompt{std::move(handler)}) : std::nullopt;
-}
-
 }  // namespace
 
 fabric::ParticipantOptions join_options(const ServiceOptions& options) {
@@ -82,7 +78,7 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
         identity(make_identity(options)),
         participant(join_options(options)),
         runner(std::make_shared<Runner>(desk_options(options, identity), log,
-                                        prompt_of(std::move(prompt)))),
+                                        Prompt{std::move(prompt)})),
         grace(context),
         status_timer(context) {}
 
@@ -104,7 +100,7 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
   asio::steady_timer status_timer;
   /// The supervisor of a service looks whether this loop turns.
   const idl::program::Watchdog watchdog{context.get_executor()};
-  std::optional<fabric::ReplyEnd> end;
+  std::unique_ptr<fabric::ReplyEnd> end;
   std::optional<fabric::InstanceCommands> commands;
   std::optional<fabric::InstanceStatus> reported;
   const fabric::Time started = std::chrono::system_clock::now();
@@ -113,8 +109,8 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
 };
 
 void Instance::Impl::start() {
-  end.emplace(participant, identity, *runner);
-  runner->set_end(&*end);
+  end = std::make_unique<fabric::ReplyEnd>(participant, identity, *runner);
+  runner->set_end(end.get());
   commands.emplace(participant, context.get_executor(), *this);
   report();
   thread = std::thread([this] {

@@ -8,8 +8,8 @@ namespace millrace::services::sdk {
 
 namespace {
 
-fabric::Time now() {
-  return std::chrono::system_clock::now();
+fabric::Moment now() {
+  return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
 }
 
 double milliseconds(std::chrono::nanoseconds duration) {
@@ -42,7 +42,7 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
 
 }  // namespace
 
-Runner::Runner(DeskOptions options, Service::Log log, std::optional<Prompt> prompt)
+Runner::Runner(DeskOptions options, Service::Log log, Prompt prompt)
     : log_(std::move(log)), desk_(options), prompt_(std::move(prompt)) {}
 
 void Runner::set_end(fabric::ReplyEnd* end) {
@@ -169,14 +169,14 @@ void Runner::wake_workers(const Actions& actions, bool all) {
 void Runner::run_here(const std::shared_ptr<const Call>& call) {
   announce(*call);
   const auto start = std::chrono::steady_clock::now();
-  prompt_->handler(call);
+  prompt_.handler(call);
   const auto took = std::chrono::steady_clock::now() - start;
-  if (took > prompt_->limit) {
+  if (took > prompt_.limit) {
     log_->warn(
         "the handler took {:.3f} ms for call {} in the thread that receives, where {:.3f} ms are "
         "allowed; calls get threads of their own from now on. The service should not be declared "
         "prompt",
-        milliseconds(took), call->id().to_string(), milliseconds(prompt_->limit));
+        milliseconds(took), call->id().to_string(), milliseconds(prompt_.limit));
     prompt_enough_ = false;
   }
 }

@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "fabric/reply_end.hpp"
 #include "services/sdk/call_desk.hpp"
@@ -19,6 +18,7 @@ namespace millrace::services::sdk {
 /// Runs calls where they arrive, a hand-over earlier. Nothing reaches this process from the fabric
 /// meanwhile: a handler that takes longer than the limit, once, loses this place.
 struct Prompt {
+  /// Null if all calls wait for Runner::next.
   LaterHandler handler;
   std::chrono::steady_clock::duration limit = prompt_limit;
 };
@@ -29,8 +29,7 @@ class Runner : public CallSink,
                public fabric::ReplyEndListener,
                public std::enable_shared_from_this<Runner> {
  public:
-  /// Without `prompt`, all calls wait for `next`.
-  Runner(DeskOptions options, Service::Log log, std::optional<Prompt> prompt = std::nullopt);
+  Runner(DeskOptions options, Service::Log log, Prompt prompt);
 
   /// Where replies go; null to send no more.
   void set_end(fabric::ReplyEnd* end);
@@ -76,9 +75,9 @@ class Runner : public CallSink,
   std::deque<std::shared_ptr<const Call>> work_;
   /// Calls that run, to be told of their cancellation.
   std::map<fabric::CallId, std::weak_ptr<Call>> running_;
-  const std::optional<Prompt> prompt_;
+  const Prompt prompt_;
   /// Calls run where they arrive. Of the thread that brings requests alone.
-  bool prompt_enough_ = prompt_.has_value();
+  bool prompt_enough_ = prompt_.handler != nullptr;
   bool closing_ = false;
   bool closed_ = false;
 };

@@ -103,6 +103,10 @@ void ServiceProcess::calm_down() {
   calm_ = true;
 }
 
+fabric::Moment ServiceProcess::moment() const {
+  return {fabric::SteadyTime(Member::now()), wall()};
+}
+
 void ServiceProcess::on_request(const fabric::Request& request) {
   if (closed_) {
     return;
@@ -113,7 +117,7 @@ void ServiceProcess::on_request(const fabric::Request& request) {
   told(fmt::format("{} {} {}", request.call.to_string(), request.attempt,
                    request.assigned.to_string()));
   asked_.insert(key_of(request));
-  perform(desk_->on_request(request, wall()));
+  perform(desk_->on_request(request, moment()));
 }
 
 void ServiceProcess::on_withdrawn(const fabric::RequestKey& key) {
@@ -172,7 +176,7 @@ void ServiceProcess::handle(const fabric::Request& request) {
           first_interim + random_.below(last_interim - first_interim + 1));
       process().timer(random_.between(Time{}, end), [this, request, state] {
         perform(
-            desk_->on_interim(request.call, {answer_to(request.text) + " soon", state}, wall()));
+            desk_->on_interim(request.call, {answer_to(request.text) + " soon", state}, moment()));
       });
     }
   }
@@ -189,7 +193,7 @@ void ServiceProcess::finish(const fabric::Request& request) {
                                 : sdk::Response{std::string(200, 'x'), 1};
   }
   told("result of " + request.call.to_string());
-  perform(desk_->on_result(request.call, result, wall()));
+  perform(desk_->on_result(request.call, result, moment()));
 }
 
 }  // namespace millrace::tests::simulation

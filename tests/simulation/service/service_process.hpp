@@ -55,6 +55,7 @@ class ServiceProcess final : public Member, private InstanceEars {
   [[nodiscard]] std::string place() const;
 
  private:
+  [[nodiscard]] fabric::Moment moment() const;
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::RequestKey& key) override;
   void on_orphaned(const fabric::RequestKey& key) override;

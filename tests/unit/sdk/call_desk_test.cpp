@@ -7,16 +7,22 @@ namespace millrace::services::sdk {
 namespace {
 
 using fabric::CallId;
+using fabric::Moment;
 using fabric::Reply;
 using fabric::Request;
 using fabric::RequestKey;
 using fabric::ServiceCode;
-using fabric::Time;
 using testing::EndsWith;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-const Time now{std::chrono::seconds(1'000'000)};
+const Moment now{fabric::SteadyTime(std::chrono::seconds(1'000)),
+                 fabric::Time(std::chrono::seconds(1'000'000))};
+Moment later(int milliseconds) {
+  const std::chrono::milliseconds passed(milliseconds);
+  return {now.steady + passed, now.wall + passed};
+}
+
 const fabric::InstanceId self = fabric::InstanceId::random();
 const fabric::InstanceId other = fabric::InstanceId::random();
 const Response answer{.text = "2.000000", .state = 1};
@@ -77,7 +83,7 @@ class CallDeskTest : public testing::Test {
 
 TEST_F(CallDeskTest, StartsACallAndSendsItsAnswer) {
   ASSERT_EQ(started(request(1)), 1U);
-  const auto sent = only<Send>(sut.on_result(call(1), answer, now + std::chrono::milliseconds(3)));
+  const auto sent = only<Send>(sut.on_result(call(1), answer, later(3)));
   ASSERT_THAT(sent, SizeIs(1));
   const Reply& reply = sent.front().reply;
   EXPECT_EQ(reply.call, call(1));
@@ -324,15 +330,32 @@ TEST_F(CallDeskTest, SendsInterimRepliesOfACallThatRuns) {
   EXPECT_THAT(sut.on_interim(call(1), answer, now), IsEmpty());
 }
 
+TEST_F(CallDeskTest, TakesNoClockThatIsSetForTheTimeOfACall) {
+  started(request(1));
+  started(request(2, 2));
+  Moment set_back = later(4);
+  set_back.wall -= std::chrono::hours(1);
+  const auto actions = sut.on_result(call(1), answer, set_back);
+  const Reply reply = only<Send>(actions).at(0).reply;
+  EXPECT_EQ(reply.received, now.wall);
+  EXPECT_EQ(reply.answered, later(4).wall);
+  EXPECT_EQ(sut.status().mean, std::chrono::milliseconds(4));
+  // The second one had to wait for the first.
+  set_back.steady = later(6).steady;
+  const Reply second = only<Send>(sut.on_result(call(2), answer, set_back)).at(0).reply;
+  EXPECT_EQ(second.started, later(4).wall);
+  EXPECT_EQ(second.answered, later(6).wall);
+}
+
 TEST_F(CallDeskTest, CountsForTheStatus) {
   started(request(1));
   EXPECT_EQ(sut.status().running, 1U);
-  sut.on_result(call(1), answer, now + std::chrono::milliseconds(4));
+  sut.on_result(call(1), answer, later(4));
   const fabric::InstanceStatus status = sut.status();
   EXPECT_EQ(status.running, 0U);
   EXPECT_EQ(status.answered, 1U);
   EXPECT_EQ(status.mean, std::chrono::milliseconds(4));
-  EXPECT_EQ(status.last_call, now);
+  EXPECT_EQ(status.last_call, now.wall);
 }
 
 }  // namespace
