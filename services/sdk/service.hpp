@@ -43,8 +43,8 @@ struct ServiceOptions {
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
   /// The handler computes for microseconds and waits for nothing: no file, no socket, no lock that
-  /// is held for long. It is run in the thread that receives, which spares a hand-over, a third of
-  /// a call's time; until it takes longer than prompt_limit once, which is logged.
+  /// is held for long. It is run in the thread that receives, which spares a hand-over, until it
+  /// takes longer than prompt_limit once; that is logged.
   bool prompt = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
