@@ -27,7 +27,7 @@ ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace)
 
 void ChannelSession::resume(Call call, const Policy& policy) {
   assert(!link_up_ && !active_);
-  active_.emplace();
+  active_ = Active{};
   active_->call = std::move(call);
   policy_ = policy;
   active_->reason = "resumed from the journal";
@@ -153,7 +153,7 @@ Actions ChannelSession::claim(fabric::CallId id, const Policy& policy, Moment no
   assert(offered_ && !active_);
   policy_ = policy;
   out_of_patience_ = false;
-  active_.emplace();
+  active_ = Active{};
   active_->since = now.steady;
   active_->age_known = true;
   active_->call.id = id;

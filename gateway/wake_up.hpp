@@ -8,7 +8,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include <boost/asio/steady_timer.hpp>
@@ -25,7 +24,7 @@ class WakeUp {
   /// Calls `ring` at this time or before, on the executor.
   template <typename Ring>
   void set(SteadyTime at, Ring ring) {
-    if (*at_ && **at_ <= at) {
+    if (*at_ <= at) {
       return;
     }
     *at_ = at;
@@ -34,15 +33,17 @@ class WakeUp {
         [due = std::weak_ptr(at_), ring = std::move(ring)](boost::system::error_code error) {
           const auto alive = error ? nullptr : due.lock();
           if (alive) {
-            alive->reset();
+            *alive = never;
             ring();
           }
         });
   }
 
  private:
+  static constexpr SteadyTime never = SteadyTime::max();
+
   boost::asio::steady_timer timer_;
-  std::shared_ptr<std::optional<SteadyTime>> at_ = std::make_shared<std::optional<SteadyTime>>();
+  std::shared_ptr<SteadyTime> at_ = std::make_shared<SteadyTime>(never);
 };
 
 }  // namespace millrace::gateway

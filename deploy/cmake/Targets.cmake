@@ -2,6 +2,8 @@
 
 add_library(millrace_options INTERFACE)
 target_compile_features(millrace_options INTERFACE cxx_std_20)
+# An index out of range, an empty optional: the program stops there in every build, instead of going on with nonsense.
+target_compile_definitions(millrace_options INTERFACE _GLIBCXX_ASSERTIONS)
 target_compile_options(millrace_options INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wold-style-cast
   -Wnon-virtual-dtor -Woverloaded-virtual -Wnull-dereference -Wimplicit-fallthrough)

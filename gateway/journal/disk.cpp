@@ -64,7 +64,7 @@ std::string read_file(const std::filesystem::path& file) {
   }
   const Descriptor in = open_or_fail(file, O_RDONLY, "opened");
   std::string bytes;
-  constexpr std::size_t chunk = 64 * 1024;
+  constexpr std::size_t chunk = 65'536;
   while (true) {
     const std::size_t before = bytes.size();
     bytes.resize(before + chunk);
