@@ -56,10 +56,10 @@ Subscriptions::Kept Subscriptions::give_up() {
 }
 
 void Subscriptions::adopt(Kept kept, Moment now) {
-  for (auto& [handle, subscription] : kept.subscriptions) {
+  for (auto& entry : kept.subscriptions) {
     if (subscriptions_.size() < limits_.handles) {
-      subscription.next_sample = now.steady;
-      subscriptions_.emplace(handle, std::move(subscription));
+      entry.second.next_sample = now.steady;
+      subscriptions_.insert(std::move(entry));
     }
   }
   next_handle_ = std::max(next_handle_, kept.next_handle);

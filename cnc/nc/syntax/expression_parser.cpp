@@ -116,8 +116,9 @@ Expression parse_query(Cursor& cursor, QueryKind kind) {
 
 Expression parse_name(Cursor& cursor) {
   if (at_reference(cursor)) {
-    return std::visit([](auto&& reference) { return Expression{std::move(reference)}; },
-                      parse_reference(cursor));
+    return std::visit(
+        [](auto&& reference) { return Expression{std::forward<decltype(reference)>(reference)}; },
+        parse_reference(cursor));
   }
   const Token& token = cursor.peek();
   if (const auto* query = find_named(queries, token)) {

@@ -154,7 +154,7 @@ Result<std::string> format(std::string_view format, std::span<const Value> value
       out += piece.literal;
       continue;
     }
-    const auto shown = show(piece, values[next++]);
+    auto shown = show(piece, values[next++]);
     if (!shown) {
       return shown;
     }
