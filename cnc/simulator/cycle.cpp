@@ -11,8 +11,9 @@ using TimePoint = std::chrono::steady_clock::time_point;
 
 }  // namespace
 
-Cycle::Cycle(boost::asio::any_io_executor executor, std::chrono::nanoseconds period, Work work)
-    : timer_(std::move(executor)), period_(period), work_(std::move(work)) {}
+Cycle::Cycle(const boost::asio::any_io_executor& executor, std::chrono::nanoseconds period,
+             Work work)
+    : timer_(executor), period_(period), work_(std::move(work)) {}
 
 void Cycle::wake() {
   if (!awake_) {

@@ -30,7 +30,7 @@ class Cycle {
   /// Is told the time of the steady clock; false lets the cycle sleep until the next wake().
   using Work = std::function<bool(std::chrono::nanoseconds)>;
 
-  Cycle(boost::asio::any_io_executor executor, std::chrono::nanoseconds period, Work work);
+  Cycle(const boost::asio::any_io_executor& executor, std::chrono::nanoseconds period, Work work);
 
   /// Starts the pace if it sleeps.
   void wake();

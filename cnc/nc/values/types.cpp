@@ -81,7 +81,9 @@ Result<Value> fit(const VariableShape& shape, const Value& value) {
     }
     const TypeRule& rule = rule_of(shape.type);
     const double rounded = std::round(given);
-    if (!(rounded >= rule.least && rounded <= rule.greatest)) {
+    // False for what is no number.
+    const bool fits = rounded >= rule.least && rounded <= rule.greatest;
+    if (!fits) {
       return fault(21883, "overflow: " + display(given) + " does not fit the type " +
                               std::string(rule.name));
     }
