@@ -109,10 +109,8 @@ Actions CallDesk::on_request(const Request& request, Moment now) {
 
 Actions CallDesk::on_withdrawn(const RequestKey& key) {
   Actions actions;
-  const auto asked = asked_.extract(key);
-  const std::optional<CallId> call = asked.empty() ? std::nullopt : asked.mapped().call;
-  if (call) {
-    give_up(*call, actions);
+  if (const auto asked = asked_.extract(key); !asked.empty() && asked.mapped().call) {
+    give_up(*asked.mapped().call, actions);
   }
   return actions;
 }
@@ -124,11 +122,10 @@ Actions CallDesk::on_orphaned(const RequestKey& key) {
     return actions;
   }
   asked->second.orphaned = true;
-  const std::optional<CallId> call = asked->second.call;
-  if (!call) {
+  if (!asked->second.call) {
     asked_.erase(asked);
   } else if (has_another_gateway(key)) {
-    give_up(*call, actions);
+    give_up(*asked->second.call, actions);
   }
   return actions;
 }

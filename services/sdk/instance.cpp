@@ -100,7 +100,7 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
   asio::steady_timer status_timer;
   /// The supervisor of a service looks whether this loop turns.
   const idl::program::Watchdog watchdog{context.get_executor()};
-  std::unique_ptr<fabric::ReplyEnd> end;
+  std::optional<fabric::ReplyEnd> end;
   std::optional<fabric::InstanceCommands> commands;
   std::optional<fabric::InstanceStatus> reported;
   const fabric::Time started = std::chrono::system_clock::now();
@@ -109,8 +109,8 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
 };
 
 void Instance::Impl::start() {
-  end = std::make_unique<fabric::ReplyEnd>(participant, identity, *runner);
-  runner->set_end(end.get());
+  end.emplace(participant, identity, *runner);
+  runner->set_end(&*end);
   commands.emplace(participant, context.get_executor(), *this);
   report();
   thread = std::thread([this] {

@@ -53,7 +53,7 @@ struct millrace_isg_service {
     if (leaves_signals_alone()) {
       signals.emplace(log);
     }
-    instance = std::make_unique<sdk::Instance>(options, log);
+    instance.emplace(options, log);
     if (signals) {
       signals->on_stop([this] { instance->drain(); });
     }
@@ -61,7 +61,7 @@ struct millrace_isg_service {
 
   Function function;
   program::Log log;
-  std::unique_ptr<sdk::Instance> instance;
+  std::optional<sdk::Instance> instance;
   std::optional<sdk::StopSignals> signals;
   /// The call that the service function runs for.
   std::shared_ptr<const sdk::Call> current;

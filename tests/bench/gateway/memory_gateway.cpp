@@ -1,5 +1,6 @@
 #include "tests/bench/gateway/memory_gateway.hpp"
 
+#include <cassert>
 #include <deque>
 #include <map>
 #include <numeric>
@@ -169,6 +170,7 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
   void run(const std::function<bool()>& done) {
     io.restart();
     attention.run(io, done);
+    assert(done() && "the loop has nothing left to do");
   }
 
   asio::io_context io{1};

@@ -1,5 +1,7 @@
 #include "gateway/wake_up.hpp"
 
+#include <optional>
+
 #include <boost/asio/io_context.hpp>
 #include <gtest/gtest.h>
 

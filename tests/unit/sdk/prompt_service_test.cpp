@@ -53,7 +53,6 @@ TEST_F(PromptServiceTest, RunsItsHandlerWhereCallsArrive) {
   const Service sut(prompt(), name_the_thread, idl::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   EXPECT_EQ(answer(sut, 1), this_thread());
-  EXPECT_EQ(answer(sut, 2), this_thread());
 }
 
 TEST_F(PromptServiceTest, IsTheExceptionOthersRunTheirHandlerOnAThreadOfItsOwn) {
@@ -123,7 +122,9 @@ class PromptRunnerTest : public testing::Test {
       .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};
   const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
       DeskOptions{.instance = identity.id}, idl::program::no_log(),
-      Prompt{[this](std::shared_ptr<const Call> call) { handled.push_back(std::move(call)); }});
+      // A busy host may hold it up for longer than prompt_limit.
+      Prompt{[this](std::shared_ptr<const Call> call) { handled.push_back(std::move(call)); },
+             std::chrono::hours(1)});
 
  private:
   const tests::Domain domain;
@@ -131,10 +132,13 @@ class PromptRunnerTest : public testing::Test {
   fabric::ReplyEnd end{participant, identity, *sut};
 };
 
-TEST_F(PromptRunnerTest, RunsACallAsItComes) {
+TEST_F(PromptRunnerTest, RunsEachCallAsItComes) {
   use_end();
   sut->on_request(request(1));
-  EXPECT_THAT(handled, SizeIs(1));
+  ASSERT_THAT(handled, SizeIs(1));
+  handled.front()->answer({.text = "done"});
+  sut->on_request(request(2));
+  EXPECT_THAT(handled, SizeIs(2));
   EXPECT_EQ(waiting(), 0U);
 }
 
