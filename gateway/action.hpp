@@ -8,16 +8,16 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
-#include "gateway/journal/entry.hpp"
+#include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
-#include "gateway/picture.hpp"
+#include "gateway/snapshot.hpp"
 
 namespace millrace::gateway {
 
 /// Read these variables; answered by on_read or on_read_failed. A session has at most one Read or
 /// Write under way, and each gets exactly one answer, also when the link ends.
 struct Read {
-  Look look = Look::state;
+  ReadSet look = ReadSet::state;
   bool operator==(const Read&) const = default;
 };
 
@@ -46,7 +46,7 @@ struct Offer {
 /// promises. Nobody waits for ticket 0.
 struct Record {
   std::uint64_t ticket = 0;
-  journal::Entry entry;
+  JournalEntry entry;
   bool operator==(const Record&) const = default;
 };
 
@@ -63,8 +63,8 @@ struct Withdraw {
   bool operator==(const Withdraw&) const = default;
 };
 
-/// The instance that had the call has answered it: nobody needs to be told, and the core takes the
-/// request back when the channel is quiet.
+/// The instance that had the call has answered it: nobody needs to be told, and the call control
+/// takes the request back when the channel is quiet.
 struct LeaveBe {
   std::string uuid;
   bool operator==(const LeaveBe&) const = default;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
-#include "gateway/journal/entry.hpp"
-#include "gateway/picture.hpp"
+#include "gateway/journal_entry.hpp"
+#include "gateway/snapshot.hpp"
 
 namespace millrace::gateway {
 
@@ -18,6 +18,14 @@ struct Attempt {
   fabric::InstanceId instance;
   std::uint32_t number = 1;
   bool operator==(const Attempt&) const = default;
+};
+
+/// What the dispatcher decided for the call.
+struct Assignment {
+  Attempt attempt;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// For people: "square_root on host7".
+  std::string name;
 };
 
 struct Call {
@@ -30,7 +38,7 @@ struct Call {
   std::vector<Attempt> attempts{};
   /// Interim states that the channel may show.
   std::vector<std::uint32_t> shown{};
-  std::optional<journal::Answer> answer{};
+  std::optional<Answer> answer{};
   /// The journal says that REQUEST_STATE is being cleared.
   bool clearing = false;
   bool operator==(const Call&) const = default;

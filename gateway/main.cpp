@@ -6,19 +6,19 @@
 #include <boost/asio/signal_set.hpp>
 #include <fmt/format.h>
 
-#include "fabric/command_line.hpp"
-#include "gateway/gateway.hpp"
-#include "gateway/settings.hpp"
-#include "idl/program/command_line.hpp"
-#include "idl/program/log.hpp"
-#include "idl/program/supervisor.hpp"
-#include "idl/program/watchdog.hpp"
+#include "base/loop/watchdog.hpp"
+#include "base/program/command_line.hpp"
+#include "base/program/log.hpp"
+#include "base/program/supervisor.hpp"
+#include "fabric/profile/command_line.hpp"
+#include "gateway/live/gateway.hpp"
+#include "gateway/settings/settings.hpp"
 
 namespace {
 
-namespace program = millrace::idl::program;
-using millrace::gateway::MachineSettings;
-using millrace::gateway::Settings;
+namespace program = millrace::base::program;
+using millrace::gateway::settings::MachineSettings;
+using millrace::gateway::settings::Settings;
 
 struct Options {
   std::filesystem::path config;
@@ -45,15 +45,15 @@ void add_options(CLI::App& app, Options& options) {
 Settings resolve(const Options& options) {
   Settings settings;
   if (!options.config.empty()) {
-    settings = millrace::gateway::read_settings(options.config);
+    settings = millrace::gateway::settings::read_settings(options.config);
   }
   for (const std::string& text : options.machines) {
-    settings.machines.push_back(millrace::gateway::parse_machine(text));
+    settings.machines.push_back(millrace::gateway::settings::parse_machine(text));
   }
   if (settings.machines.empty()) {
     settings.machines.emplace_back();
   }
-  millrace::gateway::check_names(settings.machines);
+  millrace::gateway::settings::check_names(settings.machines);
   if (!options.journal.empty()) {
     settings.journal.folder = options.journal;
   }
@@ -71,8 +71,8 @@ std::string list_of(const std::vector<MachineSettings>& machines) {
 /// SIGHUP: reads the configuration again; a bad one is refused and the old one stays.
 class Reload {
  public:
-  Reload(boost::asio::io_context& io, const Options& options, millrace::gateway::Gateway& gateway,
-         program::Log log)
+  Reload(boost::asio::io_context& io, const Options& options,
+         millrace::gateway::live::Gateway& gateway, program::Log log)
       : signals_(io, SIGHUP), options_(options), gateway_(gateway), log_(std::move(log)) {
     wait();
   }
@@ -104,7 +104,7 @@ class Reload {
 
   boost::asio::signal_set signals_;
   const Options& options_;
-  millrace::gateway::Gateway& gateway_;
+  millrace::gateway::live::Gateway& gateway_;
   program::Log log_;
 };
 
@@ -118,10 +118,10 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   survive_file_size_limit();
   boost::asio::io_context io(1);
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
-  millrace::gateway::Attention attention;
-  millrace::gateway::Gateway gateway(io.get_executor(), attention, settings, log);
+  millrace::gateway::live::SpinAfterPublish spin;
+  millrace::gateway::live::Gateway gateway(io.get_executor(), spin, settings, log);
   const Reload reload(io, options, gateway, log);
-  const program::Watchdog watchdog(io.get_executor());
+  const millrace::base::loop::Watchdog watchdog(io.get_executor());
   signals.async_wait([&](const boost::system::error_code&, int) {
     program::tell_supervisor("STOPPING=1");
     gateway.finish([&] { io.stop(); });
@@ -130,7 +130,7 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   gateway.start();
   program::ready(
       fmt::format("serving {} on domain {}", list_of(settings.machines), settings.join.domain));
-  attention.run(io, [] { return false; });
+  spin.run(io, [] { return false; });
   log->info("ended by a signal");
   return program::exit_done;
 }
@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
   CLI::App app{"Maps the Service Interface of CNC channels onto DDS request and reply topics."};
   Options options;
   add_options(app, options);
-  const millrace::fabric::FabricFlags fabric(app, {.name = "millrace-gateway"});
+  const millrace::fabric::profile::FabricFlags fabric(app, {.name = "millrace-gateway"});
   return program::run(app, argc, argv, [&] {
     Settings settings = resolve(options);
     settings.join = fabric.options();

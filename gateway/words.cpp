@@ -21,7 +21,7 @@ std::string fit_reason(std::string text) {
   return text;
 }
 
-std::string why_over(Standing standing, const Picture& picture) {
+std::string why_over(Standing standing, const Snapshot& snapshot) {
   switch (standing) {
     case Standing::cleared:
       return "the program took the request back";
@@ -29,7 +29,7 @@ std::string why_over(Standing standing, const Picture& picture) {
       return "the program put another request in its place";
     case Standing::answered:
       return fmt::format("somebody else answered it with RESPONSE_STATE {}",
-                         picture.response_state);
+                         snapshot.response_state);
     case Standing::pending:
       return "the program asks anew";
   }

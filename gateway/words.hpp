@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "gateway/picture.hpp"
+#include "gateway/snapshot.hpp"
 
 namespace millrace::gateway {
 
@@ -15,6 +15,6 @@ std::string printable(std::string_view text);
 std::string fit_reason(std::string text);
 
 /// Why a call is over that is not pending any more.
-std::string why_over(Standing standing, const Picture& picture);
+std::string why_over(Standing standing, const Snapshot& snapshot);
 
 }  // namespace millrace::gateway

@@ -1,5 +1,5 @@
 // millrace: the operator's command.
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/completion.hpp"
 #include "tools/commands/doctor/doctor.hpp"
 #include "tools/commands/log/log.hpp"
@@ -29,9 +29,9 @@ int main(int argc, char** argv) {
   commands::operate::add_retry(app, chosen);
   commands::watch::add_watch(app, chosen);
   commands::vars::add_vars(app, chosen);
-  commands::add_record(app, chosen);
+  commands::record::add_record(app, chosen);
   commands::replay::add_replay(app, chosen);
   commands::log::add_log(app, chosen);
   commands::add_completion(app, chosen);
-  return millrace::idl::program::run(app, argc, argv, [&] { return chosen.run(); });
+  return millrace::base::program::run(app, argc, argv, [&] { return chosen.run(); });
 }

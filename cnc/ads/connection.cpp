@@ -9,15 +9,14 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "cnc/ads/quietly.hpp"
+
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
 using Clock = std::chrono::steady_clock;
-
-constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
-constexpr std::size_t chunk_size = 16384;
 
 Moment now() {
   using HundredNanoseconds = std::chrono::duration<std::int64_t, std::ratio<1, 10'000'000>>;
@@ -36,7 +35,7 @@ tcp::endpoint endpoint_of(const tcp::socket& socket) {
 }  // namespace
 
 Connection::Connection(tcp::socket socket, Device& device, const ServerOptions& options,
-                       Lingering* lingering, idl::program::Log log)
+                       Lingering* lingering, base::program::Log log)
     : socket_(std::move(socket)),
       options_(options),
       session_(device, options.session, lingering),

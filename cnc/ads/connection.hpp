@@ -18,7 +18,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// Device and options must outlive the connection, `lingering` its run(); the faults among the
   /// options may change.
   Connection(boost::asio::ip::tcp::socket socket, Device& device, const ServerOptions& options,
-             Lingering* lingering, idl::program::Log log);
+             Lingering* lingering, base::program::Log log);
 
   /// Serves until the connection ends.
   boost::asio::awaitable<void> run();
@@ -44,7 +44,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   FaultyLine faulty_line_;
   // Runs out when the next notification or delayed answer is due.
   boost::asio::steady_timer due_;
-  idl::program::Log log_;
+  base::program::Log log_;
   boost::asio::ip::address address_;
   std::string peer_;
 };

@@ -7,14 +7,14 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "cnc/ads/quietly.hpp"
+
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
-
-constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 
 // What a dial shares with the handlers of its steps. A resolver cannot be interrupted: its handler
 // may come long after the dial was given up.

@@ -7,14 +7,14 @@
 #include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "cnc/ads/quietly.hpp"
+
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
-constexpr std::size_t chunk_size = 16384;
 // Answers to a controller that asks but does not read; then we do not read from it either.
 constexpr std::size_t max_output = std::size_t{1} << 20U;
 

@@ -6,9 +6,9 @@ namespace {
 constexpr std::size_t add_size = 40;
 constexpr std::size_t handle_size = 4;
 
-class Answer {
+class NotificationAnswer {
  public:
-  Answer(Subscriptions& subscriptions, const Header& header, Moment now)
+  NotificationAnswer(Subscriptions& subscriptions, const Header& header, Moment now)
       : subscriptions_(subscriptions), header_(header), now_(now) {}
 
   std::optional<Bytes> operator()(const AddNotificationRequest& request) const {
@@ -68,7 +68,8 @@ class Answer {
 std::optional<Bytes> answer_notification(Subscriptions& subscriptions, const Packet& packet,
                                          Moment now) {
   const auto request = decode_request(packet.header.command, packet.data);
-  return request ? std::visit(Answer(subscriptions, packet.header, now), *request) : std::nullopt;
+  return request ? std::visit(NotificationAnswer(subscriptions, packet.header, now), *request)
+                 : std::nullopt;
 }
 
 }  // namespace millrace::cnc::ads

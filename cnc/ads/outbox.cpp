@@ -6,13 +6,13 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/asio/write.hpp>
 
+#include "cnc/ads/quietly.hpp"
+
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using boost::system::error_code;
-
-constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 
 }  // namespace
 

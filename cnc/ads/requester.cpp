@@ -10,12 +10,12 @@
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "cnc/ads/quietly.hpp"
+
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
-
-constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 
 }  // namespace
 

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "cnc/ads/connection.hpp"
+#include "cnc/ads/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
@@ -19,7 +20,6 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-constexpr auto quietly = asio::as_tuple(asio::use_awaitable);
 // How long to wait when the system has no descriptor left for a new connection.
 constexpr auto accept_pause = 100ms;
 
@@ -37,7 +37,7 @@ tcp::acceptor listen(const asio::any_io_executor& executor, const ServerOptions&
 
 struct Server::Impl : std::enable_shared_from_this<Impl> {
   Impl(const asio::any_io_executor& executor, Device& served, ServerOptions wanted,
-       idl::program::Log destination)
+       base::program::Log destination)
       : device(served),
         options(std::move(wanted)),
         log(std::move(destination)),
@@ -53,7 +53,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
 
   Device& device;
   ServerOptions options;
-  idl::program::Log log;
+  base::program::Log log;
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
   asio::steady_timer pause;
@@ -111,7 +111,7 @@ void Server::Impl::stop() {
 }
 
 Server::Server(const asio::any_io_executor& executor, Device& device, ServerOptions options,
-               idl::program::Log log)
+               base::program::Log log)
     : impl_(std::make_shared<Impl>(executor, device, std::move(options), std::move(log))) {
   asio::co_spawn(executor, Impl::accept(impl_), asio::detached);
 }

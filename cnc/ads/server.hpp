@@ -14,9 +14,9 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include "base/program/log.hpp"
 #include "cnc/ads/faults.hpp"
 #include "cnc/ads/session.hpp"
-#include "idl/program/log.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -46,7 +46,7 @@ class Server {
   /// Throws std::runtime_error with the reason if it cannot listen. The device must outlive the
   /// server.
   Server(const boost::asio::any_io_executor& executor, Device& device, ServerOptions options,
-         idl::program::Log log);
+         base::program::Log log);
   /// Stops.
   ~Server();
   Server(const Server&) = delete;

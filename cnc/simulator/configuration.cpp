@@ -7,15 +7,15 @@
 
 #include <fmt/format.h>
 
+#include "base/configuration/config_file.hpp"
+#include "base/program/command_line.hpp"
 #include "idl/cnc.pb.h"
-#include "idl/program/command_line.hpp"
-#include "idl/program/config_file.hpp"
 
 namespace millrace::cnc::simulator {
 
 namespace {
 
-using idl::program::UsageError;
+using base::program::UsageError;
 
 /// A mistake that the schema cannot tell; `where` names the field.
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
@@ -206,7 +206,7 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
 }  // namespace
 
 Settings read_settings(const std::filesystem::path& file) {
-  const auto config = idl::program::read_config<config::Cnc>(file);
+  const auto config = base::configuration::read_config<config::Cnc>(file);
   if (!config) {
     throw UsageError(config.error());
   }
@@ -215,7 +215,7 @@ Settings read_settings(const std::filesystem::path& file) {
 
 Settings parse_settings(const std::string& text, const std::string& name) {
   config::Cnc config;
-  if (const auto parsed = idl::program::parse_config(text, name, config); !parsed) {
+  if (const auto parsed = base::configuration::parse_config(text, name, config); !parsed) {
     throw UsageError(parsed.error());
   }
   return settings_of(config, name, {});

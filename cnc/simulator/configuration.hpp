@@ -10,7 +10,7 @@
 
 namespace millrace::cnc::simulator {
 
-/// @throws idl::program::UsageError with the file and, where it can be told, line and column of
+/// @throws base::program::UsageError with the file and, where it can be told, line and column of
 /// each mistake
 Settings read_settings(const std::filesystem::path& file);
 

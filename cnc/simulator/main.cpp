@@ -6,18 +6,18 @@
 #include <boost/asio/signal_set.hpp>
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
+#include "base/program/log.hpp"
 #include "cnc/simulator/options.hpp"
 #include "cnc/simulator/panel.hpp"
 #include "cnc/simulator/program_folders.hpp"
 #include "cnc/simulator/station.hpp"
-#include "idl/program/command_line.hpp"
-#include "idl/program/log.hpp"
 
 namespace {
 
 using namespace millrace::cnc;
 using namespace millrace::cnc::simulator;
-using namespace millrace::idl::program;
+using namespace millrace::base::program;
 
 /// --check: every mistake with its place.
 int check_programs(const std::vector<std::filesystem::path>& files) {
@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
   CLI::App app{"A virtual CNC: serves the ADS objects of a controller and runs NC programs."};
   Options options;
   add_options(app, options);
-  return millrace::idl::program::run(app, argc, argv, [&] {
+  return millrace::base::program::run(app, argc, argv, [&] {
     return options.check.empty() ? serve(options) : check_programs(options.check);
   });
 }

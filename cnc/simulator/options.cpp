@@ -5,15 +5,15 @@
 
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
+#include "base/program/log.hpp"
 #include "cnc/simulator/configuration.hpp"
-#include "idl/program/command_line.hpp"
-#include "idl/program/log.hpp"
 
 namespace millrace::cnc::simulator {
 
 namespace {
 
-using idl::program::UsageError;
+using base::program::UsageError;
 
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
@@ -99,7 +99,7 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::ExistingFile);
   app.add_flag("--timings", options.timings,
                "Print at the end how long each service call took, as the program saw it");
-  idl::program::add_log_level(app, options.log_level);
+  base::program::add_log_level(app, options.log_level);
 }
 
 Setup resolve(const Options& options) {

@@ -48,7 +48,7 @@ struct Setup {
   std::vector<Run> runs;
 };
 
-/// @throws idl::program::UsageError for a value that cannot be
+/// @throws base::program::UsageError for a value that cannot be
 Setup resolve(const Options& options);
 
 }  // namespace millrace::cnc::simulator

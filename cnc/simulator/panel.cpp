@@ -6,13 +6,13 @@
 
 #include <fmt/format.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 
 namespace millrace::cnc::simulator {
 
 namespace {
 
-using idl::text::to_utf8;
+using base::text::to_utf8;
 
 /// A line of a channel on standard output, flushed, so that a reader sees it at once.
 void print_line(std::uint32_t channel, std::string_view text) {
@@ -56,7 +56,7 @@ struct Show {
 
 }  // namespace
 
-Panel::Panel(idl::program::Log log, ReportFiles files, bool keep_timings)
+Panel::Panel(base::program::Log log, ReportFiles files, bool keep_timings)
     : log_(std::move(log)), files_(std::move(files)), keep_timings_(keep_timings) {}
 
 void Panel::show(const Happening& happening) {

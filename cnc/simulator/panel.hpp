@@ -9,17 +9,17 @@
 #include <utility>
 #include <vector>
 
+#include "base/program/log.hpp"
 #include "cnc/simulator/cycle.hpp"
 #include "cnc/simulator/machine.hpp"
 #include "cnc/simulator/report_files.hpp"
-#include "idl/program/log.hpp"
 
 namespace millrace::cnc::simulator {
 
 class Panel {
  public:
   /// With `keep_timings`, answered calls are remembered for print_timings().
-  Panel(idl::program::Log log, ReportFiles files, bool keep_timings);
+  Panel(base::program::Log log, ReportFiles files, bool keep_timings);
 
   void show(const Happening& happening);
   /// A program that could not be started.
@@ -35,7 +35,7 @@ class Panel {
   void print_timings() const;
 
  private:
-  idl::program::Log log_;
+  base::program::Log log_;
   ReportFiles files_;
   bool keep_timings_;
   bool failed_ = false;

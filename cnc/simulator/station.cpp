@@ -28,7 +28,7 @@ ads::ServerOptions server_options(const Setup& setup) {
 }  // namespace
 
 Station::Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
-                 const idl::program::Log& log)
+                 const base::program::Log& log)
     : panel_(panel),
       folders_(setup.settings.folders),
       machine_(setup.settings,

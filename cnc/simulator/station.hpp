@@ -12,6 +12,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include "base/program/log.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/simulator/cycle.hpp"
@@ -21,7 +22,6 @@
 #include "cnc/simulator/panel.hpp"
 #include "cnc/simulator/program_folders.hpp"
 #include "cnc/simulator/virtual_device.hpp"
-#include "idl/program/log.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -29,7 +29,7 @@ class Station {
  public:
   /// The panel must outlive the station. Throws std::runtime_error if it cannot listen.
   Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
-          const idl::program::Log& log);
+          const base::program::Log& log);
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
 

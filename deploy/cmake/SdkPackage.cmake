@@ -12,7 +12,7 @@ set(sdk_config ${CMAKE_INSTALL_LIBDIR}/cmake/millrace)
 
 # All of what services see, as objects; of what is below, only what is used.
 add_library(millrace_sdk_shared SHARED
-  $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_manners>)
+  $<TARGET_OBJECTS:millrace_sdk> $<TARGET_OBJECTS:millrace_fabric_values> $<TARGET_OBJECTS:millrace_program>)
 set_target_properties(millrace_sdk_shared PROPERTIES LINKER_LANGUAGE CXX)
 target_link_libraries(millrace_sdk_shared
   PRIVATE millrace_sdk
@@ -32,8 +32,8 @@ install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT
 
 # What a service includes, and what that includes.
 set(headers
-  fabric/command_line.hpp fabric/messages.hpp fabric/participant.hpp
-  idl/program/command_line.hpp idl/program/log.hpp
+  fabric/profile/command_line.hpp fabric/messages.hpp fabric/dds/participant.hpp
+  base/program/command_line.hpp base/program/log.hpp
   services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/response.hpp
   services/sdk/service.hpp)
 foreach(header IN LISTS headers)

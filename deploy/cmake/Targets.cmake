@@ -27,11 +27,19 @@ if(MILLRACE_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# millrace_add_library(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …])
-# A static library millrace_NAME with the alias millrace::NAME. Includes are written from the top of
-# the tree ("cnc/ads/frame.hpp"), so the path tells the namespace.
+if(MILLRACE_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # Types of an unnamed namespace in the frames of coroutines: harmless in a source, which GCC takes for a header here.
+  target_compile_options(millrace_options INTERFACE -Wno-subobject-linkage)
+endif()
+
+# millrace_add_library(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …] [SEPARATE])
+# A static library millrace_NAME with the alias millrace::NAME. Its sources are compiled several together
+# (MILLRACE_UNITY), since most of what a source costs is the headers it includes; names that collide so are a finding:
+# two things of one room should not have one name; SEPARATE is for rooms whose sources are each a world of their own. See
+# docs/hacking.md, "What a build costs". Includes are written from the top of the tree ("cnc/ads/frame.hpp"), so the path
+# tells the namespace.
 function(millrace_add_library name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "SEPARATE" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(millrace_${name} STATIC ${arg_SOURCES})
   add_library(millrace::${name} ALIAS millrace_${name})
   target_include_directories(millrace_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
@@ -40,6 +48,9 @@ function(millrace_add_library name)
   set_target_properties(millrace_${name} PROPERTIES
     POSITION_INDEPENDENT_CODE ON
     EXPORT_NAME ${name})
+  if(NOT arg_SEPARATE)
+    set_target_properties(millrace_${name} PROPERTIES UNITY_BUILD ${MILLRACE_UNITY} UNITY_BUILD_BATCH_SIZE 12)
+  endif()
 endfunction()
 
 # millrace_add_program(NAME SOURCES … LINK lib …): an executable in BUILD/bin, installed with the package of the room

@@ -30,7 +30,7 @@ tl::expected<void, std::string> attempt(Do todo) {
 /// Appends on the executor, forces on a thread of its own.
 class File final : public Journal, private Storage {
  public:
-  File(asio::any_io_executor executor, FileOptions options, idl::program::Log log)
+  File(asio::any_io_executor executor, FileOptions options, base::program::Log log)
       : executor_(std::move(executor)),
         options_(std::move(options)),
         log_(std::move(log)),
@@ -51,7 +51,7 @@ class File final : public Journal, private Storage {
 
   [[nodiscard]] const Ledger& ledger() const override { return keeper_.ledger(); }
 
-  void append(const Entry& entry, std::function<void()> recorded) override {
+  void append(const JournalEntry& entry, std::function<void()> recorded) override {
     keeper_.append(entry, std::move(recorded));
   }
 
@@ -127,7 +127,7 @@ class File final : public Journal, private Storage {
 
   asio::any_io_executor executor_;
   FileOptions options_;
-  idl::program::Log log_;
+  base::program::Log log_;
   std::filesystem::path path_;
   Descriptor lock_;
   std::shared_ptr<Descriptor> file_;
@@ -142,7 +142,7 @@ class File final : public Journal, private Storage {
 }  // namespace
 
 std::unique_ptr<Journal> open_file(asio::any_io_executor executor, FileOptions options,
-                                   idl::program::Log log) {
+                                   base::program::Log log) {
   return std::make_unique<File>(std::move(executor), std::move(options), std::move(log));
 }
 

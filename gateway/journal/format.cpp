@@ -47,7 +47,7 @@ fabric::InstanceId instance_of(const std::string& bytes) {
   return id;
 }
 
-void put(pb::Dispatched& out, const Dispatched& in) {
+void put(pb::Dispatched& out, const DispatchedEntry& in) {
   put(*out.mutable_call(), in.call);
   out.set_machine(in.key.machine);
   out.set_channel(in.key.channel);
@@ -60,8 +60,8 @@ void put(pb::Dispatched& out, const Dispatched& in) {
   out.set_instance(bytes_of(in.instance));
 }
 
-Dispatched get(const pb::Dispatched& in) {
-  Dispatched out;
+DispatchedEntry get(const pb::Dispatched& in) {
+  DispatchedEntry out;
   out.call = get(in.call());
   out.key = {in.machine(), static_cast<std::uint16_t>(in.channel())};
   out.request = {in.uuid(), in.text(), in.state()};
@@ -73,7 +73,7 @@ Dispatched get(const pb::Dispatched& in) {
   return out;
 }
 
-void put(pb::Answered& out, const Answered& in) {
+void put(pb::Answered& out, const AnsweredEntry& in) {
   put(*out.mutable_call(), in.call);
   out.set_instance(bytes_of(in.answer.instance));
   out.set_attempt(in.answer.attempt);
@@ -81,44 +81,44 @@ void put(pb::Answered& out, const Answered& in) {
   out.set_state(in.answer.state);
 }
 
-Answered get(const pb::Answered& in) {
+AnsweredEntry get(const pb::Answered& in) {
   return {get(in.call()), {instance_of(in.instance()), in.attempt(), in.text(), in.state()}};
 }
 
-pb::Record message_of(const Entry& entry) {
+pb::Record message_of(const JournalEntry& entry) {
   pb::Record record;
   std::visit(Overload{
-                 [&](const Numbers& in) {
+                 [&](const NumbersEntry& in) {
                    record.mutable_numbers()->set_epoch(in.epoch);
                    record.mutable_numbers()->set_reserved(in.reserved);
                  },
-                 [&](const Dispatched& in) { put(*record.mutable_dispatched(), in); },
-                 [&](const Interim& in) {
+                 [&](const DispatchedEntry& in) { put(*record.mutable_dispatched(), in); },
+                 [&](const InterimEntry& in) {
                    put(*record.mutable_interim()->mutable_call(), in.call);
                    record.mutable_interim()->set_state(in.state);
                  },
-                 [&](const Answered& in) { put(*record.mutable_answered(), in); },
-                 [&](const Clearing& in) { put(*record.mutable_clearing(), in.call); },
-                 [&](const Ended& in) { put(*record.mutable_ended(), in.call); },
+                 [&](const AnsweredEntry& in) { put(*record.mutable_answered(), in); },
+                 [&](const ClearingEntry& in) { put(*record.mutable_clearing(), in.call); },
+                 [&](const EndedEntry& in) { put(*record.mutable_ended(), in.call); },
              },
              entry);
   return record;
 }
 
-std::optional<Entry> entry_of(const pb::Record& record) {
+std::optional<JournalEntry> entry_of(const pb::Record& record) {
   switch (record.entry_case()) {
     case pb::Record::kNumbers:
-      return Numbers{record.numbers().epoch(), record.numbers().reserved()};
+      return NumbersEntry{record.numbers().epoch(), record.numbers().reserved()};
     case pb::Record::kDispatched:
       return get(record.dispatched());
     case pb::Record::kInterim:
-      return Interim{get(record.interim().call()), record.interim().state()};
+      return InterimEntry{get(record.interim().call()), record.interim().state()};
     case pb::Record::kAnswered:
       return get(record.answered());
     case pb::Record::kClearing:
-      return Clearing{get(record.clearing())};
+      return ClearingEntry{get(record.clearing())};
     case pb::Record::kEnded:
-      return Ended{get(record.ended())};
+      return EndedEntry{get(record.ended())};
     case pb::Record::ENTRY_NOT_SET:
       break;
   }
@@ -147,7 +147,7 @@ std::uint32_t u32(std::string_view bytes) {
 
 /// The record at the beginning of `rest` and its length; a damage in words otherwise.
 struct Step {
-  std::optional<Entry> entry;
+  std::optional<JournalEntry> entry;
   std::size_t length = 0;
   std::string damage;
 };
@@ -176,7 +176,7 @@ Step read_one(std::string_view rest) {
 
 }  // namespace
 
-std::string encode(const Entry& entry) {
+std::string encode(const JournalEntry& entry) {
   const std::string message = message_of(entry).SerializeAsString();
   const std::string length = u32(static_cast<std::uint32_t>(message.size()));
   return length + u32(checksum(length, message)) + message;

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/journal/entry.hpp"
+#include "gateway/journal_entry.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -24,10 +24,10 @@ namespace millrace::gateway::journal {
 inline constexpr std::string_view magic = "MRJRNL01";
 
 /// One record. The longest is under 1 KiB.
-std::string encode(const Entry& entry);
+std::string encode(const JournalEntry& entry);
 
 struct Contents {
-  std::vector<Entry> entries;
+  std::vector<JournalEntry> entries;
   /// Length of the undamaged part, magic included.
   std::size_t good = 0;
   /// What is wrong after it; empty if nothing is.

@@ -1,7 +1,7 @@
 // Where the gateway remembers its calls: in memory, or in a file that survives it.
 //
 //   auto journal = open_file(executor, {.folder = "/var/lib/millrace"}, log);   // or in_memory(…)
-//   Core core(options, journal->ledger());
+//   CallControl control(options, journal->ledger());
 //   journal->append(entry, [] { /* as safe as the policy promises */ });
 #pragma once
 
@@ -11,10 +11,10 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
-#include "gateway/journal/entry.hpp"
+#include "base/program/log.hpp"
 #include "gateway/journal/ledger.hpp"
 #include "gateway/journal/options.hpp"
-#include "idl/program/log.hpp"
+#include "gateway/journal_entry.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -26,7 +26,7 @@ class Journal {
   [[nodiscard]] virtual const Ledger& ledger() const = 0;
   /// `recorded` is called on the executor, never from within append(), in the order of the entries.
   /// While nothing can be written it waits. It may be empty.
-  virtual void append(const Entry& entry, std::function<void()> recorded) = 0;
+  virtual void append(const JournalEntry& entry, std::function<void()> recorded) = 0;
   /// Told when the journal cannot write any more, with the reason, and with an empty text when it
   /// can again.
   virtual void on_trouble(std::function<void(const std::string&)> handler) = 0;
@@ -40,6 +40,6 @@ std::unique_ptr<Journal> in_memory(boost::asio::any_io_executor executor);
 /// std::runtime_error if the folder cannot be used, another gateway has it, or the file is none of
 /// ours.
 std::unique_ptr<Journal> open_file(boost::asio::any_io_executor executor, FileOptions options,
-                                   idl::program::Log log);
+                                   base::program::Log log);
 
 }  // namespace millrace::gateway::journal

@@ -15,11 +15,11 @@ tl::expected<std::string, std::string> Keeper::load(std::string_view bytes,
   if (contents.good == 0 && !contents.damage.empty()) {
     return tl::unexpected(contents.damage);
   }
-  for (const Entry& entry : contents.entries) {
+  for (const JournalEntry& entry : contents.entries) {
     ledger_.apply(entry);
   }
   if (ledger_.numbers().epoch == 0) {
-    ledger_.apply(Numbers{new_epoch, 0});
+    ledger_.apply(NumbersEntry{new_epoch, 0});
   }
   if (contents.damage.empty()) {
     return std::string();
@@ -30,7 +30,7 @@ tl::expected<std::string, std::string> Keeper::load(std::string_view bytes,
 
 tl::expected<void, std::string> Keeper::rewrite() {
   std::string bytes(magic);
-  for (const Entry& entry : ledger_.snapshot()) {
+  for (const JournalEntry& entry : ledger_.snapshot()) {
     bytes += encode(entry);
   }
   return storage_.replace(bytes).map([&] {
@@ -39,7 +39,7 @@ tl::expected<void, std::string> Keeper::rewrite() {
   });
 }
 
-void Keeper::append(const Entry& entry, Recorded recorded) {
+void Keeper::append(const JournalEntry& entry, Recorded recorded) {
   ledger_.apply(entry);
   if (trouble_.empty()) {
     const std::string bytes = encode(entry);
@@ -51,7 +51,7 @@ void Keeper::append(const Entry& entry, Recorded recorded) {
     }
   }
   // A call number must never be given twice, whatever the policy.
-  const bool forced = options_.sync == Sync::always || std::holds_alternative<Numbers>(entry);
+  const bool forced = options_.sync == Sync::always || std::holds_alternative<NumbersEntry>(entry);
   if (forced || !trouble_.empty()) {
     waiting_.push_back(std::move(recorded));
     start_forcing();

@@ -18,9 +18,9 @@
 
 #include <tl/expected.hpp>
 
-#include "gateway/journal/entry.hpp"
 #include "gateway/journal/ledger.hpp"
 #include "gateway/journal/options.hpp"
+#include "gateway/journal_entry.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -53,7 +53,7 @@ class Keeper {
   /// Writes the file anew, as short as it can be.
   tl::expected<void, std::string> rewrite();
 
-  void append(const Entry& entry, Recorded recorded);
+  void append(const JournalEntry& entry, Recorded recorded);
   /// Once a period: forces, shortens, or tries again after trouble.
   void on_tick();
   /// The answer to start_force; `failure` is empty if it worked.

@@ -16,31 +16,31 @@ void show(Call& call, std::uint32_t state) {
 
 }  // namespace
 
-void Ledger::apply(const Entry& entry) {
-  if (const auto* numbers = std::get_if<Numbers>(&entry)) {
+void Ledger::apply(const JournalEntry& entry) {
+  if (const auto* numbers = std::get_if<NumbersEntry>(&entry)) {
     numbers_ = *numbers;
     return;
   }
-  if (const auto* dispatched = std::get_if<Dispatched>(&entry)) {
+  if (const auto* dispatched = std::get_if<DispatchedEntry>(&entry)) {
     open(*dispatched);
     return;
   }
   std::visit(
       [this](const auto& one) {
         using T = std::decay_t<decltype(one)>;
-        if constexpr (!std::is_same_v<T, Numbers>) {
+        if constexpr (!std::is_same_v<T, NumbersEntry>) {
           const auto found = calls_.find(one.call);
           if (found == calls_.end()) {
             return;
           }
           Call& call = found->second;
-          if constexpr (std::is_same_v<T, Interim>) {
+          if constexpr (std::is_same_v<T, InterimEntry>) {
             show(call, one.state);
-          } else if constexpr (std::is_same_v<T, Answered>) {
+          } else if constexpr (std::is_same_v<T, AnsweredEntry>) {
             call.answer = one.answer;
-          } else if constexpr (std::is_same_v<T, Clearing>) {
+          } else if constexpr (std::is_same_v<T, ClearingEntry>) {
             call.clearing = true;
-          } else if constexpr (std::is_same_v<T, Ended>) {
+          } else if constexpr (std::is_same_v<T, EndedEntry>) {
             calls_.erase(found);
           }
         }
@@ -48,7 +48,7 @@ void Ledger::apply(const Entry& entry) {
       entry);
 }
 
-void Ledger::open(const Dispatched& entry) {
+void Ledger::open(const DispatchedEntry& entry) {
   Call& call = calls_[entry.call];
   call.id = entry.call;
   call.key = entry.key;
@@ -68,21 +68,21 @@ std::vector<Call> Ledger::open_calls() const {
   return calls;
 }
 
-std::vector<Entry> Ledger::snapshot() const {
-  std::vector<Entry> entries{numbers_};
+std::vector<JournalEntry> Ledger::snapshot() const {
+  std::vector<JournalEntry> entries{numbers_};
   for (const Call& call : open_calls()) {
     for (const Attempt& attempt : call.attempts) {
-      entries.emplace_back(Dispatched{call.id, call.key, call.request, call.seen, call.delivery,
-                                      attempt.number, attempt.instance});
+      entries.emplace_back(DispatchedEntry{call.id, call.key, call.request, call.seen,
+                                           call.delivery, attempt.number, attempt.instance});
     }
     for (const std::uint32_t state : call.shown) {
-      entries.emplace_back(Interim{call.id, state});
+      entries.emplace_back(InterimEntry{call.id, state});
     }
     if (call.answer) {
-      entries.emplace_back(Answered{call.id, *call.answer});
+      entries.emplace_back(AnsweredEntry{call.id, *call.answer});
     }
     if (call.clearing) {
-      entries.emplace_back(Clearing{call.id});
+      entries.emplace_back(ClearingEntry{call.id});
     }
   }
   return entries;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gateway/call.hpp"
-#include "gateway/journal/entry.hpp"
+#include "gateway/journal_entry.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -18,19 +18,19 @@ class Ledger {
  public:
   /// An entry of a call that no Dispatched entry has opened is ignored: its call ended before the
   /// journal was last shortened.
-  void apply(const Entry& entry);
+  void apply(const JournalEntry& entry);
 
   /// Zero in a new journal.
-  [[nodiscard]] const Numbers& numbers() const { return numbers_; }
+  [[nodiscard]] const NumbersEntry& numbers() const { return numbers_; }
   /// In the order they were claimed; at most one for each channel.
   [[nodiscard]] std::vector<Call> open_calls() const;
   /// Entries that lead to the same ledger.
-  [[nodiscard]] std::vector<Entry> snapshot() const;
+  [[nodiscard]] std::vector<JournalEntry> snapshot() const;
 
  private:
-  void open(const Dispatched& entry);
+  void open(const DispatchedEntry& entry);
 
-  Numbers numbers_;
+  NumbersEntry numbers_;
   std::map<fabric::CallId, Call> calls_;
 };
 

@@ -13,12 +13,12 @@ namespace {
 class Memory final : public Journal {
  public:
   explicit Memory(boost::asio::any_io_executor executor) : executor_(std::move(executor)) {
-    ledger_.apply(Numbers{draw_epoch(), 0});
+    ledger_.apply(NumbersEntry{draw_epoch(), 0});
   }
 
   [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
 
-  void append(const Entry& entry, std::function<void()> recorded) override {
+  void append(const JournalEntry& entry, std::function<void()> recorded) override {
     ledger_.apply(entry);
     if (recorded) {
       boost::asio::post(executor_, std::move(recorded));

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 #include "services/archiver/request.hpp"
 #include "services/text/answer.hpp"
 
@@ -14,13 +14,13 @@ tl::expected<Put, sdk::Response> put_of(const CallInfo& call, fabric::Time now) 
     return tl::unexpected(text::error(text::state_bad_request, fields.error()));
   }
   for (Field& field : *fields) {
-    field.value = idl::text::to_utf8(field.value);
+    field.value = base::text::to_utf8(field.value);
   }
   return Put{.call = call.call,
              .key = call.key,
              .at = now,
              .state = call.state,
-             .text = idl::text::to_utf8(call.request),
+             .text = base::text::to_utf8(call.request),
              .fields = *std::move(fields),
              .replayed = call.replayed};
 }

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "services/posix/folder_lock.hpp"
+#include "base/posix/folder_lock.hpp"
 
 namespace millrace::services::archiver {
 
@@ -60,7 +60,7 @@ std::vector<fs::path> archive_files(const fs::path& folder) {
 Archive::Archive(fs::path folder, const Policy& policy, Time now)
     : folder_(made(std::move(folder))),
       policy_(policy),
-      lock_(posix::lock_folder(folder_, "archive.lock", "another archiver writes here")) {
+      lock_(base::posix::lock_folder(folder_, "archive.lock", "another archiver writes here")) {
   const auto files = archive_files(folder_);
   number_ = files.empty() ? 1 : number_of(files.back()).value_or(1);
   current_ =

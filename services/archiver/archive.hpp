@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "base/posix/fd.hpp"
 #include "services/archiver/closed_segment.hpp"
 #include "services/archiver/retention.hpp"
 #include "services/archiver/segment.hpp"
-#include "services/posix/fd.hpp"
 
 namespace millrace::services::archiver {
 
@@ -39,7 +39,7 @@ class Archive {
 
   std::filesystem::path folder_;
   Policy policy_;
-  posix::Fd lock_;
+  base::posix::Fd lock_;
   /// Number of the file that is written.
   std::uint64_t number_ = 1;
   /// Closed; to know repeated calls.

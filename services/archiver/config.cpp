@@ -1,8 +1,8 @@
 #include "services/archiver/config.hpp"
 
+#include "base/configuration/config_file.hpp"
 #include "fabric/messages.hpp"
 #include "idl/archiver.pb.h"
-#include "idl/program/config_file.hpp"
 
 namespace millrace::services::archiver {
 
@@ -28,7 +28,7 @@ Config config_from(const config::Archiver& from, const std::filesystem::path& ba
 }  // namespace
 
 tl::expected<Config, std::string> load(const std::filesystem::path& file) {
-  return idl::program::read_config<config::Archiver>(file).map(
+  return base::configuration::read_config<config::Archiver>(file).map(
       [&](const config::Archiver& from) { return config_from(from, file.parent_path()); });
 }
 

@@ -26,7 +26,7 @@ archiver::Config configuration(const std::string& file) {
   }
   auto config = archiver::load(file);
   if (!config) {
-    throw idl::program::UsageError(config.error());
+    throw base::program::UsageError(config.error());
   }
   return *std::move(config);
 }
@@ -72,11 +72,11 @@ int serve(int argc, char** argv) {
     writer.emplace(archiver::Archive(config.folder, config.policy, now()), program.log());
     if (config.record_events || config.record_channels) {
       const sdk::ServiceOptions& options = program.options();
-      recorder.emplace(fabric::ParticipantOptions{.domain = options.domain,
-                                                  .fabric = options.fabric,
-                                                  .lease = options.lease,
-                                                  .name = "archiver recorder",
-                                                  .configuration = options.configuration},
+      recorder.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
+                                                       .fabric = options.fabric,
+                                                       .lease = options.lease,
+                                                       .name = "archiver recorder",
+                                                       .configuration = options.configuration},
                        archiver::RecorderOptions{.events = config.record_events,
                                                  .channels = config.record_channels,
                                                  .without_text = config.without_text},

@@ -5,7 +5,7 @@
 #include <iostream>
 #include <map>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "services/archiver/config.hpp"
 #include "services/archiver/query.hpp"
 
@@ -13,7 +13,7 @@ namespace millrace::services::archiver {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 
 /// Flags as they were typed, before they mean something.
 struct Flags {

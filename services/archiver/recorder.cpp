@@ -6,8 +6,8 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 
-#include "fabric/reader.hpp"
-#include "fabric/waker.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/wire/reader.hpp"
 
 namespace millrace::services::archiver {
 
@@ -15,16 +15,17 @@ namespace {
 
 using fabric::ChannelStatus;
 using fabric::Event;
-using fabric::Reader;
-using fabric::Taken;
+using fabric::wire::Reader;
+using fabric::wire::Taken;
 
 template <typename Value>
-std::unique_ptr<Reader<Value>> open(const fabric::Participant& participant, fabric::Waker& waker) {
-  const fabric::Listener listener(dds_create_listener(nullptr));
-  waker.listen_for_data(listener.get());
+std::unique_ptr<Reader<Value>> open(const fabric::dds::Participant& participant,
+                                    fabric::dds::PostOnce& post) {
+  const fabric::dds::Listener listener(dds_create_listener(nullptr));
+  post.listen_for_data(listener.get());
   return std::make_unique<Reader<Value>>(participant, participant.options().fabric,
-                                         fabric::Keep::all,
-                                         fabric::EndpointOptions{.listener = listener.get()});
+                                         fabric::wire::Keep::all,
+                                         fabric::wire::EndpointOptions{.listener = listener.get()});
 }
 
 /// Takes all there is and hands each value to `use`.
@@ -42,17 +43,17 @@ void drain(Reader<Value>& reader, Use use) {
 }  // namespace
 
 struct Recorder::Impl : std::enable_shared_from_this<Impl> {
-  Impl(const fabric::ParticipantOptions& join, RecorderOptions wanted,
+  Impl(const fabric::dds::ParticipantOptions& join, RecorderOptions wanted,
        std::function<void(Row)> destination)
       : options(std::move(wanted)), sink(std::move(destination)), participant(join) {}
 
   void open_readers() {
-    waker.emplace(context.get_executor(), weak_from_this(), [this] { take(); });
+    post.emplace(context.get_executor(), weak_from_this(), [this] { take(); });
     if (options.events) {
-      events = open<Event>(participant, *waker);
+      events = open<Event>(participant, *post);
     }
     if (options.channels) {
-      channels = open<ChannelStatus>(participant, *waker);
+      channels = open<ChannelStatus>(participant, *post);
     }
     thread = std::thread([this] { context.run(); });
   }
@@ -78,18 +79,18 @@ struct Recorder::Impl : std::enable_shared_from_this<Impl> {
 
   RecorderOptions options;
   std::function<void(Row)> sink;
-  fabric::Participant participant;
+  fabric::dds::Participant participant;
   boost::asio::io_context context;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
       context.get_executor()};
   // Before the readers that wake it.
-  std::optional<fabric::Waker> waker;
+  std::optional<fabric::dds::PostOnce> post;
   std::unique_ptr<Reader<Event>> events;
   std::unique_ptr<Reader<ChannelStatus>> channels;
   std::thread thread;
 };
 
-Recorder::Recorder(const fabric::ParticipantOptions& join, RecorderOptions options,
+Recorder::Recorder(const fabric::dds::ParticipantOptions& join, RecorderOptions options,
                    std::function<void(Row)> sink)
     : impl_(std::make_shared<Impl>(join, std::move(options), std::move(sink))) {
   impl_->open_readers();

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 #include "services/archiver/row.hpp"
 
 namespace millrace::services::archiver {
@@ -25,7 +25,7 @@ struct RecorderOptions {
 class Recorder {
  public:
   /// `sink` is called on that thread. Throws std::runtime_error if the fabric cannot be joined.
-  Recorder(const fabric::ParticipantOptions& join, RecorderOptions options,
+  Recorder(const fabric::dds::ParticipantOptions& join, RecorderOptions options,
            std::function<void(Row)> sink);
   ~Recorder();
   Recorder(const Recorder&) = delete;

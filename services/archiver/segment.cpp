@@ -4,7 +4,7 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 #include "services/archiver/names.hpp"
 #include "services/archiver/schema.hpp"
 
@@ -119,7 +119,7 @@ std::int64_t Segment::Impl::add(const EventRow& row) {
   const fabric::Event& from = row.event;
   run(event, count(from.at), name_of(from.kind), from.key.machine, std::int32_t{from.key.channel},
       from.call.to_string(), from.attempt, from.instance.to_string(), from.uuid,
-      row.with_text ? std::optional(idl::text::to_utf8(from.text)) : std::nullopt, from.state,
+      row.with_text ? std::optional(base::text::to_utf8(from.text)) : std::nullopt, from.state,
       from.detail, from.replayed ? 1 : 0);
   return 0;
 }

@@ -6,16 +6,14 @@
 
 #include <fmt/format.h>
 
+#include "base/text/characters.hpp"
+
 namespace millrace::services::archiver {
 
 namespace {
 
-bool is_control(char c) {
-  return static_cast<unsigned char>(c) < 0x20;
-}
-
 std::string as_text(std::string value) {
-  std::replace_if(value.begin(), value.end(), is_control, ' ');
+  std::replace_if(value.begin(), value.end(), base::text::is_control, ' ');
   return value;
 }
 
@@ -39,7 +37,7 @@ std::string as_json_text(const std::string& value) {
     if (c == '"' || c == '\\') {
       quoted += '\\';
       quoted += c;
-    } else if (is_control(c)) {
+    } else if (base::text::is_control(c)) {
       quoted += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
     } else {
       quoted += c;

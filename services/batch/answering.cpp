@@ -41,7 +41,7 @@ void CurrentScript::set(Script script) {
   script_ = std::move(script);
 }
 
-sdk::Handler answering(std::shared_ptr<const CurrentScript> script, idl::program::Log log) {
+sdk::Handler answering(std::shared_ptr<const CurrentScript> script, base::program::Log log) {
   return [script = std::move(script), log = std::move(log)](const sdk::Call& call) {
     return answer(script->get(), call, *log);
   };

@@ -4,7 +4,7 @@
 #include <memory>
 #include <mutex>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/batch/script.hpp"
 #include "services/sdk/call.hpp"
 
@@ -23,6 +23,6 @@ class CurrentScript {
 };
 
 /// Runs the script for each call; a withdrawn one ends it.
-sdk::Handler answering(std::shared_ptr<const CurrentScript> script, idl::program::Log log);
+sdk::Handler answering(std::shared_ptr<const CurrentScript> script, base::program::Log log);
 
 }  // namespace millrace::services::batch

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "base/text/cp1252.hpp"
 #include "fabric/messages.hpp"
-#include "idl/text/cp1252.hpp"
 
 namespace millrace::services::batch {
 
@@ -22,7 +22,7 @@ std::string without_line_ends(std::string text) {
 }
 
 std::string to_program(const Script& script, const std::string& request) {
-  return script.encoding == Encoding::utf8 ? idl::text::to_utf8(request) : request;
+  return script.encoding == Encoding::utf8 ? base::text::to_utf8(request) : request;
 }
 
 std::uint32_t state_of(const Ended& ended) {
@@ -57,7 +57,7 @@ tl::expected<std::string, std::string> output_text(const Script& script, const C
   if (output.size > output.text.size()) {
     text = whole_characters(std::move(text));
   }
-  return idl::text::to_cp1252(text);
+  return base::text::to_cp1252(text);
 }
 
 /// A program that said nothing: its end is the answer.

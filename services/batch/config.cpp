@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include "base/configuration/config_file.hpp"
 #include "fabric/channel_scope.hpp"
 #include "idl/batch.pb.h"
-#include "idl/program/config_file.hpp"
 
 namespace millrace::services::batch {
 
@@ -84,7 +84,7 @@ std::string mistakes(const config::Batch& batch, const std::string& file) {
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  const auto batch = idl::program::read_config<config::Batch>(file);
+  const auto batch = base::configuration::read_config<config::Batch>(file);
   if (!batch) {
     return tl::unexpected(batch.error());
   }

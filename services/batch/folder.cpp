@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "services/batch/catalog.hpp"
 
 namespace millrace::services::batch {
@@ -20,14 +20,14 @@ std::chrono::milliseconds interval(const Config& config) {
 Config load_or_throw(const std::filesystem::path& file) {
   auto config = load(file);
   if (!config) {
-    throw idl::program::UsageError(config.error());
+    throw base::program::UsageError(config.error());
   }
   return *std::move(config);
 }
 
 }  // namespace
 
-Folder::Folder(std::filesystem::path file, sdk::ServiceOptions base, idl::program::Log log)
+Folder::Folder(std::filesystem::path file, sdk::ServiceOptions base, base::program::Log log)
     : file_(std::move(file)),
       log_(log),
       config_(load_or_throw(file_)),

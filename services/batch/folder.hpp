@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <mutex>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/batch/config.hpp"
 #include "services/batch/host.hpp"
 #include "services/batch/settle.hpp"
@@ -15,7 +15,7 @@ namespace millrace::services::batch {
 class Folder {
  public:
   /// Throws program::UsageError with every mistake of the file.
-  Folder(std::filesystem::path file, sdk::ServiceOptions base, idl::program::Log log);
+  Folder(std::filesystem::path file, sdk::ServiceOptions base, base::program::Log log);
 
   /// Returns after stop(). A file with a mistake changes nothing and is logged.
   void follow();
@@ -28,7 +28,7 @@ class Folder {
   void look();
 
   std::filesystem::path file_;
-  idl::program::Log log_;
+  base::program::Log log_;
   Config config_;
   Settle settle_;
   Host host_;

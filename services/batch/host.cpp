@@ -7,7 +7,7 @@
 
 namespace millrace::services::batch {
 
-Host::Host(sdk::ServiceOptions base, idl::program::Log log)
+Host::Host(sdk::ServiceOptions base, base::program::Log log)
     : base_(std::move(base)), log_(std::move(log)) {}
 
 Host::~Host() {

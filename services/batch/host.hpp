@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/batch/answering.hpp"
 #include "services/batch/script.hpp"
 #include "services/sdk/service.hpp"
@@ -21,7 +21,7 @@ namespace millrace::services::batch {
 class Host {
  public:
   /// How to join the fabric, and the version, come from `base`; the rest from each script.
-  Host(sdk::ServiceOptions base, idl::program::Log log);
+  Host(sdk::ServiceOptions base, base::program::Log log);
   /// Leaves, once the calls under way are answered.
   ~Host();
   Host(const Host&) = delete;
@@ -45,7 +45,7 @@ class Host {
   void stop(const std::string& uuid);
 
   sdk::ServiceOptions base_;
-  idl::program::Log log_;
+  base::program::Log log_;
   std::map<std::string, Served> services_;
   /// Services that finish their calls; each thread ends with its service.
   std::vector<std::jthread> leaving_;

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "fabric/command_line.hpp"
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "services/batch/folder.hpp"
 #include "services/batch/one_script.hpp"
 #include "services/sdk/stop_signals.hpp"
@@ -14,7 +14,7 @@
 namespace {
 
 using namespace millrace;
-namespace program = idl::program;
+namespace program = base::program;
 namespace batch = services::batch;
 
 /// --config: many programs, each with its UUID.
@@ -26,9 +26,9 @@ int serve_folder(int argc, char** argv) {
   app.add_option("--config", file, "What to serve; changes are followed")->capture_default_str();
   auto level = spdlog::level::info;
   program::add_log_level(app, level);
-  const fabric::FabricFlags fabric(app);
+  const fabric::profile::FabricFlags fabric(app);
   return program::run(app, argc, argv, [&] {
-    const fabric::ParticipantOptions join = fabric.options();
+    const fabric::dds::ParticipantOptions join = fabric.options();
     const auto log = program::make_log("batch", level);
     const services::sdk::ServiceOptions options{.version = MILLRACE_VERSION,
                                                 .domain = join.domain,

@@ -37,8 +37,8 @@ Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
   script.encoding = flags.cp1252 ? Encoding::cp1252 : Encoding::utf8;
   script.accept_empty = flags.accept_empty;
   if (present({script}).empty()) {
-    throw idl::program::UsageError("--exec: " + script.program.string() +
-                                   " is missing or not executable");
+    throw base::program::UsageError("--exec: " + script.program.string() +
+                                    " is missing or not executable");
   }
   return script;
 }

@@ -16,7 +16,7 @@ namespace millrace::services::batch {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using posix::Fd;
+using base::posix::Fd;
 
 /// How soon it is noticed that nobody wants the program any more.
 constexpr std::chrono::milliseconds look_up{50};

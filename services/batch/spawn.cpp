@@ -18,8 +18,8 @@ namespace millrace::services::batch {
 
 namespace {
 
-using posix::Fd;
-using posix::last_error;
+using base::posix::Fd;
+using base::posix::last_error;
 
 constexpr std::size_t max_input = 4096;
 

@@ -6,8 +6,8 @@
 #include <sys/types.h>
 #include <tl/expected.hpp>
 
+#include "base/posix/fd.hpp"
 #include "services/batch/process.hpp"
-#include "services/posix/fd.hpp"
 
 namespace millrace::services::batch {
 
@@ -15,10 +15,10 @@ namespace millrace::services::batch {
 struct Child {
   pid_t pid = -1;
   /// Becomes readable when it has ended (pidfd).
-  posix::Fd ended;
+  base::posix::Fd ended;
   /// The end of its standard output and error to read from; non-blocking.
-  posix::Fd output;
-  posix::Fd errors;
+  base::posix::Fd output;
+  base::posix::Fd errors;
 };
 
 /// Starts `command`; its input is already written and closed when this returns. The error says what

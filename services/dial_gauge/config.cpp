@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "base/configuration/config_file.hpp"
 #include "idl/dial_gauge.pb.h"
-#include "idl/program/config_file.hpp"
 
 namespace millrace::services::dial_gauge {
 
@@ -145,7 +145,7 @@ LineConfig line_config(const config::DialGauge::Line& from) {
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  const auto from = idl::program::read_config<config::DialGauge>(file);
+  const auto from = base::configuration::read_config<config::DialGauge>(file);
   if (!from) {
     return tl::unexpected(from.error());
   }

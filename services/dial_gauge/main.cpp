@@ -17,7 +17,7 @@ dial_gauge::Config configuration(const std::string& file) {
   }
   auto config = dial_gauge::load(file);
   if (!config) {
-    throw idl::program::UsageError(config.error());
+    throw base::program::UsageError(config.error());
   }
   return *std::move(config);
 }

@@ -7,7 +7,7 @@
 
 #include <boost/asio/io_context.hpp>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "services/dial_gauge/receiver.hpp"
 #include "services/dial_gauge/serial_line.hpp"
 #include "services/dial_gauge/zeros.hpp"
@@ -20,7 +20,7 @@ namespace {
 Zeros zeros_or_throw(const std::filesystem::path& file) {
   auto zeros = read_zeros(file);
   if (!zeros) {
-    throw idl::program::UsageError(zeros.error());
+    throw base::program::UsageError(zeros.error());
   }
   return *std::move(zeros);
 }
@@ -28,7 +28,7 @@ Zeros zeros_or_throw(const std::filesystem::path& file) {
 /// What is heard on one line, into its receiver and the log.
 class Listener : public SerialLineListener {
  public:
-  Listener(const LineConfig& config, std::mutex& lock, idl::program::Log log)
+  Listener(const LineConfig& config, std::mutex& lock, base::program::Log log)
       : name_(config.name),
         lock_(lock),
         log_(std::move(log)),
@@ -64,7 +64,7 @@ class Listener : public SerialLineListener {
  private:
   std::string name_;
   std::mutex& lock_;
-  idl::program::Log log_;
+  base::program::Log log_;
   std::shared_ptr<Receiver> receiver_;
   std::uint64_t broken_ = 0;
 };
@@ -72,7 +72,7 @@ class Listener : public SerialLineListener {
 }  // namespace
 
 struct Station::Impl {
-  Impl(const Config& config, const idl::program::Log& log)
+  Impl(const Config& config, const base::program::Log& log)
       : desk(zeros_or_throw(config.zero_file),
              [file = config.zero_file](const Zeros& zeros) { return keep_zeros(file, zeros); }) {
     for (const LineConfig& line : config.lines) {
@@ -108,7 +108,7 @@ struct Station::Impl {
   std::thread thread;
 };
 
-Station::Station(const Config& config, idl::program::Log log)
+Station::Station(const Config& config, base::program::Log log)
     : impl_(std::make_unique<Impl>(config, log)) {}
 
 Station::~Station() = default;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string_view>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/dial_gauge/config.hpp"
 #include "services/sdk/response.hpp"
 
@@ -14,7 +14,7 @@ namespace millrace::services::dial_gauge {
 class Station {
  public:
   /// Throws program::UsageError for a file of zero points that cannot be read.
-  Station(const Config& config, idl::program::Log log);
+  Station(const Config& config, base::program::Log log);
   ~Station();
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;

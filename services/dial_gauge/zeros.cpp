@@ -2,9 +2,9 @@
 
 #include <google/protobuf/text_format.h>
 
+#include "base/configuration/config_file.hpp"
+#include "base/posix/durable_file.hpp"
 #include "idl/dial_gauge.pb.h"
-#include "idl/program/config_file.hpp"
-#include "services/posix/durable_file.hpp"
 
 namespace millrace::services::dial_gauge {
 
@@ -13,7 +13,7 @@ tl::expected<Zeros, std::string> read_zeros(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, ignored)) {
     return Zeros{};
   }
-  const auto from = idl::program::read_config<config::DialGaugeZeros>(file);
+  const auto from = base::configuration::read_config<config::DialGaugeZeros>(file);
   if (!from) {
     return tl::unexpected(from.error());
   }
@@ -33,7 +33,7 @@ tl::expected<void, std::string> keep_zeros(const std::filesystem::path& file, co
   }
   std::string text;
   google::protobuf::TextFormat::PrintToString(to, &text);
-  return posix::write_durably(file, "# The zero points set by ZERO.\n" + text);
+  return base::posix::write_durably(file, "# The zero points set by ZERO.\n" + text);
 }
 
 }  // namespace millrace::services::dial_gauge

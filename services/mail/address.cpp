@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/characters.hpp"
+#include "base/text/cp1252.hpp"
 #include "services/text/answer.hpp"
 
 namespace millrace::services::mail {
@@ -13,16 +14,13 @@ namespace {
 constexpr std::size_t max_local = 64;
 constexpr std::size_t max_mailbox = 254;
 
-bool is_alphanumeric(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-}
 /// "atext" of RFC 5322.
 bool is_local(char c) {
   constexpr std::string_view marks = "!#$%&'*+-/=?^_`{|}~";
-  return is_alphanumeric(c) || marks.find(c) != std::string_view::npos;
+  return base::text::is_alphanumeric(c) || marks.find(c) != std::string_view::npos;
 }
 bool is_domain(char c) {
-  return is_alphanumeric(c) || c == '-';
+  return base::text::is_alphanumeric(c) || c == '-';
 }
 
 /// Parts of good characters with single dots between them.
@@ -36,10 +34,6 @@ bool is_mailbox(std::string_view text) {
   const std::size_t at = text.rfind('@');
   return at != std::string_view::npos && text.size() <= max_mailbox && at <= max_local &&
          is_dotted(text.substr(0, at), is_local) && is_dotted(text.substr(at + 1), is_domain);
-}
-
-bool is_control(char c) {
-  return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
 }
 
 std::string_view trim(std::string_view text) {
@@ -70,8 +64,8 @@ tl::expected<Address, std::string> parse_address(std::string_view text) {
   if (!is_mailbox(mailbox)) {
     return tl::unexpected(text::in_quotes(mailbox) + " is no address; expected user@example.com");
   }
-  if (!idl::text::is_utf8(address.name) ||
-      std::any_of(address.name.begin(), address.name.end(), is_control)) {
+  if (!base::text::is_utf8(address.name) ||
+      std::any_of(address.name.begin(), address.name.end(), base::text::is_control)) {
     return tl::unexpected("the name of " + text::in_quotes(mailbox) + " is not one line of UTF-8");
   }
   address.mailbox = mailbox;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 
 namespace millrace::services::mail {
 
@@ -13,7 +13,7 @@ using text::error;
 
 /// What a server says may be anything; the program gets what its code page shows.
 std::string shown(const std::string& reply) {
-  std::string text = idl::text::to_cp1252(reply).value_or(reply);
+  std::string text = base::text::to_cp1252(reply).value_or(reply);
   std::replace_if(
       text.begin(), text.end(), [](char c) { return !text::prints(c); }, '?');
   return text;

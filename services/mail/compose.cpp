@@ -3,7 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 #include "services/mail/answering.hpp"
 #include "services/mail/message.hpp"
 #include "services/mail/request.hpp"
@@ -93,7 +93,7 @@ void add_call_values(Values& values, const CallInfo& call, fabric::Time now) {
   values["call.id"] = call.call.to_string();
   values["call.state"] = std::to_string(call.state);
   values["call.time"] = utc(now);
-  values["call.request"] = idl::text::to_utf8(call.request);
+  values["call.request"] = base::text::to_utf8(call.request);
 }
 
 }  // namespace

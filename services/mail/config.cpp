@@ -8,11 +8,11 @@
 
 #include <fmt/format.h>
 
+#include "base/configuration/config_file.hpp"
+#include "base/posix/fd.hpp"
+#include "base/text/cp1252.hpp"
 #include "idl/mail.pb.h"
-#include "idl/program/config_file.hpp"
-#include "idl/text/cp1252.hpp"
 #include "services/mail/compose.hpp"
-#include "services/posix/fd.hpp"
 #include "services/text/fields.hpp"
 
 namespace millrace::services::mail {
@@ -143,7 +143,7 @@ class Reader {
   }
 
   std::optional<Template> text_of(const std::string& text, const std::string& place) {
-    expect(idl::text::is_utf8(text), place, "is not UTF-8");
+    expect(base::text::is_utf8(text), place, "is not UTF-8");
     auto parsed = Template::parse(text);
     expect(parsed.has_value(), place, parsed ? "" : parsed.error());
     if (!parsed) {
@@ -179,7 +179,7 @@ tl::expected<std::string, std::string> first_line(const fs::path& file) {
   std::ifstream in(file);
   std::string line;
   if (!in || !std::getline(in, line)) {
-    return tl::unexpected(posix::last_error("cannot read the password in " + file.string()));
+    return tl::unexpected(base::posix::last_error("cannot read the password in " + file.string()));
   }
   if (line.ends_with('\r')) {
     line.pop_back();
@@ -190,7 +190,7 @@ tl::expected<std::string, std::string> first_line(const fs::path& file) {
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  return idl::program::read_config<config::Mail>(file).and_then(
+  return base::configuration::read_config<config::Mail>(file).and_then(
       [&](const config::Mail& from) { return Reader(from, file).read(); });
 }
 

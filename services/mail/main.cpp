@@ -14,7 +14,7 @@
 namespace {
 
 using namespace millrace;
-namespace program = idl::program;
+namespace program = base::program;
 namespace sdk = services::sdk;
 namespace mail = services::mail;
 

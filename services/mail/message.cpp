@@ -5,6 +5,8 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "base/text/characters.hpp"
+
 namespace millrace::services::mail {
 
 namespace {
@@ -17,20 +19,13 @@ constexpr std::string_view word_end = "?=";
 /// Room for the longest header name in front of the first word.
 constexpr std::size_t name_room = 12;
 
-bool is_control(char c) {
-  return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
-}
 bool is_ascii(std::string_view text) {
   return std::all_of(text.begin(), text.end(),
                      [](char c) { return static_cast<unsigned char>(c) < 0x80; });
 }
-bool is_alphanumeric(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-}
-
 std::string without_controls(std::string_view text) {
   std::string clean(text);
-  std::replace_if(clean.begin(), clean.end(), is_control, ' ');
+  std::replace_if(clean.begin(), clean.end(), base::text::is_control, ' ');
   return clean;
 }
 
@@ -47,7 +42,7 @@ std::string_view first_character(std::string_view text) {
 std::string in_word(std::string_view character) {
   std::string out;
   for (const char c : character) {
-    if (is_alphanumeric(c)) {
+    if (base::text::is_alphanumeric(c)) {
       out += c;
     } else if (c == ' ') {
       out += '_';
@@ -78,7 +73,7 @@ std::string encoded_words(std::string_view text) {
 
 std::string display_name(const std::string& name) {
   const auto is_atom = [](char c) {
-    return is_alphanumeric(c) || c == ' ' || c == '-' || c == '_';
+    return base::text::is_alphanumeric(c) || c == ' ' || c == '-' || c == '_';
   };
   if (std::all_of(name.begin(), name.end(), is_atom) && name.size() < max_line / 2) {
     return name;

@@ -26,7 +26,7 @@ bool is_done(Stage stage) {
 
 }  // namespace
 
-Postman::Postman(Config config, Spool spool, Transport& transport, idl::program::Log log)
+Postman::Postman(Config config, Spool spool, Transport& transport, base::program::Log log)
     : config_(std::move(config)),
       spool_(std::move(spool)),
       transport_(transport),

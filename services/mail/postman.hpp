@@ -12,7 +12,7 @@
 #include <set>
 #include <thread>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/mail/compose.hpp"
 #include "services/mail/spool.hpp"
 #include "services/mail/transport.hpp"
@@ -23,7 +23,7 @@ namespace millrace::services::mail {
 class Postman {
  public:
   /// `transport` lives longer. Mails that wait in the spool are tried from now on.
-  Postman(Config config, Spool spool, Transport& transport, idl::program::Log log);
+  Postman(Config config, Spool spool, Transport& transport, base::program::Log log);
   /// Gives up attempts that have not been handed over; they are in the spool.
   ~Postman();
   Postman(const Postman&) = delete;
@@ -55,7 +55,7 @@ class Postman {
   Config config_;
   Spool spool_;
   Transport& transport_;
-  idl::program::Log log_;
+  base::program::Log log_;
   mutable std::mutex lock_;
   std::condition_variable changed_;
   std::map<fabric::CallId, Entry> entries_;

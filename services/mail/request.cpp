@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 #include "services/text/answer.hpp"
 #include "services/text/fields.hpp"
 #include "services/text/words.hpp"
@@ -59,7 +59,7 @@ tl::expected<Request, std::string> parse(std::string_view request) {
       }
       parsed.to = *std::move(to);
     } else {
-      parsed.values.emplace(std::move(field.key), idl::text::to_utf8(field.value));
+      parsed.values.emplace(std::move(field.key), base::text::to_utf8(field.value));
     }
   }
   return parsed;

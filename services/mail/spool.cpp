@@ -3,9 +3,9 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/posix/durable_file.hpp"
+#include "base/posix/folder_lock.hpp"
 #include "services/mail/spool_file.hpp"
-#include "services/posix/durable_file.hpp"
-#include "services/posix/folder_lock.hpp"
 
 namespace millrace::services::mail {
 
@@ -35,7 +35,8 @@ tl::expected<Entry, std::string> read_entry(const fs::path& file, fabric::CallId
 
 Spool::Spool(fs::path folder)
     : folder_(made(std::move(folder))),
-      lock_(posix::lock_folder(folder_, "spool.lock", "another mail service uses this spool")) {}
+      lock_(base::posix::lock_folder(folder_, "spool.lock",
+                                     "another mail service uses this spool")) {}
 
 Spool::Content Spool::read() const {
   Content content;
@@ -55,11 +56,11 @@ Spool::Content Spool::read() const {
 }
 
 tl::expected<void, std::string> Spool::put(const Entry& entry) const {
-  return posix::write_durably(folder_ / file_name(entry.call), to_file(entry));
+  return base::posix::write_durably(folder_ / file_name(entry.call), to_file(entry));
 }
 
 tl::expected<void, std::string> Spool::remove(fabric::CallId call) const {
-  return posix::remove_durably(folder_ / file_name(call));
+  return base::posix::remove_durably(folder_ / file_name(call));
 }
 
 }  // namespace millrace::services::mail

@@ -10,8 +10,8 @@
 
 #include <tl/expected.hpp>
 
+#include "base/posix/fd.hpp"
 #include "services/mail/mail.hpp"
-#include "services/posix/fd.hpp"
 
 namespace millrace::services::mail {
 
@@ -36,7 +36,7 @@ class Spool {
 
  private:
   std::filesystem::path folder_;
-  posix::Fd lock_;
+  base::posix::Fd lock_;
 };
 
 }  // namespace millrace::services::mail

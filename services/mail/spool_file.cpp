@@ -4,8 +4,8 @@
 
 #include <google/protobuf/text_format.h>
 
+#include "base/configuration/config_file.hpp"
 #include "idl/mail.pb.h"
-#include "idl/program/config_file.hpp"
 
 namespace millrace::services::mail {
 
@@ -82,7 +82,7 @@ std::string to_file(const Entry& entry) {
 
 tl::expected<Entry, std::string> from_file(const std::string& text, const std::string& name) {
   SpooledMail record;
-  if (const auto parsed = idl::program::parse_config(text, name, record); !parsed) {
+  if (const auto parsed = base::configuration::parse_config(text, name, record); !parsed) {
     return tl::unexpected(parsed.error());
   }
   Entry entry{.call = {.epoch = record.epoch(), .number = record.number()},

@@ -11,7 +11,7 @@
 
 namespace millrace::services::sdk {
 
-namespace program = idl::program;
+namespace program = base::program;
 
 namespace {
 
@@ -99,7 +99,7 @@ void ServiceProgram::take_channels() {
 }
 
 void ServiceProgram::take_fabric() {
-  fabric::ParticipantOptions join = fabric_.options();
+  fabric::dds::ParticipantOptions join = fabric_.options();
   options_.domain = join.domain;
   options_.fabric = std::move(join.fabric);
   options_.lease = join.lease;

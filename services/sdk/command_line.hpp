@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "fabric/command_line.hpp"
-#include "idl/program/command_line.hpp"
-#include "idl/program/log.hpp"
+#include "base/program/command_line.hpp"
+#include "base/program/log.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
@@ -38,7 +38,7 @@ class ServiceProgram {
   /// Parses the command line, makes the handler (which may throw program::UsageError), serves,
   /// prints one ready line, and leaves on SIGTERM or SIGINT when the calls under way are answered;
   /// a second signal ends the program at once. Returns an exit code of
-  /// idl/program/command_line.hpp.
+  /// base/program/command_line.hpp.
   int run(int argc, char** argv, const std::function<Handler()>& make);
   int run(int argc, char** argv, const std::function<LaterHandler()>& make);
 
@@ -49,7 +49,7 @@ class ServiceProgram {
 
   ServiceOptions options_;
   CLI::App app_;
-  fabric::FabricFlags fabric_;
+  fabric::profile::FabricFlags fabric_;
   spdlog::level::level_enum level_ = spdlog::level::info;
   std::vector<std::string> channels_;
   Service::Log log_;

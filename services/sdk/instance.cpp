@@ -13,9 +13,9 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include "fabric/instance_commands.hpp"
-#include "fabric/reply_end.hpp"
-#include "idl/program/watchdog.hpp"
+#include "base/loop/watchdog.hpp"
+#include "fabric/ends/instance_commands.hpp"
+#include "fabric/ends/reply_end.hpp"
 #include "services/sdk/runner.hpp"
 
 namespace millrace::services::sdk {
@@ -64,7 +64,7 @@ DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceId
 
 }  // namespace
 
-fabric::ParticipantOptions join_options(const ServiceOptions& options) {
+fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
   return {.domain = options.domain,
           .fabric = options.fabric,
           .lease = options.lease,
@@ -72,7 +72,7 @@ fabric::ParticipantOptions join_options(const ServiceOptions& options) {
           .configuration = options.configuration};
 }
 
-struct Instance::Impl : fabric::InstanceCommandsListener {
+struct Instance::Impl : fabric::ends::InstanceCommandsListener {
   Impl(const ServiceOptions& options, Service::Log own_log, LaterHandler prompt)
       : log(std::move(own_log)),
         identity(make_identity(options)),
@@ -93,15 +93,15 @@ struct Instance::Impl : fabric::InstanceCommandsListener {
 
   const Service::Log log;
   const fabric::InstanceIdentity identity;
-  fabric::Participant participant;
+  fabric::dds::Participant participant;
   std::shared_ptr<Runner> runner;
   asio::io_context context{1};
   asio::steady_timer grace;
   asio::steady_timer status_timer;
   /// The supervisor of a service looks whether this loop turns.
-  const idl::program::Watchdog watchdog{context.get_executor()};
-  std::optional<fabric::ReplyEnd> end;
-  std::optional<fabric::InstanceCommands> commands;
+  const base::loop::Watchdog watchdog{context.get_executor()};
+  std::optional<fabric::ends::ReplyEnd> end;
+  std::optional<fabric::ends::InstanceCommands> commands;
   std::optional<fabric::InstanceStatus> reported;
   const fabric::Time started = std::chrono::system_clock::now();
   // Last: it uses all of the above.
@@ -134,7 +134,7 @@ void Instance::Impl::leave() {
 
 void Instance::Impl::drain() {
   end->set_draining(true);
-  grace.expires_after(fabric::InstanceCommands::drain_grace);
+  grace.expires_after(fabric::ends::InstanceCommands::drain_grace);
   grace.async_wait([this](const boost::system::error_code& error) {
     if (!error) {
       runner->close_when_idle();

@@ -8,14 +8,14 @@
 #include <chrono>
 #include <memory>
 
+#include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/participant.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
 
 /// How a service with these options joins the fabric.
-fabric::ParticipantOptions join_options(const ServiceOptions& options);
+fabric::dds::ParticipantOptions join_options(const ServiceOptions& options);
 
 class Instance {
  public:

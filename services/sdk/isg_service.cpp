@@ -12,13 +12,13 @@
 
 #include <spdlog/spdlog.h>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/sdk/instance.hpp"
 #include "services/sdk/isg_settings.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace sdk = millrace::services::sdk;
-namespace program = millrace::idl::program;
+namespace program = millrace::base::program;
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/profile.hpp"
+#include "fabric/profile/profile.hpp"
 
 namespace millrace::services::sdk {
 
@@ -21,7 +21,7 @@ Read wrong(std::string_view variable, std::string_view value, std::string_view e
 }
 
 Read read_profile(std::string_view value, IsgSettings& settings) {
-  auto profile = fabric::read_profile(std::string(value));
+  auto profile = fabric::profile::read_profile(std::string(value));
   if (!profile) {
     return tl::unexpected(std::move(profile.error()));
   }

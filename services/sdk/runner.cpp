@@ -45,7 +45,7 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
 Runner::Runner(DeskOptions options, Service::Log log, Prompt prompt)
     : log_(std::move(log)), desk_(options), prompt_(std::move(prompt)) {}
 
-void Runner::set_end(fabric::ReplyEnd* end) {
+void Runner::set_end(fabric::ends::ReplyEnd* end) {
   const Lock lock(lock_);
   end_ = end;
 }

@@ -8,7 +8,7 @@
 #include <memory>
 #include <mutex>
 
-#include "fabric/reply_end.hpp"
+#include "fabric/ends/reply_end.hpp"
 #include "services/sdk/call_desk.hpp"
 #include "services/sdk/call_sink.hpp"
 #include "services/sdk/service.hpp"
@@ -26,13 +26,13 @@ struct Prompt {
 /// All functions may be called from any thread, requests in the one that receives them: nothing
 /// here waits but `next`. A lock keeps the order of decisions and replies.
 class Runner : public CallSink,
-               public fabric::ReplyEndListener,
+               public fabric::ends::ReplyEndListener,
                public std::enable_shared_from_this<Runner> {
  public:
   Runner(DeskOptions options, Service::Log log, Prompt prompt);
 
   /// Where replies go; null to send no more.
-  void set_end(fabric::ReplyEnd* end);
+  void set_end(fabric::ends::ReplyEnd* end);
 
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::RequestKey& key) override;
@@ -71,7 +71,7 @@ class Runner : public CallSink,
   mutable std::mutex lock_;
   std::condition_variable changed_;
   CallDesk desk_;
-  fabric::ReplyEnd* end_ = nullptr;
+  fabric::ends::ReplyEnd* end_ = nullptr;
   std::deque<std::shared_ptr<const Call>> work_;
   /// Calls that run, to be told of their cancellation.
   std::map<fabric::CallId, std::weak_ptr<Call>> running_;

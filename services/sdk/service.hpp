@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/participant.hpp"
 #include "services/sdk/call.hpp"
 
 namespace spdlog {
@@ -48,10 +48,10 @@ struct ServiceOptions {
   bool prompt = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
-  /// How to join the fabric: as in fabric::ParticipantOptions.
+  /// How to join the fabric: as in fabric::dds::ParticipantOptions.
   std::uint32_t domain = 0;
   std::string fabric = "millrace";
-  std::chrono::milliseconds lease = fabric::ParticipantOptions{}.lease;
+  std::chrono::milliseconds lease = fabric::dds::ParticipantOptions{}.lease;
   std::string configuration{};
 };
 

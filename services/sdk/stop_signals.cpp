@@ -10,8 +10,8 @@
 #include <boost/asio/signal_set.hpp>
 #include <spdlog/spdlog.h>
 
-#include "idl/program/command_line.hpp"
-#include "idl/program/supervisor.hpp"
+#include "base/program/command_line.hpp"
+#include "base/program/supervisor.hpp"
 
 namespace millrace::services::sdk {
 
@@ -30,7 +30,7 @@ struct StopSignals::Impl {
 
   void first(int signal) {
     log->info("signal {}: leaving when the calls under way are answered", signal);
-    idl::program::tell_supervisor("STOPPING=1");
+    base::program::tell_supervisor("STOPPING=1");
     asked = true;
     if (stop) {
       stop();
@@ -38,7 +38,7 @@ struct StopSignals::Impl {
     signals.async_wait([this](const boost::system::error_code& error, int) {
       if (!error) {
         log->warn("second signal: leaving at once, calls under way go to other instances");
-        std::_Exit(idl::program::exit_failed);
+        std::_Exit(base::program::exit_failed);
       }
     });
   }

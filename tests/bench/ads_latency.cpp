@@ -83,7 +83,7 @@ class Servers {
  public:
   Servers()
       : acceptor_(io_, tcp::endpoint(asio::ip::address_v4::loopback(), 0)),
-        server_(io_.get_executor(), with_sums_, {.tcp_port = 0}, millrace::idl::program::no_log()),
+        server_(io_.get_executor(), with_sums_, {.tcp_port = 0}, millrace::base::program::no_log()),
         raw_port_(acceptor_.local_endpoint().port()) {
     asio::co_spawn(io_, echo(acceptor_), asio::detached);
     thread_ = std::thread([this] { io_.run(); });

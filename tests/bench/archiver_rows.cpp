@@ -15,8 +15,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/posix/fd.hpp"
 #include "services/archiver/archive.hpp"
-#include "services/posix/fd.hpp"
 
 namespace {
 
@@ -66,12 +66,12 @@ double rows_per_second(archiver::Archive& archive, std::size_t batch,
 }
 
 double bare_writes_per_second(const fs::path& folder, std::chrono::duration<double> length) {
-  const posix::Fd fd(
+  const base::posix::Fd fd(
       ::open((folder / "bare").c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
   const std::array<char, 4096> block{};
   return rate(length, [&] {
     if (::write(fd.get(), block.data(), block.size()) < 0 || ::fdatasync(fd.get()) != 0) {
-      throw std::runtime_error(posix::last_error("bare file"));
+      throw std::runtime_error(base::posix::last_error("bare file"));
     }
   });
 }
@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
   const std::chrono::duration<double> length(argc > 2 ? std::atof(argv[2]) : 3.0);
   std::string name = (parent / "archiver-rows-XXXXXX").string();
   if (::mkdtemp(name.data()) == nullptr) {
-    fmt::print(stderr, "archiver_rows: {}\n", posix::last_error(name));
+    fmt::print(stderr, "archiver_rows: {}\n", base::posix::last_error(name));
     return 2;
   }
   const fs::path folder = name;

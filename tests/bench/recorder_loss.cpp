@@ -23,7 +23,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "fabric/call_end.hpp"
+#include "fabric/ends/call_end.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/run_until.hpp"
@@ -56,7 +56,7 @@ struct Sent {
 };
 
 /// A gateway's side of the fabric with a call under way in every channel.
-class Load : public fabric::CallEndListener {
+class Load : public fabric::ends::CallEndListener {
  public:
   Load(std::uint32_t domain, std::uint64_t epoch)
       : epoch_(epoch),
@@ -193,8 +193,8 @@ class Load : public fabric::CallEndListener {
   Sent sent_;
   Clock::time_point begun_{};
   Clock::time_point stop_at_{};
-  fabric::Participant participant_;
-  fabric::CallEnd end_;
+  fabric::dds::Participant participant_;
+  fabric::ends::CallEnd end_;
 };
 
 /// What the recording has of the calls of an epoch.

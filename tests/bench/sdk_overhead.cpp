@@ -16,9 +16,9 @@
 
 #include <fmt/format.h>
 
-#include "fabric/reader.hpp"
-#include "fabric/writer.hpp"
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
@@ -70,7 +70,7 @@ struct Arrival {
 
 bool measure_calls(std::uint64_t calls) {
   const tests::Domain domain;
-  const fabric::Participant participant({.domain = domain.number()});
+  const fabric::dds::Participant participant({.domain = domain.number()});
   std::atomic<Clock::time_point> entered{};
   std::atomic<Clock::time_point> left{};
   const services::sdk::Service service(
@@ -80,15 +80,15 @@ bool measure_calls(std::uint64_t calls) {
         left = Clock::now();
         return {.text = "2.000000"};
       },
-      idl::program::no_log());
+      base::program::no_log());
 
   Arrival arrival;
-  const fabric::Listener listener(dds_create_listener(&arrival));
+  const fabric::dds::Listener listener(dds_create_listener(&arrival));
   dds_lset_data_available(listener.get(), &Arrival::note);
-  const std::string partition = fabric::service_partition("millrace", uuid);
-  fabric::Writer<fabric::Request> requests(participant, partition);
-  fabric::Reader<fabric::Reply> replies(participant, partition, fabric::Keep::last,
-                                        {.listener = listener.get()});
+  const std::string partition = fabric::wire::service_partition("millrace", uuid);
+  fabric::wire::Writer<fabric::Request> requests(participant, partition);
+  fabric::wire::Reader<fabric::Reply> replies(participant, partition, fabric::wire::Keep::last,
+                                              {.listener = listener.get()});
 
   Samples in{"request written to handler entered"};
   Samples out{"handler left to reply arrived"};

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/gateway_watch.hpp"
+#include "fabric/ends/gateway_watch.hpp"
 #include "tests/cluster/history/execution_log.hpp"
 #include "tests/support/run_until.hpp"
 
@@ -43,7 +43,7 @@ std::optional<Spot> spot_of(Point point) {
 }
 
 /// Whether a gateway is on the fabric, as another gateway sees it.
-class Watch final : public fabric::GatewayWatchListener {
+class Watch final : public fabric::ends::GatewayWatchListener {
  public:
   explicit Watch(std::uint32_t domain)
       : participant_({.domain = domain}), watch_(participant_, context_.get_executor(), *this) {}
@@ -60,8 +60,8 @@ class Watch final : public fabric::GatewayWatchListener {
  private:
   bool there_ = false;
   boost::asio::io_context context_;
-  fabric::Participant participant_;
-  fabric::GatewayWatch watch_;
+  fabric::dds::Participant participant_;
+  fabric::ends::GatewayWatch watch_;
 };
 
 }  // namespace

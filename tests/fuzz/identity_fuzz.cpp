@@ -3,16 +3,16 @@
 #include <cstdint>
 #include <string_view>
 
-#include "fabric/identity.hpp"
-#include "fabric/identity_text.hpp"
+#include "fabric/registry/identity.hpp"
+#include "fabric/registry/identity_text.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace millrace::fabric;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  parse_instance(text);
-  if (const auto identity = parse_identity(text)) {
-    assert(!check_identity(*identity));
-    assert(parse_identity(format_identity(*identity)) == *identity);
+  registry::parse_instance(text);
+  if (const auto identity = registry::parse_identity(text)) {
+    assert(!registry::check_identity(*identity));
+    assert(registry::parse_identity(registry::format_identity(*identity)) == *identity);
   }
   return 0;
 }

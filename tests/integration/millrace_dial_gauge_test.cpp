@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "services/posix/fd.hpp"
+#include "base/posix/fd.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -30,7 +30,7 @@ class DialGauge : public testing::Test {
     process.await("^ready: ");
     return process;
   }
-  static void send(const services::posix::Fd& line, const std::string& bytes) {
+  static void send(const base::posix::Fd& line, const std::string& bytes) {
     ASSERT_EQ(::write(line.get(), bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
   }
   fabric::Reply call(const std::string& text) { return caller.call(uuid, text); }
@@ -52,7 +52,7 @@ TEST_F(DialGauge, AnswersFromASimulatedGauge) {
 }
 
 TEST_F(DialGauge, AnswersFromAReceiverOnASerialLine) {
-  const services::posix::Fd master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+  const base::posix::Fd master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
   ::grantpt(master.get());
   ::unlockpt(master.get());
   Process sut =

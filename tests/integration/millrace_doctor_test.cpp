@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/command_end.hpp"
-#include "fabric/endpoint.hpp"
-#include "fabric/reply_end.hpp"
+#include "fabric/ends/command_end.hpp"
+#include "fabric/ends/reply_end.hpp"
+#include "fabric/wire/endpoint.hpp"
 #include "tests/integration/chain.hpp"
 
 namespace millrace::tests::integration {
@@ -89,19 +89,19 @@ TEST_F(TheDoctor, FindsACallThatNobodyServes) {
 
 TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
   Process service = chain.square_root();
-  fabric::Participant other({.domain = chain.domain(), .name = "other"});
-  const fabric::Entity publisher =
-      fabric::create_publisher(other, fabric::service_partition("millrace", square_root));
-  const fabric::Qos modest(dds_create_qos());
+  fabric::dds::Participant other({.domain = chain.domain(), .name = "other"});
+  const fabric::dds::Entity publisher = fabric::wire::create_publisher(
+      other, fabric::wire::service_partition("millrace", square_root));
+  const fabric::dds::Qos modest(dds_create_qos());
   dds_qset_reliability(modest.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
-  const fabric::Entity replies = fabric::create_topic(other, fabric::reply_topic);
-  const fabric::Entity unreliable(
+  const fabric::dds::Entity replies = fabric::wire::create_topic(other, fabric::wire::reply_topic);
+  const fabric::dds::Entity unreliable(
       dds_create_writer(publisher.handle(), replies.handle(), modest.get(), nullptr));
-  fabric::Topic strange = fabric::instance_topic;
-  strange.type = fabric::reply_topic.type;
-  const fabric::Entity statuses = fabric::create_topic(other, strange);
-  const fabric::Entity mistyped(dds_create_writer(publisher.handle(), statuses.handle(),
-                                                  fabric::writer_qos(strange).get(), nullptr));
+  fabric::wire::Topic strange = fabric::wire::instance_topic;
+  strange.type = fabric::wire::reply_topic.type;
+  const fabric::dds::Entity statuses = fabric::wire::create_topic(other, strange);
+  const fabric::dds::Entity mistyped(dds_create_writer(
+      publisher.handle(), statuses.handle(), fabric::wire::writer_qos(strange).get(), nullptr));
   ASSERT_GT(unreliable.handle(), 0);
   ASSERT_GT(mistyped.handle(), 0);
 
@@ -116,7 +116,7 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
 }
 
 /// An instance on a host whose clock is wrong.
-class Elsewhere : public fabric::ReplyEndListener, public fabric::CommandListener {
+class Elsewhere : public fabric::ends::ReplyEndListener, public fabric::ends::CommandListener {
  public:
   Elsewhere(std::uint32_t domain, boost::asio::io_context& io, std::chrono::nanoseconds ahead)
       : ahead_(ahead),
@@ -143,10 +143,10 @@ class Elsewhere : public fabric::ReplyEndListener, public fabric::CommandListene
   }
 
   std::chrono::nanoseconds ahead_;
-  fabric::Participant participant_;
+  fabric::dds::Participant participant_;
   fabric::InstanceIdentity identity_;
-  fabric::CommandEnd commands_;
-  fabric::ReplyEnd end_;
+  fabric::ends::CommandEnd commands_;
+  fabric::ends::ReplyEnd end_;
 };
 
 TEST_F(TheDoctor, MeasuresTheClocksOfOtherHosts) {

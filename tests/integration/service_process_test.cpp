@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -59,7 +59,7 @@ TEST_F(ServiceProcess, LeavesInOrderWhenItIsAskedTo) {
   Process sut = start();
   ASSERT_TRUE(caller.await_instance(uuid));
   sut.terminate();
-  EXPECT_EQ(sut.wait(), idl::program::exit_done);
+  EXPECT_EQ(sut.wait(), base::program::exit_done);
   EXPECT_TRUE(caller.await_no_instance(uuid));
 }
 
@@ -74,10 +74,10 @@ TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
 
 TEST_F(ServiceProcess, RefusesAWrongCommandLine) {
   Process sut = start({"--channel", "cnc/0"});
-  EXPECT_EQ(sut.wait(), idl::program::exit_usage);
+  EXPECT_EQ(sut.wait(), base::program::exit_usage);
   EXPECT_THAT(sut.error_output(), HasSubstr("--channel: 'cnc/0' is no channel"));
   Process other = start({"--uuid", "a*"});
-  EXPECT_EQ(other.wait(), idl::program::exit_usage);
+  EXPECT_EQ(other.wait(), base::program::exit_usage);
   EXPECT_THAT(other.error_output(), HasSubstr("wildcard"));
 }
 

@@ -110,8 +110,8 @@ void Plant::build_controllers() {
   }
 }
 
-gateway::MachineSettings Plant::settings_of(const Controller& controller) {
-  gateway::MachineSettings settings;
+gateway::settings::MachineSettings Plant::settings_of(const Controller& controller) {
+  gateway::settings::MachineSettings settings;
   settings.name = controller.name();
   settings.pace.active = 4ms;
   settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
@@ -160,7 +160,7 @@ std::vector<GatewayProcess*> Plant::gateways_of(const Controller& controller) {
   std::vector<GatewayProcess*> found;
   for (const auto& gateway : gateways_) {
     const auto& machines = first_file(*gateway).machines;
-    if (std::ranges::find(machines, controller.name(), &gateway::MachineSettings::name) !=
+    if (std::ranges::find(machines, controller.name(), &gateway::settings::MachineSettings::name) !=
         machines.end()) {
       found.push_back(gateway.get());
     }

@@ -38,7 +38,7 @@ class Plant {
   void build_services();
   void build_controllers();
   void build_gateways();
-  gateway::MachineSettings settings_of(const Controller& controller);
+  gateway::settings::MachineSettings settings_of(const Controller& controller);
 
   Agenda& agenda_;
   History& history_;

@@ -5,12 +5,12 @@
 
 #include <boost/asio/io_context.hpp>
 
-#include "fabric/call_end.hpp"
+#include "fabric/ends/call_end.hpp"
 #include "tests/support/run_until.hpp"
 
 namespace millrace::tests {
 
-struct Caller::Impl : fabric::CallEndListener {
+struct Caller::Impl : fabric::ends::CallEndListener {
   explicit Impl(std::uint32_t domain)
       : participant({.domain = domain}), end(participant, context.get_executor(), *this) {}
 
@@ -43,8 +43,8 @@ struct Caller::Impl : fabric::CallEndListener {
   // Another caller's calls of the same fabric are never taken for ours.
   std::uint64_t epoch =
       static_cast<std::uint64_t>(std::chrono::system_clock::now().time_since_epoch().count());
-  fabric::Participant participant;
-  fabric::CallEnd end;
+  fabric::dds::Participant participant;
+  fabric::ends::CallEnd end;
 };
 
 namespace {

@@ -2,7 +2,7 @@
 // other.
 //
 //   Domain domain;
-//   fabric::Participant participant({.domain = domain.number()});
+//   fabric::dds::Participant participant({.domain = domain.number()});
 #pragma once
 
 #include <cstdint>

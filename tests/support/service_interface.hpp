@@ -9,7 +9,7 @@
 #include <string>
 #include <variant>
 
-#include "gateway/picture.hpp"
+#include "gateway/snapshot.hpp"
 
 namespace millrace::tests {
 
@@ -42,10 +42,10 @@ class ServiceInterface {
   /// A controller that starts again.
   void reset() { values_ = {}; }
 
-  [[nodiscard]] const gateway::Picture& values() const { return values_; }
+  [[nodiscard]] const gateway::Snapshot& values() const { return values_; }
 
-  [[nodiscard]] gateway::Picture read(gateway::Look look) const {
-    gateway::Picture picture;
+  [[nodiscard]] gateway::Snapshot read(gateway::ReadSet look) const {
+    gateway::Snapshot picture;
     picture.look = look;
     for (const gateway::Variable variable : gateway::variables_of(look)) {
       copy(variable, picture);
@@ -80,7 +80,7 @@ class ServiceInterface {
   }
 
  private:
-  void copy(gateway::Variable variable, gateway::Picture& picture) const {
+  void copy(gateway::Variable variable, gateway::Snapshot& picture) const {
     switch (variable) {
       case gateway::Variable::uuid:
         picture.uuid = values_.uuid;
@@ -101,7 +101,7 @@ class ServiceInterface {
   }
 
   KernelRules rules_;
-  gateway::Picture values_;
+  gateway::Snapshot values_;
 };
 
 }  // namespace millrace::tests

@@ -2,17 +2,17 @@
 
 #include <optional>
 
-#include "fabric/command_codec.hpp"
-#include "fabric/discovery.hpp"
-#include "fabric/reader.hpp"
-#include "fabric/waker.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/ends/discovery.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
 #include "tools/bus/context.hpp"
 
 namespace millrace::tools::bus {
 
 namespace {
 
-using fabric::Presence;
+using fabric::wire::Presence;
 using recording::Entry;
 
 /// Batches of 64 samples that are taken from one reader before the next one has its turn.
@@ -24,14 +24,14 @@ fabric::Time now() {
 
 /// A sample as an entry; nothing if it only tells of a presence nobody asks for.
 template <typename Value>
-std::optional<recording::Sample> sample_of(fabric::Taken<Value>&& taken) {
+std::optional<recording::Sample> sample_of(fabric::wire::Taken<Value>&& taken) {
   if (!taken.valid) {
     return std::nullopt;
   }
   return std::move(taken.value);
 }
 
-std::optional<recording::Sample> sample_of(fabric::Taken<fabric::Request>&& taken) {
+std::optional<recording::Sample> sample_of(fabric::wire::Taken<fabric::Request>&& taken) {
   if (taken.valid) {
     return std::move(taken.value);
   }
@@ -46,7 +46,7 @@ std::optional<recording::Sample> sample_of(fabric::Taken<fabric::Request>&& take
 /// A channel or machine whose gateway left would look alive for ever.
 constexpr const char* gateway_gone = "its gateway is gone";
 
-std::optional<recording::Sample> sample_of(fabric::Taken<fabric::ChannelStatus>&& taken) {
+std::optional<recording::Sample> sample_of(fabric::wire::Taken<fabric::ChannelStatus>&& taken) {
   if (taken.presence != Presence::alive) {
     return fabric::ChannelStatus{
         .key = std::move(taken.value.key), .since = now(), .reason = gateway_gone};
@@ -54,7 +54,7 @@ std::optional<recording::Sample> sample_of(fabric::Taken<fabric::ChannelStatus>&
   return std::move(taken.value);
 }
 
-std::optional<recording::Sample> sample_of(fabric::Taken<fabric::MachineStatus>&& taken) {
+std::optional<recording::Sample> sample_of(fabric::wire::Taken<fabric::MachineStatus>&& taken) {
   if (taken.presence != Presence::alive) {
     return fabric::MachineStatus{.machine = std::move(taken.value.machine),
                                  .gateway = taken.value.gateway,
@@ -67,7 +67,7 @@ std::optional<recording::Sample> sample_of(fabric::Taken<fabric::MachineStatus>&
 }  // namespace
 
 struct Observer::Impl : std::enable_shared_from_this<Impl> {
-  Impl(fabric::Participant& own_participant, ObserverListener& own_listener)
+  Impl(fabric::dds::Participant& own_participant, ObserverListener& own_listener)
       : participant(own_participant), listener(&own_listener) {
     registry.match_all();
   }
@@ -79,11 +79,11 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   void hand_out(recording::Sample sample);
 
   template <typename Value>
-  void open(std::optional<fabric::Reader<Value>>& reader, const std::string& partition) {
-    const fabric::Listener on_data(dds_create_listener(nullptr));
-    waker->listen_for_data(on_data.get());
-    reader.emplace(participant, partition, fabric::Keep::all,
-                   fabric::EndpointOptions{.listener = on_data.get()});
+  void open(std::optional<fabric::wire::Reader<Value>>& reader, const std::string& partition) {
+    const fabric::dds::Listener on_data(dds_create_listener(nullptr));
+    post->listen_for_data(on_data.get());
+    reader.emplace(participant, partition, fabric::wire::Keep::all,
+                   fabric::wire::EndpointOptions{.listener = on_data.get()});
   }
 
   template <typename Use>
@@ -100,13 +100,13 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
 
   /// One turn of a reader; true if there may be more.
   template <typename Value>
-  bool drain(std::optional<fabric::Reader<Value>>& reader) {
+  bool drain(std::optional<fabric::wire::Reader<Value>>& reader) {
     for (int i = 0; i < batches_per_turn && listener != nullptr && reader; ++i) {
       auto batch = reader->take();
       if (batch.empty()) {
         return false;
       }
-      for (fabric::Taken<Value>& taken : batch) {
+      for (fabric::wire::Taken<Value>& taken : batch) {
         if (auto sample = sample_of(std::move(taken))) {
           hand_out(std::move(*sample));
         }
@@ -115,33 +115,33 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     return listener != nullptr && reader;
   }
 
-  fabric::Participant& participant;
+  fabric::dds::Participant& participant;
   /// Null once the observer is closed.
   ObserverListener* listener;
-  fabric::Registry registry;
+  fabric::registry::Registry registry;
   Context context;
   std::uint64_t delivered = 0;
   // Before the entities that wake it.
-  std::optional<fabric::Waker> waker;
-  std::optional<fabric::Discovery> discovery;
-  std::optional<fabric::Reader<fabric::MachineStatus>> machines;
-  std::optional<fabric::Reader<fabric::ChannelStatus>> channels;
-  std::optional<fabric::Reader<fabric::InstanceStatus>> instances;
-  std::optional<fabric::Reader<fabric::Request>> requests;
-  std::optional<fabric::Reader<fabric::Reply>> replies;
-  std::optional<fabric::Reader<fabric::Event>> events;
-  std::optional<fabric::Reader<fabric::Command>> commands;
-  std::optional<fabric::Reader<fabric::Outcome>> outcomes;
+  std::optional<fabric::dds::PostOnce> post;
+  std::optional<fabric::ends::Discovery> discovery;
+  std::optional<fabric::wire::Reader<fabric::MachineStatus>> machines;
+  std::optional<fabric::wire::Reader<fabric::ChannelStatus>> channels;
+  std::optional<fabric::wire::Reader<fabric::InstanceStatus>> instances;
+  std::optional<fabric::wire::Reader<fabric::Request>> requests;
+  std::optional<fabric::wire::Reader<fabric::Reply>> replies;
+  std::optional<fabric::wire::Reader<fabric::Event>> events;
+  std::optional<fabric::wire::Reader<fabric::Command>> commands;
+  std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes;
 };
 
 void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest interest) {
-  waker.emplace(executor, weak_from_this(), [this] { drain(); });
-  const fabric::Listener on_endpoint(dds_create_listener(nullptr));
-  waker->listen_for_data(on_endpoint.get());
+  post.emplace(executor, weak_from_this(), [this] { drain(); });
+  const fabric::dds::Listener on_endpoint(dds_create_listener(nullptr));
+  post->listen_for_data(on_endpoint.get());
   discovery.emplace(participant, on_endpoint.get());
 
   const std::string& fabric = participant.options().fabric;
-  const std::string services = fabric::all_services(fabric);
+  const std::string services = fabric::wire::all_services(fabric);
   open(machines, fabric);
   open(channels, fabric);
   open(instances, services);
@@ -166,7 +166,7 @@ bool Observer::Impl::drain() {
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
   if (more) {
     // Others on the executor have their turn in between.
-    waker->wake();
+    post->post();
   }
   return more;
 }
@@ -176,7 +176,7 @@ void Observer::Impl::drain_discovery() {
     return;
   }
   discovery->drain(registry);
-  const fabric::Registry::Changes changes = registry.changes();
+  const fabric::registry::Registry::Changes changes = registry.changes();
   for (const fabric::InstanceId& instance : changes.gone) {
     hand_out(recording::InstanceNews{recording::Change::gone, {.id = instance}});
   }
@@ -198,7 +198,7 @@ void Observer::Impl::hand_out(recording::Sample sample) {
   listener->on_entry(std::move(entry));
 }
 
-Observer::Observer(fabric::Participant& participant, boost::asio::any_io_executor executor,
+Observer::Observer(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
                    ObserverListener& listener, Interest interest)
     : impl_(std::make_shared<Impl>(participant, listener)) {
   impl_->open(executor, interest);

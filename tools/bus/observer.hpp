@@ -12,7 +12,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 #include "tools/recording/entry.hpp"
 
 namespace millrace::tools::bus {
@@ -42,7 +42,7 @@ class Observer {
  public:
   /// `participant` and `listener` outlive the observer. Throws std::runtime_error with Cyclone's
   /// reason.
-  Observer(fabric::Participant& participant, boost::asio::any_io_executor executor,
+  Observer(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
            ObserverListener& listener, Interest interest);
   ~Observer();
   Observer(const Observer&) = delete;

@@ -5,10 +5,10 @@
 #include <pwd.h>
 #include <unistd.h>
 
-#include "fabric/command_codec.hpp"
-#include "fabric/reader.hpp"
-#include "fabric/waker.hpp"
-#include "fabric/writer.hpp"
+#include "fabric/dds/post_once.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 
 namespace millrace::tools::bus {
 
@@ -21,17 +21,17 @@ constexpr auto repeat_after = std::chrono::milliseconds(100);
 
 class Desk : public std::enable_shared_from_this<Desk> {
  public:
-  Desk(fabric::Participant& participant, const std::vector<fabric::Command>& commands)
+  Desk(fabric::dds::Participant& participant, const std::vector<fabric::Command>& commands)
       : participant_(participant),
         commands_(commands),
         writer_(participant, participant.options().fabric) {}
 
   void open(boost::asio::io_context& io) {
-    waker_.emplace(io.get_executor(), weak_from_this(), [this] { take(); });
-    const fabric::Listener on_outcome(dds_create_listener(nullptr));
-    waker_->listen_for_data(on_outcome.get());
-    outcomes_.emplace(participant_, participant_.options().fabric, fabric::Keep::all,
-                      fabric::EndpointOptions{.listener = on_outcome.get()});
+    post_.emplace(io.get_executor(), weak_from_this(), [this] { take(); });
+    const fabric::dds::Listener on_outcome(dds_create_listener(nullptr));
+    post_->listen_for_data(on_outcome.get());
+    outcomes_.emplace(participant_, participant_.options().fabric, fabric::wire::Keep::all,
+                      fabric::wire::EndpointOptions{.listener = on_outcome.get()});
   }
 
   /// Sends what has no outcome yet.
@@ -53,7 +53,7 @@ class Desk : public std::enable_shared_from_this<Desk> {
  private:
   void take() {
     for (auto batch = outcomes_->take(); !batch.empty(); batch = outcomes_->take()) {
-      for (const fabric::Taken<fabric::Outcome>& taken : batch) {
+      for (const fabric::wire::Taken<fabric::Outcome>& taken : batch) {
         const auto sent = sent_.find(taken.value.command);
         if (taken.valid && sent != sent_.end()) {
           heard.try_emplace(taken.value.command, Heard{taken.value, Clock::now() - sent->second,
@@ -63,18 +63,18 @@ class Desk : public std::enable_shared_from_this<Desk> {
     }
   }
 
-  fabric::Participant& participant_;
+  fabric::dds::Participant& participant_;
   const std::vector<fabric::Command>& commands_;
-  fabric::Writer<fabric::Command> writer_;
+  fabric::wire::Writer<fabric::Command> writer_;
   std::map<fabric::InstanceId, Clock::time_point> sent_;
   // Before the reader that wakes it.
-  std::optional<fabric::Waker> waker_;
-  std::optional<fabric::Reader<fabric::Outcome>> outcomes_;
+  std::optional<fabric::dds::PostOnce> post_;
+  std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes_;
 };
 
 }  // namespace
 
-std::map<fabric::InstanceId, Heard> issue(fabric::Participant& participant,
+std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
                                           const std::vector<fabric::Command>& commands,
                                           std::chrono::milliseconds patience) {
   boost::asio::io_context io{1};

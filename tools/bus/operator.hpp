@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fabric/command.hpp"
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 
 namespace millrace::tools::bus {
 
@@ -23,7 +23,7 @@ struct Heard {
 /// Sends each command until its outcome is heard or `patience` is over; whoever hears one twice
 /// does it once. The result has the outcomes by the id of their command. Throws std::runtime_error
 /// if the fabric cannot be used.
-std::map<fabric::InstanceId, Heard> issue(fabric::Participant& participant,
+std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
                                           const std::vector<fabric::Command>& commands,
                                           std::chrono::milliseconds patience);
 

@@ -26,8 +26,8 @@ struct Listener : ObserverListener {
 
 }  // namespace
 
-Live take_snapshot(const fabric::ParticipantOptions& options, Patience patience) {
-  fabric::Participant participant(options);
+Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience) {
+  fabric::dds::Participant participant(options);
   boost::asio::io_context io;
   const auto work = boost::asio::make_work_guard(io);
   Listener listener;

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 #include "tools/bus/live.hpp"
 
 namespace millrace::tools::bus {
@@ -17,6 +17,6 @@ struct Patience {
 };
 
 /// Throws std::runtime_error if the fabric cannot be joined.
-Live take_snapshot(const fabric::ParticipantOptions& options, Patience patience = {});
+Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience = {});
 
 }  // namespace millrace::tools::bus

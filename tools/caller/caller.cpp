@@ -6,7 +6,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/call_end.hpp"
+#include "fabric/ends/call_end.hpp"
 #include "tools/caller/calls.hpp"
 
 namespace millrace::tools::caller {
@@ -28,14 +28,14 @@ std::uint64_t random_epoch() {
 
 }  // namespace
 
-struct Caller::Impl : fabric::CallEndListener, std::enable_shared_from_this<Impl> {
-  Impl(fabric::Participant& participant, const asio::any_io_executor& own_executor,
+struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_this<Impl> {
+  Impl(fabric::dds::Participant& participant, const asio::any_io_executor& own_executor,
        CallerListener& own_listener)
       : executor(own_executor),
         listener(&own_listener),
         calls(random_epoch()),
         timer(own_executor),
-        end(std::make_unique<fabric::CallEnd>(participant, own_executor, *this)) {}
+        end(std::make_unique<fabric::ends::CallEnd>(participant, own_executor, *this)) {}
 
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
     calls.on_instance_ready(instance, now());
@@ -136,10 +136,10 @@ struct Caller::Impl : fabric::CallEndListener, std::enable_shared_from_this<Impl
   bool carrying_out = false;
   asio::steady_timer timer;
   std::optional<SteadyTime> timer_at;
-  std::unique_ptr<fabric::CallEnd> end;
+  std::unique_ptr<fabric::ends::CallEnd> end;
 };
 
-Caller::Caller(fabric::Participant& participant, asio::any_io_executor executor,
+Caller::Caller(fabric::dds::Participant& participant, asio::any_io_executor executor,
                CallerListener& listener)
     : impl_(std::make_shared<Impl>(participant, executor, listener)) {}
 

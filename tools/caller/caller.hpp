@@ -12,8 +12,8 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <tl/expected.hpp>
 
+#include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
-#include "fabric/participant.hpp"
 #include "tools/caller/order.hpp"
 
 namespace millrace::tools::caller {
@@ -36,7 +36,7 @@ class Caller {
  public:
   /// `participant` and `listener` outlive the caller. Throws std::runtime_error with Cyclone's
   /// reason.
-  Caller(fabric::Participant& participant, boost::asio::any_io_executor executor,
+  Caller(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
          CallerListener& listener);
   ~Caller();
   Caller(const Caller&) = delete;

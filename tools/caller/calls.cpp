@@ -119,13 +119,13 @@ Actions Calls::take_actions() {
   return std::exchange(out_, {});
 }
 
-void Calls::carry_out(const gateway::Decisions& decisions, Moment now) {
-  for (const gateway::Decision& decision : decisions) {
-    if (const auto* given = std::get_if<gateway::Give>(&decision)) {
+void Calls::carry_out(const gateway::dispatch::Decisions& decisions, Moment now) {
+  for (const gateway::dispatch::Decision& decision : decisions) {
+    if (const auto* given = std::get_if<gateway::dispatch::Give>(&decision)) {
       give(*given, now);
-    } else if (const auto* back = std::get_if<gateway::TakeBack>(&decision)) {
+    } else if (const auto* back = std::get_if<gateway::dispatch::TakeBack>(&decision)) {
       take_back(*back, now);
-    } else if (const auto* explain = std::get_if<gateway::Explain>(&decision)) {
+    } else if (const auto* explain = std::get_if<gateway::dispatch::Explain>(&decision)) {
       if (const auto open = open_.find(explain->call); open != open_.end()) {
         open->second.reason = explain->reason;
       }
@@ -133,7 +133,7 @@ void Calls::carry_out(const gateway::Decisions& decisions, Moment now) {
   }
 }
 
-void Calls::give(const gateway::Give& give, Moment now) {
+void Calls::give(const gateway::dispatch::Give& give, Moment now) {
   const gateway::Attempt& attempt = give.assignment.attempt;
   Open& open = open_.at(give.call);
   open.attempt = attempt.number;
@@ -155,7 +155,7 @@ void Calls::give(const gateway::Give& give, Moment now) {
   tell(give.call, open, fabric::EventKind::dispatched, now, nullptr, give.assignment.name);
 }
 
-void Calls::take_back(const gateway::TakeBack& back, Moment now) {
+void Calls::take_back(const gateway::dispatch::TakeBack& back, Moment now) {
   Open& open = open_.at(back.call);
   tell(back.call, open, fabric::EventKind::lost, now, nullptr, back.reason);
   if (back.held) {

@@ -17,7 +17,7 @@
 #include <tl/expected.hpp>
 
 #include "fabric/request_key.hpp"
-#include "gateway/dispatcher.hpp"
+#include "gateway/dispatch/dispatcher.hpp"
 #include "gateway/moment.hpp"
 #include "tools/caller/order.hpp"
 
@@ -50,7 +50,7 @@ using Actions = std::vector<Action>;
 class Calls {
  public:
   /// `epoch` goes into the call ids, so it must be nobody else's.
-  explicit Calls(std::uint64_t epoch, gateway::DispatcherOptions options = {})
+  explicit Calls(std::uint64_t epoch, gateway::dispatch::DispatcherOptions options = {})
       : epoch_(epoch), dispatcher_(options) {}
 
   /// A new call; it waits while no instance is free for it. Fails for state 0, for a text that is
@@ -93,9 +93,9 @@ class Calls {
     std::string reason{};
   };
 
-  void carry_out(const gateway::Decisions& decisions, Moment now);
-  void give(const gateway::Give& give, Moment now);
-  void take_back(const gateway::TakeBack& back, Moment now);
+  void carry_out(const gateway::dispatch::Decisions& decisions, Moment now);
+  void give(const gateway::dispatch::Give& give, Moment now);
+  void take_back(const gateway::dispatch::TakeBack& back, Moment now);
   void end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
            const std::string& reason, Moment now);
   void tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,
@@ -103,7 +103,7 @@ class Calls {
 
   std::uint64_t epoch_;
   std::uint64_t last_number_ = 0;
-  gateway::Dispatcher dispatcher_;
+  gateway::dispatch::Dispatcher dispatcher_;
   std::map<fabric::CallId, Open> open_;
   std::map<fabric::ChannelKey, fabric::CallId> by_channel_;
   Actions out_;

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 
 namespace millrace::tools::commands {
 
@@ -158,7 +158,7 @@ void add_completion(CLI::App& app, Chosen& chosen) {
   command.callback([shell, &app, &chosen] {
     chosen.run = [shell, &app] {
       fmt::print("{}", completion_script(app, *shell));
-      return idl::program::exit_done;
+      return base::program::exit_done;
     };
   });
 }

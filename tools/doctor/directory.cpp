@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "fabric/reader.hpp"
+#include "fabric/wire/reader.hpp"
 
 namespace millrace::tools::doctor {
 
@@ -49,26 +49,26 @@ bool has_user_data(const dds_qos_t* qos) {
   return there;
 }
 
-fabric::Entity builtin_reader(const fabric::Participant& participant, dds_entity_t topic,
-                              const char* what) {
-  return fabric::Entity(
-      fabric::check(dds_create_reader(participant.handle(), topic, nullptr, nullptr), what));
+fabric::dds::Entity builtin_reader(const fabric::dds::Participant& participant, dds_entity_t topic,
+                                   const char* what) {
+  return fabric::dds::Entity(
+      fabric::dds::check(dds_create_reader(participant.handle(), topic, nullptr, nullptr), what));
 }
 
 bool is_gone(const dds_sample_info_t& info) {
-  return !info.valid_data || fabric::presence_of(info) != fabric::Presence::alive;
+  return !info.valid_data || fabric::wire::presence_of(info) != fabric::wire::Presence::alive;
 }
 
 }  // namespace
 
-Directory::Directory(const fabric::Participant& participant)
+Directory::Directory(const fabric::dds::Participant& participant)
     : participant_reader_(
           builtin_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, "read DCPSParticipant")),
       subscriptions_(
           builtin_reader(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, "read DCPSSubscription")),
       publications_(
           builtin_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, "read DCPSPublication")) {
-  fabric::check(dds_get_guid(participant.handle(), &own_), "learn the own GUID");
+  fabric::dds::check(dds_get_guid(participant.handle(), &own_), "learn the own GUID");
 }
 
 void Directory::drain() {
@@ -93,7 +93,8 @@ void Directory::drain_participants() {
     seen.addresses = property(sample.qos, "__NetworkAddresses");
     seen.self = std::memcmp(sample.key.v, own_.v, sizeof own_.v) == 0;
   };
-  while (fabric::take_lent<dds_builtintopic_participant_t>(participant_reader_.handle(), use) > 0) {
+  while (fabric::wire::take_lent<dds_builtintopic_participant_t>(participant_reader_.handle(),
+                                                                 use) > 0) {
   }
 }
 
@@ -115,7 +116,7 @@ void Directory::drain_endpoints(dds_entity_t reader, bool writers) {
                                              .has_user_data = has_user_data(sample.qos),
                                              .qos = qos_of(*sample.qos, writers)});
   };
-  while (fabric::take_lent<dds_builtintopic_endpoint_t>(reader, use) > 0) {
+  while (fabric::wire::take_lent<dds_builtintopic_endpoint_t>(reader, use) > 0) {
   }
 }
 

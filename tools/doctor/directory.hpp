@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "fabric/entity.hpp"
-#include "fabric/participant.hpp"
+#include "fabric/dds/entity.hpp"
+#include "fabric/dds/participant.hpp"
 #include "tools/doctor/announcement.hpp"
 #include "tools/doctor/qos.hpp"
 
@@ -42,7 +42,7 @@ struct SeenEndpoint {
 class Directory {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
-  explicit Directory(const fabric::Participant& participant);
+  explicit Directory(const fabric::dds::Participant& participant);
 
   /// Takes in what is new.
   void drain();
@@ -57,9 +57,9 @@ class Directory {
   void drain_endpoints(dds_entity_t reader, bool writers);
 
   dds_guid_t own_{};
-  fabric::Entity participant_reader_;
-  fabric::Entity subscriptions_;
-  fabric::Entity publications_;
+  fabric::dds::Entity participant_reader_;
+  fabric::dds::Entity subscriptions_;
+  fabric::dds::Entity publications_;
   std::map<Handle, SeenParticipant> participants_;
   std::map<Handle, SeenEndpoint> endpoints_;
 };

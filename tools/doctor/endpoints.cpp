@@ -5,22 +5,23 @@
 
 #include <fmt/format.h>
 
-#include "fabric/topics.hpp"
+#include "fabric/wire/topics.hpp"
 
 namespace millrace::tools::doctor {
 
 namespace {
 
-using fabric::Keep;
+using fabric::wire::Keep;
 
 constexpr std::string_view name_of_request = "millrace/request";
 
-const fabric::Topic* topic_named(const std::string& name) {
-  static const std::array<const fabric::Topic*, 8> topics{
-      &fabric::request_topic, &fabric::reply_topic, &fabric::channel_topic, &fabric::instance_topic,
-      &fabric::machine_topic, &fabric::event_topic, &fabric::command_topic, &fabric::outcome_topic};
-  const auto* const found =
-      std::ranges::find_if(topics, [&](const fabric::Topic* topic) { return topic->name == name; });
+const fabric::wire::Topic* topic_named(const std::string& name) {
+  static const std::array<const fabric::wire::Topic*, 8> topics{
+      &fabric::wire::request_topic,  &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
+      &fabric::wire::instance_topic, &fabric::wire::machine_topic, &fabric::wire::event_topic,
+      &fabric::wire::command_topic,  &fabric::wire::outcome_topic};
+  const auto* const found = std::ranges::find_if(
+      topics, [&](const fabric::wire::Topic* topic) { return topic->name == name; });
   return found == topics.end() ? nullptr : *found;
 }
 
@@ -52,10 +53,11 @@ bool is_own(const Directory& directory, const SeenEndpoint& endpoint) {
 }
 
 /// Against what a millrace program at the other end would have.
-std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::Topic& topic,
+std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::wire::Topic& topic,
                                     bool matched) {
-  const EndpointQos ours = endpoint.writer ? qos_of(*fabric::reader_qos(topic, Keep::last), false)
-                                           : qos_of(*fabric::writer_qos(topic), true);
+  const EndpointQos ours = endpoint.writer
+                               ? qos_of(*fabric::wire::reader_qos(topic, Keep::last), false)
+                               : qos_of(*fabric::wire::writer_qos(topic), true);
   std::vector<std::string> reasons =
       endpoint.writer ? misfits(endpoint.qos, ours) : misfits(ours, endpoint.qos);
   if (endpoint.type != topic.type->m_typename) {
@@ -69,10 +71,10 @@ std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::
 
 }  // namespace
 
-TopicReaders::TopicReaders(const fabric::Participant& participant)
-    : requests_(participant, fabric::all_services(participant.options().fabric), Keep::last),
-      replies_(participant, fabric::all_services(participant.options().fabric), Keep::last),
-      instances_(participant, fabric::all_services(participant.options().fabric), Keep::last),
+TopicReaders::TopicReaders(const fabric::dds::Participant& participant)
+    : requests_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
+      replies_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
+      instances_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
       channels_(participant, participant.options().fabric, Keep::last),
       machines_(participant, participant.options().fabric, Keep::last),
       events_(participant, participant.options().fabric, Keep::last),
@@ -100,7 +102,7 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
                                const std::string& fabric) {
   std::vector<Misfit> all;
   for (const auto& [handle, endpoint] : directory.endpoints()) {
-    const fabric::Topic* topic = topic_named(endpoint.topic);
+    const fabric::wire::Topic* topic = topic_named(endpoint.topic);
     if (topic == nullptr || !is_in(endpoint, fabric) || is_own(directory, endpoint)) {
       continue;
     }
@@ -131,13 +133,13 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
     }
     for (const std::string& partition : endpoint.partitions) {
       program->second.fabrics.insert(fabric_of(partition));
-      const auto uuid = fabric::uuid_of_partition(fabric, partition);
+      const auto uuid = fabric::wire::uuid_of_partition(fabric, partition);
       if (uuid && !endpoint.writer && endpoint.topic == name_of_request && endpoint.has_user_data) {
         program->second.serves.insert(*uuid);
       }
     }
-    const bool tells_of_machines = endpoint.topic == fabric::machine_topic.name ||
-                                   endpoint.topic == fabric::channel_topic.name;
+    const bool tells_of_machines = endpoint.topic == fabric::wire::machine_topic.name ||
+                                   endpoint.topic == fabric::wire::channel_topic.name;
     if (endpoint.writer && tells_of_machines && is_in(endpoint, fabric)) {
       program->second.is_gateway = true;
     }

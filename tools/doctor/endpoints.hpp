@@ -4,8 +4,8 @@
 #include <set>
 #include <vector>
 
-#include "fabric/command_codec.hpp"
-#include "fabric/reader.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
 #include "tools/doctor/directory.hpp"
 #include "tools/doctor/findings.hpp"
 
@@ -14,20 +14,20 @@ namespace millrace::tools::doctor {
 class TopicReaders {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
-  explicit TopicReaders(const fabric::Participant& participant);
+  explicit TopicReaders(const fabric::dds::Participant& participant);
 
   /// The writers that are matched with one of the readers.
   [[nodiscard]] std::set<Handle> matched() const;
 
  private:
-  fabric::Reader<fabric::Request> requests_;
-  fabric::Reader<fabric::Reply> replies_;
-  fabric::Reader<fabric::InstanceStatus> instances_;
-  fabric::Reader<fabric::ChannelStatus> channels_;
-  fabric::Reader<fabric::MachineStatus> machines_;
-  fabric::Reader<fabric::Event> events_;
-  fabric::Reader<fabric::Command> commands_;
-  fabric::Reader<fabric::Outcome> outcomes_;
+  fabric::wire::Reader<fabric::Request> requests_;
+  fabric::wire::Reader<fabric::Reply> replies_;
+  fabric::wire::Reader<fabric::InstanceStatus> instances_;
+  fabric::wire::Reader<fabric::ChannelStatus> channels_;
+  fabric::wire::Reader<fabric::MachineStatus> machines_;
+  fabric::wire::Reader<fabric::Event> events_;
+  fabric::wire::Reader<fabric::Command> commands_;
+  fabric::wire::Reader<fabric::Outcome> outcomes_;
 };
 
 /// What is wrong with the endpoints of this fabric that others have: those whose QoS or type fits

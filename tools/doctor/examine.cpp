@@ -8,7 +8,7 @@
 #include <boost/asio/io_context.hpp>
 #include <unistd.h>
 
-#include "fabric/discovery.hpp"
+#include "fabric/ends/discovery.hpp"
 #include "tools/bus/observer.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/doctor/endpoints.hpp"
@@ -80,7 +80,8 @@ std::vector<Witness> witnesses_in(const bus::Live& live) {
 }
 
 /// Asks all of them, several times.
-std::vector<HostClock> compare_clocks(fabric::Participant& participant, const bus::Live& live) {
+std::vector<HostClock> compare_clocks(fabric::dds::Participant& participant,
+                                      const bus::Live& live) {
   const std::vector<Witness> witnesses = witnesses_in(live);
   std::vector<ClockComparison> comparisons(witnesses.size());
   for (int i = 0; i < exchanges && !witnesses.empty(); ++i) {
@@ -145,10 +146,10 @@ class Visit {
  private:
   boost::asio::io_context io_{1};
   Listener listener_;
-  fabric::Participant participant_;
+  fabric::dds::Participant participant_;
   Directory directory_;
-  fabric::Registry registry_;
-  fabric::Discovery discovery_;
+  fabric::registry::Registry registry_;
+  fabric::ends::Discovery discovery_;
   TopicReaders readers_;
   bus::Observer observer_;
   Findings& found_;

@@ -3,13 +3,13 @@
 
 #include <chrono>
 
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 #include "tools/doctor/findings.hpp"
 
 namespace millrace::tools::doctor {
 
 struct Examination {
-  fabric::ParticipantOptions join{};
+  fabric::dds::ParticipantOptions join{};
   /// What the fabric's file says beyond that.
   Joining joining{};
   /// How long to listen. Everybody announces himself at least once per lease, half a second unless

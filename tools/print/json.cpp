@@ -4,8 +4,8 @@
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
+#include "base/text/cp1252.hpp"
 #include "fabric/channel_scope.hpp"
-#include "idl/text/cp1252.hpp"
 #include "tools/print/names.hpp"
 #include "tools/print/units.hpp"
 
@@ -82,11 +82,11 @@ void put_channel(boost::json::object& out, const fabric::ChannelStatus& status) 
 }
 
 std::string text_json(std::string_view cp1252) {
-  return idl::text::to_utf8(cp1252);
+  return base::text::to_utf8(cp1252);
 }
 
 std::string utf8(std::string_view text) {
-  return idl::text::is_utf8(text) ? std::string(text) : idl::text::to_utf8(text);
+  return base::text::is_utf8(text) ? std::string(text) : base::text::to_utf8(text);
 }
 
 void print_json(const boost::json::value& value) {

@@ -4,17 +4,12 @@
 
 #include <fmt/format.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/characters.hpp"
+#include "base/text/cp1252.hpp"
 
 namespace millrace::tools::print {
 
 namespace {
-
-/// Control characters of ASCII and of the upper half of CP1252's undefined bytes.
-bool is_control(char c) {
-  const auto byte = static_cast<std::uint8_t>(c);
-  return byte < 0x20 || byte == 0x7f;
-}
 
 bool is_undefined(char c) {
   const auto byte = static_cast<std::uint8_t>(c);
@@ -30,13 +25,13 @@ std::string escaped(char c) {
 std::string quoted(std::string_view cp1252) {
   std::string out = "\"";
   for (const char c : cp1252) {
-    if (is_control(c) || is_undefined(c)) {
+    if (base::text::is_control(c) || is_undefined(c)) {
       out += escaped(c);
     } else if (c == '"' || c == '\\') {
       out += '\\';
       out += c;
     } else {
-      out += idl::text::to_utf8({&c, 1});
+      out += base::text::to_utf8({&c, 1});
     }
   }
   return out + '"';
@@ -44,7 +39,7 @@ std::string quoted(std::string_view cp1252) {
 
 std::string safe(std::string_view utf8) {
   // Whatever is no UTF-8 was no text of ours.
-  const bool is_text = idl::text::is_utf8(utf8);
+  const bool is_text = base::text::is_utf8(utf8);
   std::string out;
   for (std::size_t i = 0; i < utf8.size(); ++i) {
     const char c = utf8[i];
@@ -54,7 +49,7 @@ std::string safe(std::string_view utf8) {
     if (c1) {
       out += escaped(utf8[++i]);
     } else {
-      out += is_control(c) || (high && !is_text) ? escaped(c) : std::string(1, c);
+      out += base::text::is_control(c) || (high && !is_text) ? escaped(c) : std::string(1, c);
     }
   }
   return out;

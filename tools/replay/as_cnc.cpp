@@ -67,7 +67,7 @@ tl::expected<cnc::simulator::Program, std::string> AsCnc::NoPrograms::load(std::
 
 AsCnc::AsCnc(boost::asio::any_io_executor executor, const Plan& plan,
              const std::map<fabric::ChannelKey, std::uint32_t>& channels,
-             const AsCncOptions& options, ReplayListener& listener, idl::program::Log log)
+             const AsCncOptions& options, ReplayListener& listener, base::program::Log log)
     : executor_(executor),
       plan_(plan),
       channels_(channels),

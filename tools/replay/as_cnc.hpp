@@ -14,6 +14,7 @@
 
 #include <boost/asio/any_io_executor.hpp>
 
+#include "base/program/log.hpp"
 #include "cnc/ads/forwarding_device.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
@@ -21,7 +22,6 @@
 #include "cnc/simulator/program_source.hpp"
 #include "cnc/simulator/virtual_device.hpp"
 #include "cnc/variables/service_variable.hpp"
-#include "idl/program/log.hpp"
 #include "tools/replay/player.hpp"
 #include "tools/replay/to_services.hpp"
 
@@ -40,7 +40,7 @@ class AsCnc : public Stage {
   /// `options` outlive this object. Throws std::runtime_error if it cannot listen.
   AsCnc(boost::asio::any_io_executor executor, const Plan& plan,
         const std::map<fabric::ChannelKey, std::uint32_t>& channels, const AsCncOptions& options,
-        ReplayListener& listener, idl::program::Log log);
+        ReplayListener& listener, base::program::Log log);
 
   [[nodiscard]] std::uint16_t tcp_port() const { return server_.tcp_port(); }
   /// The channels at which no gateway has looked yet.

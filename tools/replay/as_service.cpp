@@ -21,7 +21,7 @@ fabric::Time now() {
 
 }  // namespace
 
-AsService::AsService(fabric::Participant& participant, asio::any_io_executor executor,
+AsService::AsService(fabric::dds::Participant& participant, asio::any_io_executor executor,
                      const Plan& plan, AsServiceOptions options, AsServiceListener& listener)
     : executor_(std::move(executor)),
       plan_(plan),
@@ -33,7 +33,7 @@ AsService::AsService(fabric::Participant& participant, asio::any_io_executor exe
   commands_.emplace(participant, executor_, *this);
 }
 
-void AsService::open(fabric::Participant& participant) {
+void AsService::open(fabric::dds::Participant& participant) {
   std::map<std::string, std::set<fabric::ChannelKey>> channels;
   for (const PlannedCall& call : plan_.calls) {
     channels[fabric::canonical_uuid(call.uuid)].insert(options_.channels.at(call.channel));
@@ -51,8 +51,8 @@ void AsService::open(fabric::Participant& participant) {
       identity.channels.push_back({key.machine, key.channel});
     }
     const fabric::InstanceId id = identity.id;
-    ends_.emplace(
-        id, std::make_unique<fabric::ReplyEnd>(participant, executor_, std::move(identity), *this));
+    ends_.emplace(id, std::make_unique<fabric::ends::ReplyEnd>(participant, executor_,
+                                                               std::move(identity), *this));
   }
 }
 
@@ -208,12 +208,12 @@ std::optional<std::uint32_t> AsService::running(const fabric::InstanceId& instan
 }
 
 void AsService::on_drain(const fabric::InstanceId& instance, const std::string& issuer) {
-  fabric::ReplyEnd& end = *ends_.at(instance);
+  fabric::ends::ReplyEnd& end = *ends_.at(instance);
   end.set_draining(true);
   listener_.on_drain(end.identity(), issuer);
   const auto [timer, is_new] = draining_.try_emplace(instance, executor_);
   if (is_new) {
-    timer->second.expires_after(fabric::InstanceCommands::drain_grace);
+    timer->second.expires_after(fabric::ends::InstanceCommands::drain_grace);
     timer->second.async_wait([this, instance](const boost::system::error_code& error) {
       if (!error) {
         leave_if_done(instance);
@@ -262,7 +262,7 @@ nanoseconds AsService::delay_of(const TimedAnswer& answer) const {
   return options_.pace.scaled(answer.work != nanoseconds{} ? answer.work : answer.after);
 }
 
-fabric::ReplyEnd* AsService::end_of(const fabric::InstanceId& instance) {
+fabric::ends::ReplyEnd* AsService::end_of(const fabric::InstanceId& instance) {
   const auto found = ends_.find(instance);
   return found == ends_.end() ? nullptr : found->second.get();
 }

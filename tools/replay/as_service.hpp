@@ -15,9 +15,9 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/instance_commands.hpp"
-#include "fabric/participant.hpp"
-#include "fabric/reply_end.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/ends/instance_commands.hpp"
+#include "fabric/ends/reply_end.hpp"
 #include "tools/replay/matcher.hpp"
 #include "tools/replay/scheduler.hpp"
 
@@ -53,11 +53,12 @@ struct AsServiceOptions {
   std::string host{};
 };
 
-class AsService : public fabric::ReplyEndListener, public fabric::InstanceCommandsListener {
+class AsService : public fabric::ends::ReplyEndListener,
+                  public fabric::ends::InstanceCommandsListener {
  public:
   /// All but `executor` and `options` outlive this object. Throws std::runtime_error if the fabric
   /// cannot be used.
-  AsService(fabric::Participant& participant, boost::asio::any_io_executor executor,
+  AsService(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
             const Plan& plan, AsServiceOptions options, AsServiceListener& listener);
 
   [[nodiscard]] const Matcher& matcher() const { return matcher_; }
@@ -83,7 +84,7 @@ class AsService : public fabric::ReplyEndListener, public fabric::InstanceComman
     std::unique_ptr<boost::asio::steady_timer> timer{};
   };
 
-  void open(fabric::Participant& participant);
+  void open(fabric::dds::Participant& participant);
   void begin(const fabric::Request& request, const Matched& matched);
   void refuse(const fabric::Request& request, const Mismatch& mismatch);
   void repeat(const fabric::Request& request);
@@ -94,7 +95,7 @@ class AsService : public fabric::ReplyEndListener, public fabric::InstanceComman
   void leave_if_done(const fabric::InstanceId& instance);
   [[nodiscard]] fabric::Reply reply_to(const fabric::Request& request, const Answer& answer) const;
   [[nodiscard]] nanoseconds delay_of(const TimedAnswer& answer) const;
-  [[nodiscard]] fabric::ReplyEnd* end_of(const fabric::InstanceId& instance);
+  [[nodiscard]] fabric::ends::ReplyEnd* end_of(const fabric::InstanceId& instance);
 
   boost::asio::any_io_executor executor_;
   const Plan& plan_;
@@ -104,10 +105,10 @@ class AsService : public fabric::ReplyEndListener, public fabric::InstanceComman
   std::map<fabric::RequestKey, Pending> pending_;
   bool complete_ = false;
   boost::asio::steady_timer end_timer_;
-  std::map<fabric::InstanceId, std::unique_ptr<fabric::ReplyEnd>> ends_;
+  std::map<fabric::InstanceId, std::unique_ptr<fabric::ends::ReplyEnd>> ends_;
   /// Of the instances that drain: from then on they leave as soon as they are done.
   std::map<fabric::InstanceId, boost::asio::steady_timer> draining_;
-  std::optional<fabric::InstanceCommands> commands_;
+  std::optional<fabric::ends::InstanceCommands> commands_;
 };
 
 }  // namespace millrace::tools::replay

@@ -10,7 +10,7 @@ std::set<std::pair<std::string, fabric::ChannelKey>> needs_of(const Plan& plan) 
   return needs;
 }
 
-ToServices::ToServices(fabric::Participant& participant, boost::asio::any_io_executor executor,
+ToServices::ToServices(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
                        const Plan& plan, const ReplayChannels& channels, ReplayListener& listener)
     : executor_(executor),
       plan_(plan),

@@ -11,8 +11,7 @@ namespace {
 using values::fault;
 using values::Result;
 
-constexpr int deepest_macro = 10;
-constexpr int most_macros = 1'000;
+constexpr int most_uses_of_macros = 1'000;
 
 bool works_on_strings(values::BinaryOperator operation) {
   return operation == values::BinaryOperator::add ||
@@ -49,8 +48,8 @@ bool Evaluator::is_macro(const syntax::Expression& expression) const {
 }
 
 Result<void> Evaluator::count_macro(const std::string& name) {
-  if (++macros_used_ > most_macros) {
-    return fault(0, "the block uses more than " + std::to_string(most_macros) +
+  if (++macros_used_ > most_uses_of_macros) {
+    return fault(0, "the block uses more than " + std::to_string(most_uses_of_macros) +
                         " macros in macros; the last is \"" + name + '"');
   }
   return {};

@@ -10,7 +10,6 @@ namespace {
 using values::fault;
 using values::Result;
 
-constexpr int deepest_macro = 10;
 constexpr std::size_t most_words = 1'000;
 
 }  // namespace

@@ -12,6 +12,9 @@
 
 namespace millrace::cnc::nc::run {
 
+/// Macros in macros, at most; a macro that uses itself ends there.
+inline constexpr int deepest_macro = 10;
+
 class Macros {
  public:
   values::Result<void> define(const std::string& name, const std::string& text);

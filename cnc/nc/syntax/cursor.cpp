@@ -9,7 +9,7 @@ namespace {
 
 // Limit of the reader (IB/tf5200_diagnosis/1250485899, documented).
 constexpr std::size_t longest_block = 4096;
-constexpr int deepest_nesting = 100;
+constexpr int deepest_expression = 100;
 constexpr std::size_t most_mistakes = 100;
 
 }  // namespace
@@ -144,8 +144,8 @@ void Cursor::next_block() {
 }
 
 bool Cursor::enter() {
-  if (++depth_ > deepest_nesting) {
-    fail("the expression is nested deeper than " + std::to_string(deepest_nesting) + " levels");
+  if (++depth_ > deepest_expression) {
+    fail("the expression is nested deeper than " + std::to_string(deepest_expression) + " levels");
     return false;
   }
   return true;

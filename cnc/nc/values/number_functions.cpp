@@ -12,13 +12,6 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr double near_zero = 1e-12;
 
-Result<Value> finite(double value) {
-  if (!std::isfinite(value)) {
-    return fault(21883, "overflow: the result does not fit a REAL64");
-  }
-  return value;
-}
-
 // A function of one number, made of a plain C++ one.
 template <double (*function)(double)>
 Result<Value> of_number(Arguments arguments) {
@@ -141,7 +134,7 @@ Result<Value> inverted_bits(Arguments arguments) {
   return integer(arguments[0]).map([](long x) -> Value { return static_cast<double>(~x); });
 }
 
-constexpr std::array<Function, 24> table = {{
+constexpr std::array<Function, 24> number_table = {{
     {"ABS", 1, 1, of_number<std::fabs>},
     {"SQR", 1, 1, of_number<square>},
     {"SQRT", 1, 1, square_root},
@@ -171,7 +164,7 @@ constexpr std::array<Function, 24> table = {{
 }  // namespace
 
 std::span<const Function> number_functions() {
-  return table;
+  return number_table;
 }
 
 }  // namespace millrace::cnc::nc::values

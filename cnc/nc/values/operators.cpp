@@ -50,13 +50,6 @@ Result<Value> apply_to_strings(BinaryOperator operation, const std::string& left
   return left + right;
 }
 
-Result<Value> finite(double value) {
-  if (!std::isfinite(value)) {
-    return fault(21883, "overflow: the result does not fit a REAL64");
-  }
-  return value;
-}
-
 Result<Value> apply_bits(BinaryOperator operation, double left, double right) {
   const auto a = integer(left);
   const auto b = integer(right);

@@ -187,7 +187,7 @@ Result<Value> string_to_real(Arguments arguments) {
   return parsed<double>(arguments, 21465, "real number");
 }
 
-constexpr std::array<Function, 14> table = {{
+constexpr std::array<Function, 14> string_table = {{
     {"LEFT", 2, 2, left},
     {"MID", 3, 3, middle},
     {"RIGHT", 2, 2, right},
@@ -207,7 +207,7 @@ constexpr std::array<Function, 14> table = {{
 }  // namespace
 
 std::span<const Function> string_functions() {
-  return table;
+  return string_table;
 }
 
 }  // namespace millrace::cnc::nc::values

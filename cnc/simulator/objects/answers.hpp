@@ -8,6 +8,9 @@
 
 namespace millrace::cnc::simulator::objects {
 
+/// Feeds are told in µm/s.
+inline constexpr double micrometres_per_mm = 1e3;
+
 ads::Bytes encode_u32(std::uint32_t value);
 /// SGN32; a number that does not fit becomes the nearest that does.
 ads::Bytes encode_s32(long value);

@@ -14,7 +14,7 @@ namespace {
 using ads::Bytes;
 using ads::Result;
 
-constexpr std::size_t name_size = 16;
+constexpr std::size_t axis_name_size = 16;
 constexpr const char* length_unit = "0.1 um";
 constexpr const char* speed_unit = "um/s";
 
@@ -23,7 +23,6 @@ nc::AxisPosition state_of(const Context& at) {
 }
 
 double speed(const Context& at) {
-  constexpr double micrometres_per_mm = 1e3;
   return state_of(at).velocity * micrometres_per_mm;
 }
 
@@ -71,7 +70,8 @@ Bytes direction(const Context& at) {
 
 Bytes name(const Context& at) {
   const std::string& text = at.channel->axes().at(at.axis - 1).name;
-  return encode_buffer(std::string_view(text).substr(0, name_size - 1), name_size).value();
+  return encode_buffer(std::string_view(text).substr(0, axis_name_size - 1), axis_name_size)
+      .value();
 }
 
 Bytes in_position(const Context& at) {
@@ -110,7 +110,7 @@ void add_axes(ObjectTable& table) {
   table.add(0x5, value("active feedrate", "LREAL", 8, feedrate, speed_unit));
   table.add(0x6, value("current feedrate", "LREAL", 8, feedrate, speed_unit));
   table.add(0x7, value("direction", "SINT", 1, direction));
-  table.add(0x9, value("name", "STRING", name_size, name));
+  table.add(0x9, value("name", "STRING", axis_name_size, name));
   table.add(0xA, value("in position", "BOOL", 1, in_position));
   table.add(0xB, value("homing done", "BOOL", 1, homing_done));
   table.add(0xF, value("channel", "WORD", 2, channel_number));
@@ -118,7 +118,7 @@ void add_axes(ObjectTable& table) {
 
 void add_channel_axes(ObjectTable& table) {
   table.add(0x1, value("logical axis number", "WORD", 2, logical_number));
-  table.add(0x2, value("name", "STRING", name_size, name));
+  table.add(0x2, value("name", "STRING", axis_name_size, name));
   table.add(0x3, value("type", "WORD", 2, type));
   table.add(0x4, value("distance to go", "DINT", 4, distance_to_go, length_unit));
   table.add(0x5, value("end position", "DINT", 4, end_position, length_unit));

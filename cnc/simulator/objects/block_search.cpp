@@ -20,7 +20,7 @@ std::uint32_t mode_of(bool searching) {
   return searching ? search_execution : normal_execution;
 }
 
-Result<void> write_mode(const Context& at, BytesView in) {
+Result<void> write_search_mode(const Context& at, BytesView in) {
   return decode_u32(in).and_then([&](std::uint32_t mode) -> Result<void> {
     if (mode != normal_execution && mode != search_execution) {
       return tl::unexpected(ErrorCode::invalid_data);
@@ -56,7 +56,7 @@ Result<void> write_type(const Context& at, BytesView in) {
   return {};
 }
 
-Result<Bytes> type(const Context& at) {
+Result<Bytes> search_type(const Context& at) {
   return ads::ByteWriter().u16(at.channel->block_search().type).take();
 }
 
@@ -80,13 +80,16 @@ void add_block_search(ObjectTable& table) {
             .type = "DINT",
             .length = 4,
             .read = commanded_mode,
-            .write = write_mode});
+            .write = write_search_mode});
   table.add(
       0x41,
       {.name = "mc_active_execution_mode_r", .type = "DINT", .length = 4, .read = active_mode});
-  add_pair(
-      table, 0x49, 0x61,
-      {.name = "mc_cmd_bs_type", .type = "WORD", .length = 2, .read = type, .write = write_type});
+  add_pair(table, 0x49, 0x61,
+           {.name = "mc_cmd_bs_type",
+            .type = "WORD",
+            .length = 2,
+            .read = search_type,
+            .write = write_type});
   add_pair(table, 0x5F, 0x77,
            {.name = "mc_cmd_bs_block_number",
             .type = "DWORD",

@@ -41,7 +41,6 @@ Bytes block_number(const VirtualChannel& channel) {
 
 // The kernel's unit of length is 0.1 µm.
 constexpr double tenths_of_a_micrometre_per_mm = 1e4;
-constexpr double micrometres_per_mm = 1e3;
 
 Bytes rest_path(const VirtualChannel& channel) {
   return encode_f64(channel.program().motion().rest_path * tenths_of_a_micrometre_per_mm);

@@ -26,7 +26,7 @@ Result<void> to_ads(const tl::expected<void, Refusal>& outcome) {
   return outcome ? Result<void>() : tl::unexpected(ErrorCode::invalid_data);
 }
 
-Result<void> write_mode(const Context& at, BytesView in) {
+Result<void> write_command_mode(const Context& at, BytesView in) {
   return decode_u32(in).and_then([&](std::uint32_t number) -> Result<void> {
     const Mode mode{number};
     if (mode < Mode::standby || mode > Mode::reference) {
@@ -50,11 +50,9 @@ Result<void> write_parameter(const Context& at, BytesView in) {
   return {};
 }
 
-Result<Bytes> block_count(const Context& at) {
+Result<Bytes> blocks_of_command(const Context& at) {
   return encode_u32(static_cast<std::uint32_t>(at.channel->program().motion().blocks));
 }
-
-constexpr double micrometres_per_mm = 1e3;
 
 /// In µm/s.
 Result<Bytes> active_feedrate(const Context& at) {
@@ -179,15 +177,17 @@ void add_commands(ObjectTable& table) {
                    .type = "STRING",
                    .length = parameter_size,
                    .write = write_stream});
-  table.add(0x104,
-            {.name = "mc_command_mode_w", .type = "DWORD", .length = 4, .write = write_mode});
+  table.add(
+      0x104,
+      {.name = "mc_command_mode_w", .type = "DWORD", .length = 4, .write = write_command_mode});
   table.add(0x105,
             {.name = "mc_command_state_w", .type = "DWORD", .length = 4, .write = write_state});
   table.add(0x108, {.name = "mc_command_parameter_w",
                     .type = "STRING",
                     .length = parameter_size,
                     .write = write_parameter});
-  table.add(0x201, {.name = "mc_block_count_r", .type = "DWORD", .length = 4, .read = block_count});
+  table.add(0x201,
+            {.name = "mc_block_count_r", .type = "DWORD", .length = 4, .read = blocks_of_command});
   table.add(
       0x202,
       {.name = "mc_active_feedrate_r", .type = "LREAL", .length = 8, .read = active_feedrate});

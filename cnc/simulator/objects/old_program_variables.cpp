@@ -17,7 +17,7 @@ using ads::ErrorCode;
 using ads::Result;
 using nc::VariableFamily;
 
-constexpr std::uint32_t name_size = 96;
+constexpr std::uint32_t program_name_size = 96;
 
 Result<Bytes> number(VariableFamily family, const Context& at) {
   return encode_u32(static_cast<std::uint32_t>(at.channel->program_variables().count(family)));
@@ -37,7 +37,7 @@ Result<Bytes> name_of(const nc::VariableInfo& info) {
   for (const std::size_t size : info.shape.dimensions) {
     name += fmt::format("[{}]", size - 1);
   }
-  return encode_buffer(name, name_size);
+  return encode_buffer(name, program_name_size);
 }
 
 Result<Bytes> real_value(const Context& at, std::string_view name) {
@@ -60,7 +60,7 @@ void add_family(ObjectTable& table, std::string_view prefix, VariableFamily fami
                             .read = [family](const Context& at) { return number(family, at); }});
   table.add(name_offset, {.name = fmt::format("{}-name by index", prefix),
                           .type = "STRING",
-                          .length = name_size,
+                          .length = program_name_size,
                           .exchange = [family](const Context& at, BytesView in) {
                             return by_index(family, at, in).and_then(name_of);
                           }});

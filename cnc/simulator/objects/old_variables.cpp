@@ -20,7 +20,7 @@ constexpr std::uint32_t long_text = 96;
 constexpr std::uint32_t short_text = 20;
 /// S_WRITE_VAR_DATA: the name, then the value; that it stands at 96 and not at 92 is inferred from
 /// the documented size and the alignment of a REAL64.
-constexpr std::size_t name_size = 92;
+constexpr std::size_t listed_name_size = 92;
 constexpr std::size_t write_size = 120;
 
 Object write_by_name(std::string name) {
@@ -32,7 +32,7 @@ Object write_by_name(std::string name) {
               return tl::unexpected(ErrorCode::invalid_size);
             }
             const std::size_t value_at = at.machine.settings().answers.old_value_offset;
-            return find_variable(at, variables::decode_text(in.first(name_size)))
+            return find_variable(at, variables::decode_text(in.first(listed_name_size)))
                 .and_then([&](const Selection& found) -> Result<void> {
                   return found.element ? write_old_value(*found.variable, *found.element,
                                                          in.subspan(value_at, old_value_size))

@@ -11,11 +11,11 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/call_end.hpp"
-#include "gateway/attention.hpp"
-#include "gateway/core.hpp"
+#include "fabric/ends/call_end.hpp"
+#include "gateway/control/call_control.hpp"
 #include "gateway/journal/journal.hpp"
-#include "gateway/wake_up.hpp"
+#include "gateway/live/channel_timer.hpp"
+#include "gateway/live/spin_after_publish.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/run_until.hpp"
@@ -35,7 +35,7 @@ Moment moment_now() {
 
 }  // namespace
 
-struct MemoryGateway::Impl final : fabric::CallEndListener {
+struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   Impl(std::uint32_t domain, std::size_t channels, std::size_t the_active,
        std::chrono::milliseconds idle)
       : journal(journal::in_memory(io.get_executor())),
@@ -90,8 +90,8 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
     carry_out(core.on_reply(reply, moment_now()));
   }
 
-  void carry_out(const ChannelActions& actions) {
-    for (const ChannelAction& one : actions) {
+  void carry_out(const control::ChannelActions& actions) {
+    for (const control::ChannelAction& one : actions) {
       std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
     }
     arm_timer();
@@ -131,7 +131,7 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
     given_attempt = action.request.attempt;
     static_cast<void>(end.publish(action.request));
     if (attentive) {
-      attention.expect();
+      spin.expect();
     }
   }
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
@@ -169,18 +169,18 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
 
   void run(const std::function<bool()>& done) {
     io.restart();
-    attention.run(io, done);
+    spin.run(io, done);
     assert(done() && "the loop has nothing left to do");
   }
 
   asio::io_context io{1};
   std::unique_ptr<journal::Journal> journal;
-  Core core;
+  control::CallControl core;
   std::size_t active;
   bool attentive = true;
-  Attention attention;
+  live::SpinAfterPublish spin;
   std::vector<Place> places;
-  std::deque<WakeUp> wakes;
+  std::deque<live::ChannelTimer> wakes;
   asio::steady_timer timer;
   std::optional<SteadyTime> armed;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;
@@ -191,8 +191,8 @@ struct MemoryGateway::Impl final : fabric::CallEndListener {
   Clock::time_point given_at;
   fabric::InstanceId given_to;
   std::uint32_t given_attempt = 0;
-  fabric::Participant participant;
-  fabric::CallEnd end;
+  fabric::dds::Participant participant;
+  fabric::ends::CallEnd end;
 };
 
 MemoryGateway::MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active,

@@ -6,26 +6,26 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "fabric/codec.hpp"
-#include "fabric/endpoint.hpp"
-#include "fabric/reader.hpp"
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
+#include "fabric/wire/codec.hpp"
+#include "fabric/wire/endpoint.hpp"
+#include "fabric/wire/reader.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::bench {
 
 namespace {
 
-using fabric::Codec;
+using fabric::wire::Codec;
 
 struct RawEcho {
   dds_entity_t reader = 0;
   dds_entity_t writer = 0;
-  fabric::Codec<fabric::Reply>::Sample reply{};
+  fabric::wire::Codec<fabric::Reply>::Sample reply{};
 
   static void on_data(dds_entity_t, void* self) {
     auto& echo = *static_cast<RawEcho*>(self);
-    while (fabric::take_lent<Codec<fabric::Request>::Sample>(
+    while (fabric::wire::take_lent<Codec<fabric::Request>::Sample>(
                echo.reader, [&](const auto& request, const dds_sample_info_t& info) {
                  if (info.valid_data) {
                    echo.answer(request);
@@ -82,21 +82,21 @@ void serve_sdk(const PeerOptions& options) {
         }
         return {.text = call.text()};
       },
-      idl::program::no_log());
+      base::program::no_log());
   peer_is_ready();
   wait_for_ever();
 }
 
 void serve_raw(const PeerOptions& options) {
-  const fabric::Participant participant({.domain = options.domain});
+  const fabric::dds::Participant participant({.domain = options.domain});
   const std::string partition = fmt::format("raw{}", options.number);
-  const fabric::Entity requests(dds_create_topic(participant.handle(), fabric::request_topic.type,
-                                                 raw_request_topic, nullptr, nullptr));
-  const fabric::Entity replies(dds_create_topic(participant.handle(), fabric::reply_topic.type,
-                                                raw_reply_topic, nullptr, nullptr));
-  const fabric::Entity publisher = fabric::create_publisher(participant, partition);
-  const fabric::Entity subscriber = fabric::create_subscriber(participant, partition);
-  const fabric::Qos qos(dds_create_qos());
+  const fabric::dds::Entity requests(dds_create_topic(
+      participant.handle(), fabric::wire::request_topic.type, raw_request_topic, nullptr, nullptr));
+  const fabric::dds::Entity replies(dds_create_topic(
+      participant.handle(), fabric::wire::reply_topic.type, raw_reply_topic, nullptr, nullptr));
+  const fabric::dds::Entity publisher = fabric::wire::create_publisher(participant, partition);
+  const fabric::dds::Entity subscriber = fabric::wire::create_subscriber(participant, partition);
+  const fabric::dds::Qos qos(dds_create_qos());
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
   RawEcho echo;
@@ -104,7 +104,7 @@ void serve_raw(const PeerOptions& options) {
   fabric::Reply reply{.key = {.machine = "cnc", .channel = 1}, .state = 1};
   echo.reply = *Codec<fabric::Reply>::encode(reply);
   echo.writer = dds_create_writer(publisher.handle(), replies.handle(), qos.get(), nullptr);
-  const fabric::Listener listener(dds_create_listener(&echo));
+  const fabric::dds::Listener listener(dds_create_listener(&echo));
   dds_lset_data_available(listener.get(), &RawEcho::on_data);
   echo.reader = dds_create_reader(subscriber.handle(), requests.handle(), qos.get(), nullptr);
   dds_set_listener(echo.reader, listener.get());

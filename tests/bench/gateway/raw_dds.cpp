@@ -5,16 +5,16 @@
 #include <thread>
 #include <vector>
 
-#include "fabric/codec.hpp"
-#include "fabric/endpoint.hpp"
-#include "fabric/reader.hpp"
+#include "fabric/wire/codec.hpp"
+#include "fabric/wire/endpoint.hpp"
+#include "fabric/wire/reader.hpp"
 #include "tests/bench/gateway/peers.hpp"
 
 namespace millrace::bench {
 
 namespace {
 
-using fabric::Codec;
+using fabric::wire::Codec;
 
 struct Asker {
   std::vector<dds_entity_t> writers;
@@ -35,7 +35,7 @@ struct Asker {
 
   static void on_data(dds_entity_t, void* self) {
     auto& asker = *static_cast<Asker*>(self);
-    while (fabric::take_lent<Codec<fabric::Reply>::Sample>(
+    while (fabric::wire::take_lent<Codec<fabric::Reply>::Sample>(
                asker.reader, [&](const auto& reply, const dds_sample_info_t& info) {
                  if (info.valid_data) {
                    asker.take(reply);
@@ -71,23 +71,23 @@ RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_fl
     options.number = i;
     peers.push_back(start_peer(options));
   }
-  const fabric::Participant participant({.domain = domain});
-  const fabric::Entity request_topic(dds_create_topic(
-      participant.handle(), fabric::request_topic.type, raw_request_topic, nullptr, nullptr));
-  const fabric::Entity reply_topic(dds_create_topic(participant.handle(), fabric::reply_topic.type,
-                                                    raw_reply_topic, nullptr, nullptr));
-  const fabric::Qos qos(dds_create_qos());
+  const fabric::dds::Participant participant({.domain = domain});
+  const fabric::dds::Entity request_topic(dds_create_topic(
+      participant.handle(), fabric::wire::request_topic.type, raw_request_topic, nullptr, nullptr));
+  const fabric::dds::Entity reply_topic(dds_create_topic(
+      participant.handle(), fabric::wire::reply_topic.type, raw_reply_topic, nullptr, nullptr));
+  const fabric::dds::Qos qos(dds_create_qos());
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
 
   Asker asker;
-  std::vector<fabric::Entity> publishers;
+  std::vector<fabric::dds::Entity> publishers;
   for (std::uint32_t i = 0; i < processes; ++i) {
-    publishers.push_back(fabric::create_publisher(participant, fmt::format("raw{}", i)));
+    publishers.push_back(fabric::wire::create_publisher(participant, fmt::format("raw{}", i)));
     asker.writers.push_back(
         dds_create_writer(publishers.back().handle(), request_topic.handle(), qos.get(), nullptr));
   }
-  const fabric::Entity subscriber = fabric::create_subscriber(participant, "raw*");
+  const fabric::dds::Entity subscriber = fabric::wire::create_subscriber(participant, "raw*");
   const std::string text = "2.0000000000";
   for (std::size_t key = 0; key < in_flight; ++key) {
     fabric::Request request{
@@ -102,7 +102,7 @@ RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_fl
         reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
   }
   asker.started.resize(in_flight);
-  const fabric::Listener listener(dds_create_listener(&asker));
+  const fabric::dds::Listener listener(dds_create_listener(&asker));
   dds_lset_data_available(listener.get(), &Asker::on_data);
   asker.reader =
       dds_create_reader(subscriber.handle(), reply_topic.handle(), qos.get(), listener.get());

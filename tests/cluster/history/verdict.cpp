@@ -11,8 +11,6 @@ namespace millrace::tests::cluster {
 
 namespace {
 
-namespace journal = gateway::journal;
-
 /// What the journal says about one call.
 struct Story {
   std::uint32_t attempts = 0;
@@ -29,24 +27,24 @@ using Stories = std::map<std::string, Story>;
 struct Reader {
   Stories& stories;
 
-  void operator()(const journal::Numbers&) const {}
-  void operator()(const journal::Dispatched& entry) const {
+  void operator()(const gateway::NumbersEntry&) const {}
+  void operator()(const gateway::DispatchedEntry& entry) const {
     Story& story = stories[entry.call.to_string()];
     story.attempts = std::max(story.attempts, entry.attempt);
     story.at_most_once = entry.delivery == fabric::Delivery::at_most_once;
   }
-  void operator()(const journal::Interim&) const {}
-  void operator()(const journal::Answered& entry) const {
+  void operator()(const gateway::InterimEntry&) const {}
+  void operator()(const gateway::AnsweredEntry& entry) const {
     Story& story = stories[entry.call.to_string()];
     ++story.answers;
     story.answered_attempt = entry.answer.attempt;
     story.out_of_order = story.out_of_order || story.ended;
   }
-  void operator()(const journal::Clearing& entry) const {
+  void operator()(const gateway::ClearingEntry& entry) const {
     Story& story = stories[entry.call.to_string()];
     story.out_of_order = story.out_of_order || story.answers == 0 || story.ended;
   }
-  void operator()(const journal::Ended& entry) const {
+  void operator()(const gateway::EndedEntry& entry) const {
     stories[entry.call.to_string()].ended = true;
   }
 };
@@ -110,7 +108,7 @@ class Judge {
 
 std::vector<std::string> violations(const History& history) {
   Stories stories;
-  for (const journal::Entry& entry : history.journal) {
+  for (const gateway::JournalEntry& entry : history.journal) {
     std::visit(Reader{stories}, entry);
   }
   Judge judge;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/journal/entry.hpp"
+#include "gateway/journal_entry.hpp"
 #include "tests/cluster/history/execution_log.hpp"
 #include "tools/recording/entry.hpp"
 
@@ -12,7 +12,7 @@ namespace millrace::tests::cluster {
 
 struct History {
   /// The gateway's journal, all of it.
-  std::vector<gateway::journal::Entry> journal;
+  std::vector<gateway::JournalEntry> journal;
   std::vector<Execution> executions;
   /// What a recorder on the fabric wrote down, in the order in which it received it.
   std::vector<tools::recording::Entry> recording{};

@@ -6,26 +6,26 @@
 namespace millrace::tests::cluster {
 namespace {
 
-using gateway::journal::Answer;
-using gateway::journal::Answered;
-using gateway::journal::Dispatched;
-using gateway::journal::Ended;
+using gateway::Answer;
+using gateway::AnsweredEntry;
+using gateway::DispatchedEntry;
+using gateway::EndedEntry;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::StartsWith;
 
 const fabric::CallId call{.epoch = 1, .number = 7};
 
-Dispatched dispatched(std::uint32_t attempt,
-                      fabric::Delivery delivery = fabric::Delivery::at_least_once) {
-  Dispatched entry;
+DispatchedEntry dispatched(std::uint32_t attempt,
+                           fabric::Delivery delivery = fabric::Delivery::at_least_once) {
+  DispatchedEntry entry;
   entry.call = call;
   entry.delivery = delivery;
   entry.attempt = attempt;
   return entry;
 }
 
-Answered answered(std::uint32_t attempt) {
+AnsweredEntry answered(std::uint32_t attempt) {
   Answer answer;
   answer.attempt = attempt;
   return {call, answer};
@@ -36,33 +36,33 @@ Execution started(const std::string& service, std::uint32_t attempt) {
 }
 
 TEST(Verdict, IsEmptyForACallThatMovedToAnotherInstanceAndWasAnsweredOnce) {
-  const History history{{dispatched(1), dispatched(2), answered(2), Ended{call}},
+  const History history{{dispatched(1), dispatched(2), answered(2), EndedEntry{call}},
                         {started("first", 1), started("second", 2)}};
   EXPECT_THAT(violations(history), IsEmpty());
 }
 
 TEST(Verdict, NamesACallThatWasAnsweredTwice) {
-  const History history{{dispatched(1), answered(1), answered(1), Ended{call}}, {}};
+  const History history{{dispatched(1), answered(1), answered(1), EndedEntry{call}}, {}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I1: call 1-7")));
 }
 
 TEST(Verdict, NamesAnAnswerToAnAttemptThatWasNotGivenOut) {
-  const History history{{dispatched(1), answered(2), Ended{call}}, {}};
+  const History history{{dispatched(1), answered(2), EndedEntry{call}}, {}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I2: call 1-7")));
 }
 
 TEST(Verdict, NamesAnAnswerWhoseStepsWereNotTakenInOrder) {
-  using gateway::journal::Clearing;
-  EXPECT_THAT(violations({{dispatched(1), answered(1), Clearing{call}, Ended{call}}, {}}),
+  using gateway::ClearingEntry;
+  EXPECT_THAT(violations({{dispatched(1), answered(1), ClearingEntry{call}, EndedEntry{call}}, {}}),
               IsEmpty());
-  EXPECT_THAT(violations({{dispatched(1), Clearing{call}, answered(1), Ended{call}}, {}}),
+  EXPECT_THAT(violations({{dispatched(1), ClearingEntry{call}, answered(1), EndedEntry{call}}, {}}),
               ElementsAre(StartsWith("I3: the answer of call 1-7")));
-  EXPECT_THAT(violations({{dispatched(1), Ended{call}, answered(1)}, {}}),
+  EXPECT_THAT(violations({{dispatched(1), EndedEntry{call}, answered(1)}, {}}),
               ElementsAre(StartsWith("I3: the answer of call 1-7")));
 }
 
 TEST(Verdict, JudgesTheRecordingToo) {
-  History history{{dispatched(1), answered(1), Ended{call}}, {}};
+  History history{{dispatched(1), answered(1), EndedEntry{call}}, {}};
   fabric::Event event{.key = {"cnc", 1}, .call = call, .kind = fabric::EventKind::withdrawn};
   history.recording.push_back({.sample = event});
   event.kind = fabric::EventKind::written;
@@ -71,8 +71,9 @@ TEST(Verdict, JudgesTheRecordingToo) {
 }
 
 TEST(Verdict, NamesAnAtMostOnceCallThatStartedTwice) {
-  const History history{{dispatched(2, fabric::Delivery::at_most_once), answered(2), Ended{call}},
-                        {started("first", 1), started("second", 2)}};
+  const History history{
+      {dispatched(2, fabric::Delivery::at_most_once), answered(2), EndedEntry{call}},
+      {started("first", 1), started("second", 2)}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I4: the handler of")));
 }
 
@@ -82,13 +83,13 @@ TEST(Verdict, NamesACallThatHasNotEnded) {
 }
 
 TEST(Verdict, NamesAnInstanceThatRanACallAgain) {
-  const History history{{dispatched(2), answered(2), Ended{call}},
+  const History history{{dispatched(2), answered(2), EndedEntry{call}},
                         {started("first", 1), started("first", 2)}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I9: first ran")));
 }
 
 TEST(Verdict, NamesAnAttemptThatTwoInstancesRan) {
-  const History history{{dispatched(1), answered(1), Ended{call}},
+  const History history{{dispatched(1), answered(1), EndedEntry{call}},
                         {started("first", 1), started("second", 1)}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I9: attempt 1")));
 }

@@ -51,8 +51,8 @@ TEST_P(TheArchive, HasEachAcknowledgedCallOnceAlthoughItsWriterWasKilled) {
   sut().expect_all_answered();
   const std::multiset<std::string> rows = kept();
   std::size_t answered = 0;
-  for (const gateway::journal::Entry& entry : sut().history().journal) {
-    if (const auto* answer = std::get_if<gateway::journal::Answered>(&entry)) {
+  for (const gateway::JournalEntry& entry : sut().history().journal) {
+    if (const auto* answer = std::get_if<gateway::AnsweredEntry>(&entry)) {
       ++answered;
       EXPECT_EQ(rows.count(answer->call.to_string()), 1U) << "I6: " << answer->call.to_string();
     }

@@ -33,7 +33,7 @@ Random chance(const SmallPlan& plan, std::uint64_t seed) {
 
 GatewayPlan gateway_plan(const SmallPlan& plan) {
   GatewayPlan gateway;
-  gateway::MachineSettings machine;
+  gateway::settings::MachineSettings machine;
   machine.name = "m0";
   machine.pace = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .whole = 100ms};
   gateway.file.machines.push_back(machine);

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "fabric/registry.hpp"
+#include "fabric/registry/registry.hpp"
 #include "fabric/request_key.hpp"
 #include "tests/simulation/fabric/gateway_talk.hpp"
 #include "tests/simulation/history/history.hpp"
@@ -27,7 +27,7 @@
 
 namespace millrace::tests::simulation {
 
-/// fabric::CallEndListener, as the gateway hears it.
+/// fabric::ends::CallEndListener, as the gateway hears it.
 class GatewayEars {
  public:
   virtual ~GatewayEars() = default;
@@ -37,7 +37,7 @@ class GatewayEars {
   virtual void on_reply(const fabric::Reply& reply) = 0;
 };
 
-/// fabric::ReplyEndListener.
+/// fabric::ends::ReplyEndListener.
 class InstanceEars {
  public:
   virtual ~InstanceEars() = default;
@@ -101,7 +101,7 @@ class Fabric {
     std::uint64_t last = 0;
     std::map<fabric::RequestKey, Sample<Value>> samples;
   };
-  /// As fabric::Presence.
+  /// As fabric::wire::Presence.
   enum class Presence : std::uint8_t { alive, withdrawn, orphaned };
   /// What a reader has and its process has not taken.
   struct Cached {
@@ -116,10 +116,10 @@ class Fabric {
     GatewayEars* gateway = nullptr;
     InstanceEars* instance = nullptr;
     // A gateway's.
-    fabric::Registry registry;
+    fabric::registry::Registry registry;
     /// All that the registry was told and has told.
     Meaning registry_knows = 0;
-    std::set<fabric::EndpointHandle> matched;
+    std::set<fabric::registry::EndpointHandle> matched;
     std::map<std::string, Writer<fabric::Request>> requests;
     std::map<std::pair<fabric::RequestKey, fabric::InstanceId>, fabric::Reply> replies_in;
     bool discovery_due = false;

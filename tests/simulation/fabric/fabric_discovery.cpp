@@ -8,11 +8,11 @@ namespace millrace::tests::simulation {
 
 namespace {
 
-fabric::EndpointHandle reader_of(EndNumber end) {
+fabric::registry::EndpointHandle reader_of(EndNumber end) {
   return 2 * end + 1;
 }
 
-fabric::EndpointHandle writer_of(EndNumber end) {
+fabric::registry::EndpointHandle writer_of(EndNumber end) {
   return 2 * end + 2;
 }
 

@@ -1,6 +1,6 @@
 // What gateways tell each other: the topics of machines and of channels, as
-// fabric::GatewayWatch hears them. Reliable, transient local, keep last 1, by the same rules as in
-// fabric.hpp.
+// fabric::ends::GatewayWatch hears them. Reliable, transient local, keep last 1, by the same rules
+// as in fabric.hpp.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ struct FabricWeather;
 /// Numbers of the ends in the fabric; each life of a process has its own.
 using EndNumber = std::size_t;
 
-/// fabric::GatewayWatchListener.
+/// fabric::ends::GatewayWatchListener.
 class GatewayWatchEars {
  public:
   virtual ~GatewayWatchEars() = default;

@@ -18,22 +18,22 @@ constexpr unsigned most_silent_timeouts = 3;
 /// Nothing of an old connection is executed later than this after its end; a new one takes longer.
 constexpr Time leftovers = 60ms;
 
-void put(gateway::Picture& picture, Variable variable, gateway::Value value) {
+void put(gateway::Snapshot& snapshot, Variable variable, gateway::Value value) {
   switch (variable) {
     case Variable::uuid:
-      picture.uuid = std::get<std::string>(std::move(value));
+      snapshot.uuid = std::get<std::string>(std::move(value));
       break;
     case Variable::request:
-      picture.request = std::get<std::string>(std::move(value));
+      snapshot.request = std::get<std::string>(std::move(value));
       break;
     case Variable::request_state:
-      picture.request_state = std::get<std::uint32_t>(value);
+      snapshot.request_state = std::get<std::uint32_t>(value);
       break;
     case Variable::response_state:
-      picture.response_state = std::get<std::uint32_t>(value);
+      snapshot.response_state = std::get<std::uint32_t>(value);
       break;
     case Variable::response:
-      picture.response = std::get<std::string>(std::move(value));
+      snapshot.response = std::get<std::string>(std::move(value));
       break;
   }
 }
@@ -47,7 +47,7 @@ std::string words_for(const gateway::Value& value) {
 struct AdsLink::Request {
   std::uint16_t channel = 0;
   std::optional<AdsWrite> write;
-  gateway::Picture picture;
+  gateway::Snapshot snapshot;
   std::vector<Variable> variables;
   Time first{};
   bool refused = false;
@@ -61,7 +61,7 @@ struct AdsLink::Request {
 };
 
 AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-                 std::vector<std::uint16_t> channels, gateway::LinkEvents& events,
+                 std::vector<std::uint16_t> channels, gateway::machines::LinkEvents& events,
                  LinkObserver& observer, History& history, Random random)
     : process_(process),
       gateway_(gateway),
@@ -108,13 +108,14 @@ Time AdsLink::delay() {
 }
 
 std::optional<Meaning> AdsLink::meaning(const Request& request, const char* step) const {
-  const gateway::Picture& picture = request.picture;
+  const gateway::Snapshot& snapshot = request.snapshot;
   return process_.agenda().meaning(
       step, request.channel, request.write ? request.write->call.to_string() : "",
       request.write ? static_cast<int>(request.write->variable) : -1,
       request.write ? words_for(request.write->value) : "", request.variables.size(),
-      static_cast<int>(picture.look), picture.uuid, picture.request, picture.request_state,
-      picture.response_state, picture.response, request.refused, request.dropped, request.executed);
+      static_cast<int>(snapshot.look), snapshot.uuid, snapshot.request, snapshot.request_state,
+      snapshot.response_state, snapshot.response, request.refused, request.dropped,
+      request.executed);
 }
 
 void AdsLink::start() {
@@ -220,14 +221,14 @@ void AdsLink::refuse_unsent(std::uint16_t channel, bool is_write) {
   });
 }
 
-void AdsLink::read(std::uint16_t channel, gateway::Look look) {
+void AdsLink::read(std::uint16_t channel, gateway::ReadSet look) {
   if (!up_) {
     refuse_unsent(channel, false);
     return;
   }
   auto request = std::make_shared<Request>();
   request->channel = channel;
-  request->picture.look = look;
+  request->snapshot.look = look;
   const auto variables = gateway::variables_of(look);
   request->variables.assign(variables.begin(), variables.end());
   send(request);
@@ -311,7 +312,7 @@ void AdsLink::sample(const RequestPointer& request, std::size_t next) {
     return;
   }
   const Variable variable = request->variables[next];
-  put(request->picture, variable, controller_.channel(request->channel).read(variable));
+  put(request->snapshot, variable, controller_.channel(request->channel).read(variable));
   if (next + 1 == request->variables.size()) {
     answer(request, delay());
     return;
@@ -342,7 +343,7 @@ void AdsLink::answered(const RequestPointer& request) {
     events_.on_read_failed(key, "the controller refuses it");
   } else {
     observer_.on_looked(request->first);
-    events_.on_read(key, request->picture);
+    events_.on_read(key, request->snapshot);
   }
 }
 

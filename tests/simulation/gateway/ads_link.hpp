@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/back_off.hpp"
-#include "gateway/link.hpp"
+#include "gateway/machines/back_off.hpp"
+#include "gateway/machines/link.hpp"
 #include "tests/simulation/machine/controller.hpp"
 #include "tests/simulation/time/process.hpp"
 
@@ -36,7 +36,7 @@ struct AdsWrite {
   gateway::Value value;
   fabric::CallId call;
   gateway::PendingRequest request;
-  std::optional<gateway::journal::Answer> answer;
+  std::optional<gateway::Answer> answer;
 };
 
 /// Sees more of what a gateway does than its controller.
@@ -53,13 +53,13 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
  public:
   /// Without `channels` all that the controller has.
   AdsLink(Process& process, GatewayNumber gateway, Controller& controller, Cable& cable,
-          std::vector<std::uint16_t> channels, gateway::LinkEvents& events, LinkObserver& observer,
-          History& history, Random random);
+          std::vector<std::uint16_t> channels, gateway::machines::LinkEvents& events,
+          LinkObserver& observer, History& history, Random random);
 
   void start();
   /// The gateway is gone: no event comes any more.
   void abandon();
-  void read(std::uint16_t channel, gateway::Look look);
+  void read(std::uint16_t channel, gateway::ReadSet look);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
   /// The cable or the controller ends the connection.
   void cut(const std::string& reason);
@@ -92,11 +92,11 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   Controller& controller_;
   Cable& cable_;
   std::vector<std::uint16_t> channels_;
-  gateway::LinkEvents& events_;
+  gateway::machines::LinkEvents& events_;
   LinkObserver& observer_;
   History& history_;
   Random random_;
-  gateway::BackOff back_off_;
+  gateway::machines::BackOff back_off_;
   bool up_ = false;
   bool abandoned_ = false;
   std::uint64_t connection_ = 0;
@@ -109,19 +109,19 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
 };
 
 /// A gateway's hold on its link.
-class LinkHandle final : public gateway::Link {
+class LinkHandle final : public gateway::machines::Link {
  public:
   explicit LinkHandle(std::shared_ptr<AdsLink> link) : link_(std::move(link)) {}
   ~LinkHandle() override { link_->abandon(); }
   LinkHandle(const LinkHandle&) = delete;
   LinkHandle& operator=(const LinkHandle&) = delete;
 
-  void read(std::uint16_t channel, gateway::Look look) override { link_->read(channel, look); }
+  void read(std::uint16_t channel, gateway::ReadSet look) override { link_->read(channel, look); }
   void write(std::uint16_t channel, gateway::Variable variable,
              const gateway::Value& value) override {
     link_->write(channel, variable, value);
   }
-  [[nodiscard]] gateway::LinkLoad load() const override { return {}; }
+  [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
 
  private:
   std::shared_ptr<AdsLink> link_;

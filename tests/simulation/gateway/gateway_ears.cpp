@@ -113,10 +113,10 @@ std::vector<std::uint16_t> GatewayProcess::channels_of(const std::string& machin
   return core_->channels_of(machine);
 }
 
-void GatewayProcess::on_read(const Key& key, const gateway::Picture& picture) {
-  history().add(Looked{plan_.number, key, picture, looked_from_});
-  mistakes_.on_read(key, picture);
-  carry_out(core_->on_read(key, picture, now()));
+void GatewayProcess::on_read(const Key& key, const gateway::Snapshot& snapshot) {
+  history().add(Looked{plan_.number, key, snapshot, looked_from_});
+  mistakes_.on_read(key, snapshot);
+  carry_out(core_->on_read(key, snapshot, now()));
 }
 
 void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {

@@ -18,8 +18,8 @@ void GatewayProcess::after(std::chrono::nanoseconds delay, std::function<void()>
   }
 }
 
-std::unique_ptr<gateway::Link> GatewayProcess::connect(const gateway::MachineSettings& settings,
-                                                       gateway::LinkEvents& events) {
+std::unique_ptr<gateway::machines::Link> GatewayProcess::connect(
+    const gateway::settings::MachineSettings& settings, gateway::machines::LinkEvents& events) {
   const Machine& machine = plugged_.at(settings.name);
   auto link =
       std::make_shared<AdsLink>(process(), plan_.number, *machine.controller, *machine.cable,
@@ -33,8 +33,8 @@ void GatewayProcess::say(gateway::Level, const std::string& text) {
   note(text);
 }
 
-void GatewayProcess::carry_out(const gateway::ChannelActions& actions) {
-  for (const gateway::ChannelAction& one : actions) {
+void GatewayProcess::carry_out(const gateway::control::ChannelActions& actions) {
+  for (const gateway::control::ChannelAction& one : actions) {
     std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
   }
   arm_timer();
@@ -43,8 +43,8 @@ void GatewayProcess::carry_out(const gateway::ChannelActions& actions) {
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
   if (const auto made_up = mistakes_.instead_of(key, action, witness_)) {
-    process().after(Time{}, [this, key, picture = *made_up] {
-      carry_out(core_->on_read(key, picture, now()));
+    process().after(Time{}, [this, key, snapshot = *made_up] {
+      carry_out(core_->on_read(key, snapshot, now()));
     });
     return;
   }

@@ -60,7 +60,7 @@ gateway::Moment GatewayProcess::moment() const {
 
 gateway::Moment GatewayProcess::now() {
   const gateway::Moment now = moment();
-  if (pulse_ && pulse_->late(now.steady)) {
+  if (stall_ && stall_->late(now.steady)) {
     note("notices that it stood still");
     machines_->stood_still();
   }
@@ -88,20 +88,21 @@ void GatewayProcess::start() {
     process().agenda().becomes(process().parties() | process().outbox(), *remains);
   }
   witness_.on_start(keeper_->ledger().open_calls(), plan_.file.policies);
-  core_.emplace(gateway::CoreOptions{.paces = gateway::paces_of(plan_.file.machines),
-                                     .policies = plan_.file.policies},
+  core_.emplace(gateway::control::CallControlOptions{.paces = gateway::settings::paces_of(
+                                                         plan_.file.machines),
+                                                     .policies = plan_.file.policies},
                 keeper_->ledger());
-  gateway::GatewayIdentity own;
+  gateway::machines::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
     byte = static_cast<std::uint8_t>(random_.next());
   }
   own.host = name();
   own.epoch = keeper_->ledger().numbers().epoch;
-  machines_ = std::make_unique<gateway::Machines>(own, *this, *this);
+  machines_ = std::make_unique<gateway::machines::Machines>(own, *this, *this);
   joined(fabric().join(process(), *this, *this));
   machines_->set(plan_.file.machines);
   if (plan_.pulse) {
-    pulse_.emplace(fabric().weather.lease);
+    stall_.emplace(fabric().weather.lease);
     beat();
   }
   tick();
@@ -112,7 +113,7 @@ void GatewayProcess::forget() {
   links_.clear();
   core_.reset();
   keeper_.reset();
-  pulse_.reset();
+  stall_.reset();
   witness_.on_end();
   mistakes_.forget();
   wakes_.clear();
@@ -187,7 +188,8 @@ void GatewayProcess::reload(GatewayFile file) {
 void GatewayProcess::read_file() {
   note("reads its configuration again");
   witness_.on_policies(plan_.file.policies);
-  carry_out(core_->change(gateway::paces_of(plan_.file.machines), plan_.file.policies, now()));
+  carry_out(
+      core_->change(gateway::settings::paces_of(plan_.file.machines), plan_.file.policies, now()));
   machines_->set(plan_.file.machines);
 }
 
@@ -203,7 +205,7 @@ std::size_t GatewayProcess::open_calls() const {
 }
 
 void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
-  gateway::Verdict verdict;
+  gateway::control::Verdict verdict;
   const std::string text = fmt::format("operator: {}", call.to_string());
   auto actions = core_->on_answer(key, call, {text, 77, "operator"}, verdict, now());
   history().note("operator", fmt::format("answer {}: {}", call.to_string(), verdict.detail));
@@ -211,7 +213,7 @@ void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
 }
 
 void GatewayProcess::retry(const Key& key, const fabric::CallId& call) {
-  gateway::Verdict verdict;
+  gateway::control::Verdict verdict;
   auto actions = core_->on_retry(key, call, "operator", verdict, now());
   if (verdict.done) {
     witness_.on_retried(call);
@@ -227,7 +229,7 @@ void GatewayProcess::tick() {
 }
 
 void GatewayProcess::beat() {
-  const auto next = pulse_->beat(now().steady);
+  const auto next = stall_->beat(now().steady);
   process().timer(next - moment().steady, [this] { beat(); });
 }
 

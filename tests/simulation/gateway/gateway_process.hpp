@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "gateway/core.hpp"
+#include "gateway/control/call_control.hpp"
 #include "gateway/journal/keeper.hpp"
-#include "gateway/machines.hpp"
-#include "gateway/pulse.hpp"
+#include "gateway/machines/machines.hpp"
+#include "gateway/machines/stall_detector.hpp"
 #include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/gateway/bug.hpp"
@@ -23,7 +23,7 @@ namespace millrace::tests::simulation {
 
 /// What its configuration file says of machines and policies.
 struct GatewayFile {
-  std::vector<gateway::MachineSettings> machines;
+  std::vector<gateway::settings::MachineSettings> machines;
   gateway::Policies policies;
 };
 
@@ -41,8 +41,8 @@ struct GatewayPlan {
 class GatewayProcess final : public Member,
                              private GatewayEars,
                              private GatewayWatchEars,
-                             public gateway::MachinesHands,
-                             public gateway::MachinesListener,
+                             public gateway::machines::MachinesIo,
+                             public gateway::machines::MachinesListener,
                              public LinkObserver {
  public:
   GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
@@ -92,8 +92,9 @@ class GatewayProcess final : public Member,
   // What the machines need.
   gateway::Moment now() override;
   void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
-  std::unique_ptr<gateway::Link> connect(const gateway::MachineSettings& settings,
-                                         gateway::LinkEvents& events) override;
+  std::unique_ptr<gateway::machines::Link> connect(
+      const gateway::settings::MachineSettings& settings,
+      gateway::machines::LinkEvents& events) override;
   void say(gateway::Level level, const std::string& text) override;
   // What happens on them.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
@@ -106,7 +107,7 @@ class GatewayProcess final : public Member,
   void on_machine_left(const fabric::MachineStatus& status) override;
   void on_contested() override;
   [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override;
-  void on_read(const Key& key, const gateway::Picture& picture) override;
+  void on_read(const Key& key, const gateway::Snapshot& snapshot) override;
   void on_read_failed(const Key& key, const std::string& reason) override;
   void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
   // What is seen of a link.
@@ -117,7 +118,7 @@ class GatewayProcess final : public Member,
   }
 
   // gateway_hands.cpp
-  void carry_out(const gateway::ChannelActions& actions);
+  void carry_out(const gateway::control::ChannelActions& actions);
   void carry_out(const Key& key, const gateway::Read& action);
   void carry_out(const Key& key, const gateway::Write& action);
   void carry_out(const Key& key, const gateway::WakeAt& action);
@@ -156,9 +157,9 @@ class GatewayProcess final : public Member,
 
   // Of this life of the process.
   std::optional<gateway::journal::Keeper> keeper_;
-  std::optional<gateway::Core> core_;
-  std::optional<gateway::Pulse> pulse_;
-  std::unique_ptr<gateway::Machines> machines_;
+  std::optional<gateway::control::CallControl> core_;
+  std::optional<gateway::machines::StallDetector> stall_;
+  std::unique_ptr<gateway::machines::Machines> machines_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
   std::map<Key, gateway::SteadyTime> wakes_;
   std::map<Key, std::uint64_t> wake_numbers_;

@@ -4,9 +4,8 @@
 
 namespace millrace::tests::simulation {
 
-namespace journal = gateway::journal;
-using gateway::Look;
-using gateway::Picture;
+using gateway::ReadSet;
+using gateway::Snapshot;
 
 void Mistakes::forget() {
   last_looks_.clear();
@@ -35,30 +34,30 @@ fabric::Reply Mistakes::heard(const fabric::Reply& reply, const Witness& witness
   return taken;
 }
 
-std::optional<Picture> Mistakes::instead_of(const Key& key, const gateway::Read& read,
-                                            const Witness& witness) {
+std::optional<Snapshot> Mistakes::instead_of(const Key& key, const gateway::Read& read,
+                                             const Witness& witness) {
   const auto seen = last_looks_.find(key);
-  if (makes(Bug::answer_without_look) && read.look == Look::request && witness.answering(key) &&
+  if (makes(Bug::answer_without_look) && read.look == ReadSet::request && witness.answering(key) &&
       seen != last_looks_.end()) {
     return seen->second;
   }
   const auto texts = texts_read_.extract(key);
-  if (!makes(Bug::no_confirming_look) || texts.empty() || read.look != Look::request) {
+  if (!makes(Bug::no_confirming_look) || texts.empty() || read.look != ReadSet::request) {
     return std::nullopt;
   }
-  Picture unread = texts.mapped();
+  Snapshot unread = texts.mapped();
   unread.look = read.look;
   unread.request_state = last_states_.at(key).request_state;
   return unread;
 }
 
-void Mistakes::on_read(const Key& key, const Picture& picture) {
-  if (picture.look == Look::request) {
-    last_looks_[key] = picture;
-  } else if (picture.look == Look::state) {
-    last_states_[key] = picture;
-  } else if (picture.look == Look::texts) {
-    texts_read_.insert_or_assign(key, picture);
+void Mistakes::on_read(const Key& key, const Snapshot& snapshot) {
+  if (snapshot.look == ReadSet::request) {
+    last_looks_[key] = snapshot;
+  } else if (snapshot.look == ReadSet::state) {
+    last_states_[key] = snapshot;
+  } else if (snapshot.look == ReadSet::texts) {
+    texts_read_.insert_or_assign(key, snapshot);
   }
 }
 
@@ -77,10 +76,11 @@ std::optional<gateway::Write> Mistakes::again(const Key& key, gateway::WriteOutc
   return std::nullopt;
 }
 
-bool Mistakes::skips(const journal::Entry& entry) const {
+bool Mistakes::skips(const gateway::JournalEntry& entry) const {
   return (makes(Bug::clearing_not_journalled) &&
-          std::holds_alternative<journal::Clearing>(entry)) ||
-         (makes(Bug::numbers_not_journalled) && std::holds_alternative<journal::Numbers>(entry));
+          std::holds_alternative<gateway::ClearingEntry>(entry)) ||
+         (makes(Bug::numbers_not_journalled) &&
+          std::holds_alternative<gateway::NumbersEntry>(entry));
 }
 
 }  // namespace millrace::tests::simulation

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "gateway/action.hpp"
-#include "gateway/journal/entry.hpp"
+#include "gateway/journal_entry.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/gateway/witness.hpp"
 
@@ -21,22 +21,22 @@ class Mistakes {
   [[nodiscard]] fabric::InstanceIdentity seen(const fabric::InstanceIdentity& instance) const;
   [[nodiscard]] fabric::Reply heard(const fabric::Reply& reply, const Witness& witness) const;
   /// A look that is made up instead of taken.
-  std::optional<gateway::Picture> instead_of(const Key& key, const gateway::Read& read,
-                                             const Witness& witness);
-  void on_read(const Key& key, const gateway::Picture& picture);
+  std::optional<gateway::Snapshot> instead_of(const Key& key, const gateway::Read& read,
+                                              const Witness& witness);
+  void on_read(const Key& key, const gateway::Snapshot& snapshot);
   /// The write is not done, and nobody notices.
   bool keeps(const Key& key, const gateway::Write& write, const Witness& witness);
   /// What is written once more.
   std::optional<gateway::Write> again(const Key& key, gateway::WriteOutcome outcome,
                                       const std::string& reason) const;
   /// The journal is not told of it.
-  [[nodiscard]] bool skips(const gateway::journal::Entry& entry) const;
+  [[nodiscard]] bool skips(const gateway::JournalEntry& entry) const;
 
  private:
   Bug bug_;
-  std::map<Key, gateway::Picture> last_looks_;
-  std::map<Key, gateway::Picture> last_states_;
-  std::map<Key, gateway::Picture> texts_read_;
+  std::map<Key, gateway::Snapshot> last_looks_;
+  std::map<Key, gateway::Snapshot> last_states_;
+  std::map<Key, gateway::Snapshot> texts_read_;
   std::map<Key, gateway::Write> last_writes_;
 };
 

@@ -8,8 +8,6 @@
 
 namespace millrace::tests::simulation {
 
-namespace journal = gateway::journal;
-
 void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies) {
   policies_ = std::move(policies);
   history_.add(Resumed{number_, {}, {}, {}, false});
@@ -44,18 +42,18 @@ void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_troubl
   }
 }
 
-void Witness::on_record(const Key& key, const journal::Entry& entry) {
-  if (const auto* dispatched = std::get_if<journal::Dispatched>(&entry)) {
+void Witness::on_record(const Key& key, const gateway::JournalEntry& entry) {
+  if (const auto* dispatched = std::get_if<gateway::DispatchedEntry>(&entry)) {
     if (dispatched->attempt > 0) {
       given_out(*dispatched);
     }
-  } else if (const auto* answer = std::get_if<journal::Answered>(&entry)) {
+  } else if (const auto* answer = std::get_if<gateway::AnsweredEntry>(&entry)) {
     Current& current = current_.at(key);
     current.answer = answer->answer;
     history_.add(Answered{number_, answer->call});
     answered(current);
     given_.erase(answer->call);
-  } else if (const auto* ended = std::get_if<journal::Ended>(&entry)) {
+  } else if (const auto* ended = std::get_if<gateway::EndedEntry>(&entry)) {
     given_.erase(ended->call);
     const auto current = current_.find(key);
     const bool answered = current != current_.end() && current->second.call == ended->call &&
@@ -65,7 +63,7 @@ void Witness::on_record(const Key& key, const journal::Entry& entry) {
 }
 
 void Witness::answered(const Current& current) {
-  const journal::Answer& answer = *current.answer;
+  const gateway::Answer& answer = *current.answer;
   if (answer.instance != fabric::InstanceId{} || !answer.text.starts_with("millrace: ")) {
     return;
   }
@@ -81,7 +79,7 @@ void Witness::answered(const Current& current) {
   }
 }
 
-void Witness::given_out(const journal::Dispatched& entry) {
+void Witness::given_out(const gateway::DispatchedEntry& entry) {
   GivenOut fact;
   fact.gateway = number_;
   fact.key = entry.key;

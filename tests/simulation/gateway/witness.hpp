@@ -30,7 +30,7 @@ class Witness {
   void on_refused(const Key& key) { history_.add(Refused{number_, key}); }
 
   void on_tell(const Key& key, const fabric::Event& event, bool in_trouble);
-  void on_record(const Key& key, const gateway::journal::Entry& entry);
+  void on_record(const Key& key, const gateway::JournalEntry& entry);
   void on_write(const Key& key, gateway::Variable variable);
   void on_retried(const fabric::CallId& call);
 
@@ -47,11 +47,11 @@ class Witness {
   struct Current {
     fabric::CallId call;
     gateway::PendingRequest request;
-    std::optional<gateway::journal::Answer> answer;
+    std::optional<gateway::Answer> answer;
     gateway::Policy policy;
   };
 
-  void given_out(const gateway::journal::Dispatched& entry);
+  void given_out(const gateway::DispatchedEntry& entry);
   void answered(const Current& current);
 
   GatewayNumber number_;

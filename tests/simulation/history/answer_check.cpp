@@ -51,8 +51,8 @@ void AnswerCheck::on(const ProgramMoved& fact, Time now) {
 }
 
 void AnswerCheck::on(const Looked& fact, Time now) {
-  if (fact.picture.has(gateway::Variable::uuid) &&
-      fact.picture.has(gateway::Variable::request_state)) {
+  if (fact.snapshot.has(gateway::Variable::uuid) &&
+      fact.snapshot.has(gateway::Variable::request_state)) {
     looks_[{fact.gateway, fact.key}] = {fact.first, now};
   }
 }

@@ -18,19 +18,19 @@ std::string text_of(const gateway::PendingRequest& request) {
   return fmt::format("{:.8} \"{}\" state {}", request.uuid, request.text, request.state);
 }
 
-std::string text_of(const gateway::Picture& picture) {
+std::string text_of(const gateway::Snapshot& snapshot) {
   std::string words;
   const auto add = [&](gateway::Variable variable, const gateway::Value& value) {
-    if (picture.has(variable)) {
+    if (snapshot.has(variable)) {
       words += fmt::format(" {}={}", name_of(variable).substr(12), text_of(value));
     }
   };
   using enum gateway::Variable;
-  add(uuid, picture.uuid.substr(0, 8));
-  add(request, picture.request);
-  add(request_state, picture.request_state);
-  add(response_state, picture.response_state);
-  add(response, picture.response);
+  add(uuid, snapshot.uuid.substr(0, 8));
+  add(request, snapshot.request);
+  add(request_state, snapshot.request_state);
+  add(response_state, snapshot.response_state);
+  add(response, snapshot.response);
   return words;
 }
 
@@ -51,7 +51,7 @@ struct Words {
   }
   std::string operator()(const Looked& one) const {
     return fmt::format("{}  gateway {} looked:{}", one.key.to_string(), one.gateway,
-                       text_of(one.picture));
+                       text_of(one.snapshot));
   }
   std::string operator()(const WriteAsked& one) const {
     return fmt::format("{}  gateway {} sends {} for {}", one.key.to_string(), one.gateway,

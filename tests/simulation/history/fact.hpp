@@ -7,8 +7,8 @@
 #include <variant>
 
 #include "fabric/messages.hpp"
-#include "gateway/journal/entry.hpp"
-#include "gateway/picture.hpp"
+#include "gateway/journal_entry.hpp"
+#include "gateway/snapshot.hpp"
 #include "tests/simulation/time/agenda.hpp"
 
 namespace millrace::tests::simulation {
@@ -43,7 +43,7 @@ struct ProgramReleased {
 struct Looked {
   GatewayNumber gateway = 0;
   Key key;
-  gateway::Picture picture;
+  gateway::Snapshot snapshot;
   Time first{};
 };
 /// A gateway sends a write of this call's answer.
@@ -67,7 +67,7 @@ struct WriteDone {
   gateway::PendingRequest request;
   gateway::Variable variable{};
   /// Of the final answer, if the call has one.
-  std::optional<gateway::journal::Answer> answer;
+  std::optional<gateway::Answer> answer;
   gateway::Value value;
   std::string response;
   std::uint32_t request_state = 0;

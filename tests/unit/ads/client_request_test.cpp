@@ -202,7 +202,7 @@ TEST_F(ClientRequest, SpeaksEveryCommandWithTheServer) {
   device.values[{1, 1}] = eight_bytes;
   ServerOptions server_options;
   server_options.tcp_port = 0;
-  Server server(io.get_executor(), device, server_options, idl::program::no_log());
+  Server server(io.get_executor(), device, server_options, base::program::no_log());
   options.tcp_port = server.tcp_port();
   EXPECT_EQ(finish(start(make_client().connect()))->ads, 5);
   EXPECT_EQ(finish(start(sut->info(552)))->name, "memory");

@@ -28,7 +28,7 @@ class ServerFaults : public testing::Test {
 
   void start(ServerOptions options = {}) {
     options.tcp_port = 0;
-    sut.emplace(io.get_executor(), device, options, idl::program::no_log());
+    sut.emplace(io.get_executor(), device, options, base::program::no_log());
     client_options.tcp_port = sut->tcp_port();
     client_options.target = options.session.net_id;
   }

@@ -25,7 +25,7 @@ class ServerTest : public testing::Test {
   static Bytes vector(const std::string& name) { return tests::hex_vector("ads/frames.hex", name); }
   Server& start(ServerOptions options = {}) {
     options.tcp_port = 0;
-    return sut.emplace(io.get_executor(), device, options, idl::program::no_log());
+    return sut.emplace(io.get_executor(), device, options, base::program::no_log());
   }
   RawPeer connect() { return wait_for(io, RawPeer::connect(sut->tcp_port())); }
   void send(RawPeer& peer, Bytes bytes) { wait_for(io, peer.send(std::move(bytes))); }
@@ -176,7 +176,7 @@ TEST_F(ServerTest, SaysWhyItCannotListen) {
   ServerOptions options;
   options.tcp_port = sut->tcp_port();
   try {
-    Server second(io.get_executor(), device, options, idl::program::no_log());
+    Server second(io.get_executor(), device, options, base::program::no_log());
     FAIL() << "two servers listen on one port";
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("cannot listen on 127.0.0.1:"));

@@ -1,4 +1,4 @@
-#include "fabric/codec.hpp"
+#include "fabric/wire/codec.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Event event() {
   return {.key = {.machine = "cnc", .channel = 3}, .uuid = "weather", .text = "4", .detail = "why"};
 }
 
-std::vector<std::string> keys_of(const Topic& topic) {
+std::vector<std::string> keys_of(const wire::Topic& topic) {
   std::vector<std::string> keys;
   for (std::uint32_t i = 0; i < topic.type->m_nkeys; ++i) {
     keys.emplace_back(topic.type->m_keys[i].m_name);
@@ -41,16 +41,17 @@ std::vector<std::string> keys_of(const Topic& topic) {
 
 // What is asked by one gateway and what another asks are apart; only there is a call id in the key.
 TEST(Topics, HaveTheGatewayInTheKeyOfRequestsAndReplies) {
-  EXPECT_THAT(keys_of(request_topic), ElementsAre("machine", "channel", "call.epoch"));
-  EXPECT_THAT(keys_of(reply_topic), ElementsAre("machine", "channel", "instance", "call.epoch"));
-  EXPECT_THAT(keys_of(channel_topic), ElementsAre("machine", "channel"));
-  EXPECT_THAT(keys_of(event_topic), IsEmpty());
-  EXPECT_THAT(keys_of(command_topic), IsEmpty());
+  EXPECT_THAT(keys_of(wire::request_topic), ElementsAre("machine", "channel", "call.epoch"));
+  EXPECT_THAT(keys_of(wire::reply_topic),
+              ElementsAre("machine", "channel", "instance", "call.epoch"));
+  EXPECT_THAT(keys_of(wire::channel_topic), ElementsAre("machine", "channel"));
+  EXPECT_THAT(keys_of(wire::event_topic), IsEmpty());
+  EXPECT_THAT(keys_of(wire::command_topic), IsEmpty());
 }
 
 TEST(Codec, CarriesARequest) {
   const Request sut = request();
-  const Request copy = Codec<Request>::decode(*Codec<Request>::encode(sut));
+  const Request copy = wire::Codec<Request>::decode(*wire::Codec<Request>::encode(sut));
   EXPECT_EQ(copy.key, sut.key);
   EXPECT_EQ(copy.call, sut.call);
   EXPECT_EQ(copy.attempt, 7U);
@@ -77,7 +78,7 @@ TEST(Codec, CarriesAReply) {
                   .started = at(2),
                   .answered = at(3),
                   .replayed = true};
-  const Reply copy = Codec<Reply>::decode(*Codec<Reply>::encode(sut));
+  const Reply copy = wire::Codec<Reply>::decode(*wire::Codec<Reply>::encode(sut));
   EXPECT_EQ(copy.instance, sut.instance);
   EXPECT_EQ(copy.kind, ReplyKind::interim);
   EXPECT_EQ(copy.code, ServiceCode::refused);
@@ -93,7 +94,8 @@ TEST(Codec, CarriesAStatusOfAChannel) {
                           .uuid = "weather",
                           .reason = "nobody serves it",
                           .late = 12};
-  const ChannelStatus copy = Codec<ChannelStatus>::decode(*Codec<ChannelStatus>::encode(sut));
+  const ChannelStatus copy =
+      wire::Codec<ChannelStatus>::decode(*wire::Codec<ChannelStatus>::encode(sut));
   EXPECT_EQ(copy.state, ChannelState::held);
   EXPECT_EQ(copy.reason, "nobody serves it");
   EXPECT_EQ(copy.late, 12U);
@@ -109,13 +111,13 @@ TEST(Codec, CarriesAStatusOfAnInstance) {
                            .mean = std::chrono::nanoseconds(6),
                            .started = at(7),
                            .last_call = at(8)};
-  EXPECT_EQ(Codec<InstanceStatus>::decode(*Codec<InstanceStatus>::encode(sut)), sut);
+  EXPECT_EQ(wire::Codec<InstanceStatus>::decode(*wire::Codec<InstanceStatus>::encode(sut)), sut);
 }
 
 TEST(Codec, CarriesAnEvent) {
   Event sut = event();
   sut.kind = EventKind::late;
-  const Event copy = Codec<Event>::decode(*Codec<Event>::encode(sut));
+  const Event copy = wire::Codec<Event>::decode(*wire::Codec<Event>::encode(sut));
   EXPECT_EQ(copy.kind, EventKind::late);
   EXPECT_EQ(copy.text, "4");
   EXPECT_EQ(copy.detail, "why");
@@ -126,15 +128,15 @@ TEST(Codec, AcceptsWhatJustFits) {
   sut.text.assign(127, 'x');
   sut.uuid.assign(127, 'x');
   sut.key.machine.assign(63, 'x');
-  ASSERT_TRUE(Codec<Request>::encode(sut));
-  EXPECT_EQ(Codec<Request>::decode(*Codec<Request>::encode(sut)).uuid, sut.uuid);
+  ASSERT_TRUE(wire::Codec<Request>::encode(sut));
+  EXPECT_EQ(wire::Codec<Request>::decode(*wire::Codec<Request>::encode(sut)).uuid, sut.uuid);
 }
 
 TEST(Codec, RefusesWhatWouldBeCut) {
   const auto error = [](auto change) {
     Event sut = event();
     change(sut);
-    const auto sample = Codec<Event>::encode(sut);
+    const auto sample = wire::Codec<Event>::encode(sut);
     return sample ? "" : sample.error();
   };
   EXPECT_EQ(error([](Event& sut) { sut.text.assign(128, 'x'); }),
@@ -167,12 +169,13 @@ TEST(MachineStatusCodec, KeepsEveryField) {
                           .pid = 4711,
                           .version = "0.1.0",
                           .epoch = 0x5f3a9c0112d4};
-  const MachineStatus copy = Codec<MachineStatus>::decode(*Codec<MachineStatus>::encode(sut));
+  const MachineStatus copy =
+      wire::Codec<MachineStatus>::decode(*wire::Codec<MachineStatus>::encode(sut));
   EXPECT_EQ(copy, sut);
 }
 
 TEST(MachineStatusCodec, RefusesAReasonThatDoesNotFit) {
-  EXPECT_FALSE(Codec<MachineStatus>::encode({.reason = std::string(256, 'x')}));
+  EXPECT_FALSE(wire::Codec<MachineStatus>::encode({.reason = std::string(256, 'x')}));
 }
 
 }  // namespace

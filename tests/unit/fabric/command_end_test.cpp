@@ -1,10 +1,10 @@
-#include "fabric/command_end.hpp"
+#include "fabric/ends/command_end.hpp"
 
 #include <gtest/gtest.h>
 
-#include "fabric/command_codec.hpp"
-#include "fabric/reader.hpp"
-#include "fabric/writer.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 using tests::run_until;
 
-struct Heard : CommandListener {
+struct Heard : ends::CommandListener {
   void on_command(const Command& command) override { commands.push_back(command); }
   std::vector<Command> commands;
 };
@@ -29,11 +29,11 @@ class CommandEnds : public testing::Test {
 
   TwoProcesses processes;
   boost::asio::io_context context;
-  Participant here{processes.here()};
-  Participant there{processes.there()};
+  dds::Participant here{processes.here()};
+  dds::Participant there{processes.there()};
   Heard heard;
-  CommandEnd sut{here, context.get_executor(), heard};
-  Writer<Command> commands{there, "millrace"};
+  ends::CommandEnd sut{here, context.get_executor(), heard};
+  wire::Writer<Command> commands{there, "millrace"};
 };
 
 TEST_F(CommandEnds, HearACommandWithAllItSays) {
@@ -77,8 +77,8 @@ TEST_F(CommandEnds, TellTheOutcomeAlsoToAToolThatIsSeenLate) {
                      .done = true,
                      .detail = "drained"};
   ASSERT_TRUE(sut.publish(told));
-  Reader<Outcome> outcomes(there, "millrace", Keep::all);
-  std::vector<Taken<Outcome>> got;
+  wire::Reader<Outcome> outcomes(there, "millrace", wire::Keep::all);
+  std::vector<wire::Taken<Outcome>> got;
   ASSERT_TRUE(until([&] {
     if (got.empty()) {
       got = outcomes.take();

@@ -1,4 +1,4 @@
-#include "fabric/command_line.hpp"
+#include "fabric/profile/command_line.hpp"
 
 #include <filesystem>
 
@@ -14,16 +14,16 @@ std::string data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
-ParticipantOptions parse(std::vector<std::string> arguments) {
+dds::ParticipantOptions parse(std::vector<std::string> arguments) {
   CLI::App app;
-  const FabricFlags sut(app, {.name = "test"});
+  const profile::FabricFlags sut(app, {.name = "test"});
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   app.parse(arguments);
   return sut.options();
 }
 
 TEST(FabricFlags, StayOnThisHostByDefault) {
-  const ParticipantOptions options = parse({});
+  const dds::ParticipantOptions options = parse({});
   EXPECT_EQ(options.fabric, "millrace");
   EXPECT_EQ(options.domain, 0);
   EXPECT_EQ(options.configuration, "");
@@ -46,8 +46,8 @@ TEST(FabricFlags, WinOverTheFile) {
 
 TEST(FabricFlags, RefuseABrokenFileAndAFabricThatWouldBeAPattern) {
   EXPECT_THROW(parse({"--fabric-config", data("bad/wrong_values.fabric.textproto")}),
-               idl::program::UsageError);
-  EXPECT_THROW(parse({"--fabric", "*"}), idl::program::UsageError);
+               base::program::UsageError);
+  EXPECT_THROW(parse({"--fabric", "*"}), base::program::UsageError);
 }
 
 }  // namespace

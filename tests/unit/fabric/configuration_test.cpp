@@ -1,4 +1,4 @@
-#include "fabric/configuration.hpp"
+#include "fabric/dds/configuration.hpp"
 
 #include <fstream>
 
@@ -17,28 +17,28 @@ using testing::Not;
 const std::string loopback = "name=\"lo\"";
 
 TEST(CycloneConfiguration, StaysOnLoopback) {
-  EXPECT_THAT(cyclone_configuration("", ""), HasSubstr(loopback));
-  EXPECT_THAT(cyclone_configuration("", "<Tracing><Verbosity>fine</Verbosity></Tracing>"),
+  EXPECT_THAT(dds::cyclone_configuration("", ""), HasSubstr(loopback));
+  EXPECT_THAT(dds::cyclone_configuration("", "<Tracing><Verbosity>fine</Verbosity></Tracing>"),
               HasSubstr(loopback));
 }
 
 TEST(CycloneConfiguration, PutsTheUsersSettingsLastSoThatTheyWin) {
-  EXPECT_THAT(cyclone_configuration("<A/>", "<B/>"), EndsWith(",<A/>,<B/>"));
+  EXPECT_THAT(dds::cyclone_configuration("<A/>", "<B/>"), EndsWith(",<A/>,<B/>"));
 }
 
 TEST(CycloneConfiguration, LeavesTheInterfaceToWhoeverNamesOne) {
   const std::string named = R"(<General><NetworkInterfaceAddress>eth1</NetworkInterfaceAddress>)";
-  EXPECT_THAT(cyclone_configuration(named, ""), Not(HasSubstr(loopback)));
-  EXPECT_THAT(cyclone_configuration("", named), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration(named, ""), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration("", named), Not(HasSubstr(loopback)));
 }
 
 TEST(CycloneConfiguration, LooksForAnInterfaceInFiles) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "dds.xml";
   std::ofstream(file) << R"(<Interfaces><NetworkInterface name="eth1"/></Interfaces>)";
-  EXPECT_THAT(cyclone_configuration("", "file://" + file.string()), Not(HasSubstr(loopback)));
-  EXPECT_THAT(cyclone_configuration("", "<A/>," + file.string()), Not(HasSubstr(loopback)));
-  EXPECT_THAT(cyclone_configuration("", "file:///no/such/file"), HasSubstr(loopback));
+  EXPECT_THAT(dds::cyclone_configuration("", "file://" + file.string()), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration("", "<A/>," + file.string()), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration("", "file:///no/such/file"), HasSubstr(loopback));
 }
 
 }  // namespace

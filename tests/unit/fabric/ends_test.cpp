@@ -4,9 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/call_end.hpp"
-#include "fabric/reader.hpp"
-#include "fabric/reply_end.hpp"
+#include "fabric/ends/call_end.hpp"
+#include "fabric/ends/reply_end.hpp"
+#include "fabric/wire/reader.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
@@ -43,15 +43,15 @@ Reply reply(const Request& to) {
 class Ends : public testing::Test {
  protected:
   struct Instance {
-    Instance(Participant& participant, boost::asio::io_context& context,
+    Instance(dds::Participant& participant, boost::asio::io_context& context,
              InstanceIdentity own_identity)
         : end(participant, context.get_executor(), std::move(own_identity), heard) {}
     RecordingInstance heard;
-    ReplyEnd end;
+    ends::ReplyEnd end;
   };
 
-  std::unique_ptr<CallEnd> open_gateway() {
-    return std::make_unique<CallEnd>(here, context.get_executor(), gateway);
+  std::unique_ptr<ends::CallEnd> open_gateway() {
+    return std::make_unique<ends::CallEnd>(here, context.get_executor(), gateway);
   }
   std::unique_ptr<Instance> start(const InstanceIdentity& who) {
     return std::make_unique<Instance>(there, context, who);
@@ -61,7 +61,7 @@ class Ends : public testing::Test {
     return until([&] { return gateway.ready.contains(who.id); });
   }
   /// News of the two directions travel on their own; this one comes after all that was sent before.
-  bool until_heard(CallEnd& sut, Instance& instance, std::uint64_t number) {
+  bool until_heard(ends::CallEnd& sut, Instance& instance, std::uint64_t number) {
     const ChannelKey probe{.machine = "probe", .channel = 1};
     EXPECT_TRUE(sut.publish(request(number, instance.end.identity(), probe)));
     return until([&] {
@@ -71,8 +71,8 @@ class Ends : public testing::Test {
 
   TwoProcesses processes;
   boost::asio::io_context context;
-  Participant here{processes.here()};
-  Participant there{processes.there()};
+  dds::Participant here{processes.here()};
+  dds::Participant there{processes.there()};
   RecordingGateway gateway;
 };
 
@@ -116,10 +116,10 @@ TEST_F(Ends, CarryCallsThatAreGivenOutTogether) {
 /// Notes what a channel's status was at each change, with `calls` in place of a time.
 class Watcher {
  public:
-  explicit Watcher(const Participant& participant)
-      : reader_(participant, participant.options().fabric, Keep::all) {}
+  explicit Watcher(const dds::Participant& participant)
+      : reader_(participant, participant.options().fabric, wire::Keep::all) {}
   std::vector<std::uint64_t> take() {
-    for (const Taken<ChannelStatus>& taken : reader_.take()) {
+    for (const wire::Taken<ChannelStatus>& taken : reader_.take()) {
       if (taken.valid) {
         seen_.push_back(taken.value.calls);
       }
@@ -128,13 +128,13 @@ class Watcher {
   }
 
  private:
-  Reader<ChannelStatus> reader_;
+  wire::Reader<ChannelStatus> reader_;
   std::vector<std::uint64_t> seen_;
 };
 
 TEST_F(Ends, ShowChannelsAsTheyAreToWhoComesToLook) {
   const ChannelKey key{.machine = "cnc", .channel = 1};
-  const auto show = [&](CallEnd& sut, std::uint64_t calls) {
+  const auto show = [&](ends::CallEnd& sut, std::uint64_t calls) {
     ASSERT_TRUE(sut.publish(ChannelStatus{.key = key, .calls = calls}));
   };
   const auto sut = open_gateway();
@@ -250,16 +250,16 @@ TEST_F(Ends, ShowAWithdrawnCallToNobodyWhoComesLater) {
 }
 
 /// Used by Cyclone's threads while the test looks.
-class RepliesAtOnce : public ReplyEndListener {
+class RepliesAtOnce : public ends::ReplyEndListener {
  public:
   void on_request(const Request& request) override {
-    if (ReplyEnd* const to = end) {
+    if (ends::ReplyEnd* const to = end) {
       EXPECT_TRUE(to->publish(reply(request)));
     }
   }
   void on_withdrawn(const RequestKey&) override { ++withdrawn; }
 
-  std::atomic<ReplyEnd*> end = nullptr;
+  std::atomic<ends::ReplyEnd*> end = nullptr;
   std::atomic<int> withdrawn = 0;
 };
 
@@ -267,7 +267,7 @@ TEST_F(Ends, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
   const auto sut = open_gateway();
   const InstanceIdentity who = identity();
   RepliesAtOnce heard;
-  ReplyEnd end(there, who, heard);
+  ends::ReplyEnd end(there, who, heard);
   heard.end = &end;
   ASSERT_TRUE(until_ready(who));
   for (std::uint64_t number = 1; number <= 100; ++number) {
@@ -284,7 +284,7 @@ TEST_F(Ends, LetAServiceWithoutAnExecutorLeaveWhileRequestsArrive) {
   for (std::uint64_t round = 0; round < 20; ++round) {
     const InstanceIdentity who = identity();
     RepliesAtOnce heard;
-    auto end = std::make_unique<ReplyEnd>(there, who, heard);
+    auto end = std::make_unique<ends::ReplyEnd>(there, who, heard);
     heard.end = end.get();
     ASSERT_TRUE(until_ready(who));
     for (std::uint64_t number = 1; number <= 50; ++number) {
@@ -369,9 +369,9 @@ TEST_F(Ends, WithdrawNoCallOfAnotherGateway) {
   const auto sut = open_gateway();
   const auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));
-  Participant elsewhere(processes.here());
+  dds::Participant elsewhere(processes.here());
   RecordingGateway other_gateway;
-  CallEnd other(elsewhere, context.get_executor(), other_gateway);
+  ends::CallEnd other(elsewhere, context.get_executor(), other_gateway);
   ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
 
   const Request ours = request(1, service->end.identity());
@@ -392,7 +392,7 @@ TEST_F(Ends, WithdrawNoCallOfAnotherGateway) {
 TEST_F(Ends, LetNoGatewayPushOutWhatAnotherOneAsks) {
   const auto sut = open_gateway();
   RecordingGateway other_gateway;
-  CallEnd other(here, context.get_executor(), other_gateway);
+  ends::CallEnd other(here, context.get_executor(), other_gateway);
   // All samples are there before the first is taken, as in DoNotRunAWithdrawnCall….
   boost::asio::io_context asleep;
   Instance service(here, asleep, identity());

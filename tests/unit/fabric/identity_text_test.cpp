@@ -1,4 +1,4 @@
-#include "fabric/identity_text.hpp"
+#include "fabric/registry/identity_text.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/channel_scope.hpp"
-#include "fabric/identity.hpp"
+#include "fabric/registry/identity.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -25,7 +25,7 @@ InstanceIdentity least() {
 }
 
 TEST(IdentityText, IsReadCompletely) {
-  const auto sut = parse_identity(read("complete"));
+  const auto sut = registry::parse_identity(read("complete"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->id.to_string(), "8d0c4e6a-52f3-4f0e-9d1b-0a4a2f7c9b11");
   EXPECT_EQ(sut->uuid, "560aacbf-6335-44a9-895a-8b27f3ed5e47");
@@ -44,38 +44,41 @@ TEST(IdentityText, ReadsWhatItWrites) {
   sut.name = "müller=\x01%\n";
   sut.channels = {{"cnc", 1}, {"", 0}};
   sut.draining = true;
-  EXPECT_EQ(parse_identity(format_identity(sut)), sut);
+  EXPECT_EQ(registry::parse_identity(registry::format_identity(sut)), sut);
 }
 
 TEST(IdentityText, SkipsKeysOfLaterVersions) {
-  EXPECT_TRUE(parse_identity(read("least")));
+  EXPECT_TRUE(registry::parse_identity(read("least")));
 }
 
 TEST(IdentityText, SaysWhichLineIsWrong) {
-  EXPECT_EQ(parse_identity("hello").error(), "line 1: expected 'millrace-instance 1'");
-  EXPECT_EQ(parse_identity(read("cut_escape")).error(),
+  EXPECT_EQ(registry::parse_identity("hello").error(), "line 1: expected 'millrace-instance 1'");
+  EXPECT_EQ(registry::parse_identity(read("cut_escape")).error(),
             "line 2: expected two hexadecimal digits after '%'");
-  EXPECT_THAT(parse_identity(read("bad_channel")).error(), HasSubstr("line 2: 'cnc/70000'"));
-  EXPECT_EQ(parse_identity("millrace-instance 1\npid=x").error(), "line 2: expected a number");
-  EXPECT_EQ(parse_identity("millrace-instance 1\nname").error(), "line 2: expected KEY=VALUE");
+  EXPECT_THAT(registry::parse_identity(read("bad_channel")).error(),
+              HasSubstr("line 2: 'cnc/70000'"));
+  EXPECT_EQ(registry::parse_identity("millrace-instance 1\npid=x").error(),
+            "line 2: expected a number");
+  EXPECT_EQ(registry::parse_identity("millrace-instance 1\nname").error(),
+            "line 2: expected KEY=VALUE");
 }
 
 TEST(IdentityText, NamesTheInstanceOfAReplyWriter) {
   const InstanceId sut = InstanceId::random();
-  EXPECT_EQ(parse_instance(format_instance(sut)), sut);
-  EXPECT_FALSE(parse_instance("instance=?"));
-  EXPECT_FALSE(parse_instance(sut.to_string()));
+  EXPECT_EQ(registry::parse_instance(registry::format_instance(sut)), sut);
+  EXPECT_FALSE(registry::parse_instance("instance=?"));
+  EXPECT_FALSE(registry::parse_instance(sut.to_string()));
 }
 
 TEST(CheckIdentity, AcceptsTheLeast) {
-  EXPECT_EQ(check_identity(least()), std::nullopt);
+  EXPECT_EQ(registry::check_identity(least()), std::nullopt);
 }
 
 TEST(CheckIdentity, RefusesWhatCannotBeAnnounced) {
   const auto with = [](auto change) {
     InstanceIdentity identity = least();
     change(identity);
-    return check_identity(identity).has_value();
+    return registry::check_identity(identity).has_value();
   };
   EXPECT_TRUE(with([](auto& sut) { sut.id = {}; }));
   EXPECT_TRUE(with([](auto& sut) { sut.uuid = ""; }));

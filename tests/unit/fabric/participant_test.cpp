@@ -1,4 +1,4 @@
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 
 #include <stdexcept>
 
@@ -12,9 +12,9 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string reason(const ParticipantOptions& options) {
+std::string reason(const dds::ParticipantOptions& options) {
   try {
-    const Participant sut(options);
+    const dds::Participant sut(options);
     return "none";
   } catch (const std::exception& error) {
     return error.what();
@@ -24,16 +24,16 @@ std::string reason(const ParticipantOptions& options) {
 TEST(Participant, JoinsAndLeavesADomainAgainAndAgain) {
   const tests::Domain domain;
   for (int i = 0; i < 3; ++i) {
-    const Participant sut({.domain = domain.number()});
+    const dds::Participant sut({.domain = domain.number()});
     EXPECT_GT(sut.handle(), 0);
   }
 }
 
 TEST(Participant, SharesADomainWithOthersOfItsProcess) {
   const tests::Domain domain;
-  const ParticipantOptions options{.domain = domain.number()};
-  auto first = std::make_unique<Participant>(options);
-  const Participant second(options);
+  const dds::ParticipantOptions options{.domain = domain.number()};
+  auto first = std::make_unique<dds::Participant>(options);
+  const dds::Participant second(options);
   first.reset();
   EXPECT_EQ(reason(options), "none");
 }

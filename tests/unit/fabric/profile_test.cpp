@@ -1,4 +1,4 @@
-#include "fabric/profile.hpp"
+#include "fabric/profile/profile.hpp"
 
 #include <filesystem>
 
@@ -19,12 +19,12 @@ std::filesystem::path data(const std::string& name) {
 }
 
 std::string mistakes(const std::string& name) {
-  const auto sut = read_profile(data("bad/" + name));
+  const auto sut = profile::read_profile(data("bad/" + name));
   return sut ? "none" : sut.error();
 }
 
 TEST(Profile, FillsTheOptionsOfAParticipant) {
-  const auto sut = read_profile(data("good/two_networks.fabric.textproto"));
+  const auto sut = profile::read_profile(data("good/two_networks.fabric.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->fabric, "hall-3");
   EXPECT_EQ(sut->domain, 7);
@@ -33,7 +33,7 @@ TEST(Profile, FillsTheOptionsOfAParticipant) {
 }
 
 TEST(Profile, StaysOnLoopbackWithMulticastIfTheFileSaysNothing) {
-  EXPECT_EQ(cyclone_configuration(config::Fabric()),
+  EXPECT_EQ(profile::cyclone_configuration(config::Fabric()),
             R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces>)"
             R"(<AllowMulticast>spdp</AllowMulticast></General>)"
             R"(<Discovery><ParticipantIndex>none</ParticipantIndex></Discovery>)");
@@ -42,14 +42,14 @@ TEST(Profile, StaysOnLoopbackWithMulticastIfTheFileSaysNothing) {
 TEST(Profile, NamesAnInterfaceByItsAddressToo) {
   config::Fabric profile;
   profile.set_interface("10.77.0.1");
-  EXPECT_THAT(cyclone_configuration(profile),
+  EXPECT_THAT(profile::cyclone_configuration(profile),
               HasSubstr(R"(<NetworkInterface address="10.77.0.1"/>)"));
 }
 
 TEST(Profile, GivesProgramsKnownPortsWherePeersLookForThem) {
   config::Fabric profile;
   profile.add_peers("gateway-1");
-  EXPECT_THAT(cyclone_configuration(profile),
+  EXPECT_THAT(profile::cyclone_configuration(profile),
               AllOf(HasSubstr(R"(<Peers><Peer Address="gateway-1"/></Peers>)"),
                     HasSubstr("<ParticipantIndex>auto</ParticipantIndex>"),
                     HasSubstr("<MaxAutoParticipantIndex>20</MaxAutoParticipantIndex>"),
@@ -60,7 +60,7 @@ TEST(Profile, FindsTheProgramsOfItsOwnHostWithoutMulticast) {
   config::Fabric profile;
   profile.set_multicast(false);
   profile.set_processes_per_host(5);
-  EXPECT_THAT(cyclone_configuration(profile),
+  EXPECT_THAT(profile::cyclone_configuration(profile),
               AllOf(HasSubstr("<AllowMulticast>false</AllowMulticast>"),
                     HasSubstr(R"(<Peer Address="127.0.0.1"/>)"),
                     HasSubstr("<MaxAutoParticipantIndex>5</MaxAutoParticipantIndex>")));
@@ -85,7 +85,7 @@ TEST(Profile, NamesEveryValueThatCannotBeWithItsPlace) {
 
 TEST(Profile, ReadsTheProfilesThatAreShipped) {
   for (const auto& entry : std::filesystem::directory_iterator(MILLRACE_PROFILES)) {
-    const auto sut = read_profile(entry.path());
+    const auto sut = profile::read_profile(entry.path());
     EXPECT_TRUE(sut) << sut.error();
   }
 }

@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/reader.hpp"
-#include "fabric/writer.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -25,25 +25,25 @@ Reply reply(std::uint64_t number) {
 class ARecordersReader : public testing::Test {
  protected:
   template <typename Value>
-  void match(const Writer<Value>& writer) {
+  void match(const wire::Writer<Value>& writer) {
     boost::asio::io_context context;
     ASSERT_TRUE(tests::run_until(context, [&] { return !writer.matched().empty(); }));
   }
 
   /// Waits until `here` knows the readers that `there` has made: it shows them one after the other.
   void introduce() {
-    const Reader<Event> last(there, "millrace", Keep::all);
-    const Writer<Event> writer(here, "millrace");
+    const wire::Reader<Event> last(there, "millrace", wire::Keep::all);
+    const wire::Writer<Event> writer(here, "millrace");
     match(writer);
   }
 
   /// The numbers of the calls that arrive, as soon as there are `count`, or what came until then.
   template <typename Value>
-  std::vector<std::uint64_t> numbers(Reader<Value>& reader, std::size_t count) {
+  std::vector<std::uint64_t> numbers(wire::Reader<Value>& reader, std::size_t count) {
     std::vector<std::uint64_t> numbers;
     boost::asio::io_context context;
     tests::run_until(context, [&] {
-      for (const Taken<Value>& taken : reader.take()) {
+      for (const wire::Taken<Value>& taken : reader.take()) {
         if (taken.valid) {
           numbers.push_back(taken.value.call.number);
         }
@@ -54,14 +54,14 @@ class ARecordersReader : public testing::Test {
   }
 
   TwoProcesses processes;
-  Participant here{processes.here()};
-  Participant there{processes.there()};
+  dds::Participant here{processes.here()};
+  dds::Participant there{processes.there()};
 };
 
 TEST_F(ARecordersReader, GetsTheCallsThatAreOverBeforeItFindsTheirWriter) {
-  Reader<Request> sut(there, "millrace/*", Keep::all);
+  wire::Reader<Request> sut(there, "millrace/*", wire::Keep::all);
   introduce();
-  Writer<Request> writer(here, "millrace/weather");
+  wire::Writer<Request> writer(here, "millrace/weather");
   for (std::uint64_t number = 1; number <= 5; ++number) {
     ASSERT_TRUE(writer.write(request(number)));
     writer.withdraw(request(number));
@@ -70,9 +70,9 @@ TEST_F(ARecordersReader, GetsTheCallsThatAreOverBeforeItFindsTheirWriter) {
 }
 
 TEST_F(ARecordersReader, GetsTheRepliesThatOthersFollowBeforeItFindsTheirWriter) {
-  Reader<Reply> sut(there, "millrace/*", Keep::all);
+  wire::Reader<Reply> sut(there, "millrace/*", wire::Keep::all);
   introduce();
-  Writer<Reply> writer(here, "millrace/weather");
+  wire::Writer<Reply> writer(here, "millrace/weather");
   for (std::uint64_t number = 1; number <= 5; ++number) {
     ASSERT_TRUE(writer.write(reply(number)));
   }
@@ -80,14 +80,14 @@ TEST_F(ARecordersReader, GetsTheRepliesThatOthersFollowBeforeItFindsTheirWriter)
 }
 
 TEST_F(ARecordersReader, GetsTheNewestSampleOnlyIfItJoinsLater) {
-  Writer<Request> requests(here, "millrace/weather");
-  Writer<Reply> replies(here, "millrace/weather");
+  wire::Writer<Request> requests(here, "millrace/weather");
+  wire::Writer<Reply> replies(here, "millrace/weather");
   for (std::uint64_t number = 1; number <= 5; ++number) {
     ASSERT_TRUE(requests.write(request(number)));
     ASSERT_TRUE(replies.write(reply(number)));
   }
-  Reader<Request> late_requests(there, "millrace/*", Keep::all);
-  Reader<Reply> late_replies(there, "millrace/*", Keep::all);
+  wire::Reader<Request> late_requests(there, "millrace/*", wire::Keep::all);
+  wire::Reader<Reply> late_replies(there, "millrace/*", wire::Keep::all);
   EXPECT_THAT(numbers(late_requests, 1), ElementsAre(5));
   EXPECT_THAT(numbers(late_replies, 1), ElementsAre(5));
 }

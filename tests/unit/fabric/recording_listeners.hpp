@@ -4,12 +4,12 @@
 #include <map>
 #include <vector>
 
-#include "fabric/call_end.hpp"
-#include "fabric/reply_end.hpp"
+#include "fabric/ends/call_end.hpp"
+#include "fabric/ends/reply_end.hpp"
 
 namespace millrace::fabric {
 
-struct RecordingGateway : CallEndListener {
+struct RecordingGateway : ends::CallEndListener {
   void on_instance_ready(const InstanceIdentity& instance) override {
     ready.insert_or_assign(instance.id, instance);
   }
@@ -29,7 +29,7 @@ struct RecordingGateway : CallEndListener {
   std::vector<std::string> ignored;
 };
 
-struct RecordingInstance : ReplyEndListener {
+struct RecordingInstance : ends::ReplyEndListener {
   void on_request(const Request& request) override { requests.push_back(request); }
   void on_withdrawn(const RequestKey& key) override { withdrawn.push_back(key); }
   void on_orphaned(const RequestKey& key) override { orphaned.push_back(key); }

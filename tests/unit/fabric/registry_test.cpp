@@ -1,4 +1,4 @@
-#include "fabric/registry.hpp"
+#include "fabric/registry/registry.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr EndpointHandle reader = 1;
-constexpr EndpointHandle writer = 2;
-constexpr EndpointHandle participant = 10;
-constexpr EndpointHandle other_participant = 11;
+constexpr registry::EndpointHandle reader = 1;
+constexpr registry::EndpointHandle writer = 2;
+constexpr registry::EndpointHandle participant = 10;
+constexpr registry::EndpointHandle other_participant = 11;
 
 class RegistryTest : public testing::Test {
  protected:
@@ -22,7 +22,7 @@ class RegistryTest : public testing::Test {
   }
 
   InstanceIdentity identity{.id = InstanceId::random(), .uuid = "weather"};
-  Registry sut;
+  registry::Registry sut;
 };
 
 TEST_F(RegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
@@ -40,7 +40,7 @@ TEST_F(RegistryTest, TellsEachChangeOnce) {
   see_both();
   sut.set_matched({reader, writer});
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
-  const Registry::Changes again = sut.changes();
+  const registry::Registry::Changes again = sut.changes();
   EXPECT_THAT(again.ready, IsEmpty());
   EXPECT_THAT(again.changed, IsEmpty());
   EXPECT_THAT(again.gone, IsEmpty());
@@ -56,7 +56,7 @@ TEST_F(RegistryTest, TellsThatAnIdentityChanged) {
 }
 
 TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
-  for (const EndpointHandle lost : {reader, writer}) {
+  for (const registry::EndpointHandle lost : {reader, writer}) {
     see_both();
     sut.set_matched({reader, writer});
     sut.changes();

@@ -2,8 +2,8 @@
 #include <dds/dds.h>
 #include <gtest/gtest.h>
 
-#include "fabric/reader.hpp"
-#include "fabric/writer.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
 
@@ -16,7 +16,7 @@ constexpr std::chrono::milliseconds lease = std::chrono::seconds(60);
 class SlowReader : public testing::Test {
  protected:
   template <typename Value>
-  void match(const Writer<Value>& writer) {
+  void match(const wire::Writer<Value>& writer) {
     boost::asio::io_context context;
     ASSERT_TRUE(tests::run_until(context, [&] { return !writer.matched().empty(); }));
   }
@@ -26,19 +26,19 @@ class SlowReader : public testing::Test {
     ASSERT_EQ(dds_domain_set_deafmute(there.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
   }
 
-  static ParticipantOptions with_lease(ParticipantOptions options) {
+  static dds::ParticipantOptions with_lease(dds::ParticipantOptions options) {
     options.lease = lease;
     return options;
   }
 
   TwoProcesses processes;
-  Participant here{with_lease(processes.here())};
-  Participant there{with_lease(processes.there())};
+  dds::Participant here{with_lease(processes.here())};
+  dds::Participant there{with_lease(processes.there())};
 };
 
 TEST_F(SlowReader, DoesNotHoldUpEvents) {
-  Writer<Event> sut(here, "millrace");
-  const Reader<Event> recorder(there, "millrace", Keep::all);
+  wire::Writer<Event> sut(here, "millrace");
+  const wire::Reader<Event> recorder(there, "millrace", wire::Keep::all);
   match(sut);
   freeze();
   Event event{.key = {.machine = "cnc", .channel = 1}, .uuid = "weather"};
@@ -51,8 +51,8 @@ TEST_F(SlowReader, DoesNotHoldUpEvents) {
 }
 
 TEST_F(SlowReader, DoesNotHoldUpTheCallsOfOtherChannels) {
-  Writer<Request> sut(here, "millrace/weather");
-  const Reader<Request> service(there, "millrace/weather", Keep::last);
+  wire::Writer<Request> sut(here, "millrace/weather");
+  const wire::Reader<Request> service(there, "millrace/weather", wire::Keep::last);
   match(sut);
   freeze();
   Request request{.key = {.machine = "cnc"}, .uuid = "weather"};

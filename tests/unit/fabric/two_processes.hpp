@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "fabric/participant.hpp"
+#include "fabric/dds/participant.hpp"
 #include "tests/support/domain.hpp"
 
 namespace millrace::fabric {
@@ -12,9 +12,9 @@ namespace millrace::fabric {
 /// domain of the network.
 class TwoProcesses {
  public:
-  [[nodiscard]] ParticipantOptions here() const { return {.domain = here_.number()}; }
+  [[nodiscard]] dds::ParticipantOptions here() const { return {.domain = here_.number()}; }
 
-  [[nodiscard]] ParticipantOptions there() const {
+  [[nodiscard]] dds::ParticipantOptions there() const {
     return {.domain = there_.number(),
             .configuration = fmt::format(
                 "<Discovery><ExternalDomainId>{}</ExternalDomainId></Discovery>", here_.number())};

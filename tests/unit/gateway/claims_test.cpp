@@ -1,4 +1,4 @@
-#include "gateway/claims.hpp"
+#include "gateway/machines/claims.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ fabric::MachineStatus claim(std::uint8_t number, std::chrono::seconds since,
 
 class ClaimsTest : public testing::Test {
  protected:
-  Claims sut{gateway(5)};
+  machines::Claims sut{gateway(5)};
 };
 
 TEST_F(ClaimsTest, LetTheEarlierOneServe) {
@@ -95,7 +95,7 @@ TEST_F(ClaimsTest, ComeAfterThoseThatServeWhateverTheClocksSay) {
 }
 
 TEST_F(ClaimsTest, NameTheirGateway) {
-  EXPECT_EQ(name_of(claim(1, 1s)), "gateway 5f3a9c0112d4 (pid 4711 on host7)");
+  EXPECT_EQ(machines::name_of(claim(1, 1s)), "gateway 5f3a9c0112d4 (pid 4711 on host7)");
 }
 
 }  // namespace

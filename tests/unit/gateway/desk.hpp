@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "gateway/channel/session.hpp"
 #include "gateway/journal/ledger.hpp"
-#include "gateway/session.hpp"
 #include "tests/support/service_interface.hpp"
 
 namespace millrace::gateway {
@@ -33,7 +33,7 @@ struct Fate {
 class Desk {
  public:
   explicit Desk(tests::KernelRules rules = {}) : channel(rules) {
-    ledger.apply(journal::Numbers{0x5f3a, 0});
+    ledger.apply(NumbersEntry{0x5f3a, 0});
     now.wall = fabric::Time(std::chrono::hours(24 * 365 * 50));
     now.steady = SteadyTime(std::chrono::hours(1));
   }
@@ -117,7 +117,7 @@ class Desk {
   }
 
   tests::ServiceInterface channel;
-  std::optional<ChannelSession> sut{std::in_place, fabric::ChannelKey{"cnc", 1}};
+  std::optional<channel::ChannelSession> sut{std::in_place, fabric::ChannelKey{"cnc", 1}};
   journal::Ledger ledger;
   Moment now;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;

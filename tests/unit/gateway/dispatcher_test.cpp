@@ -1,4 +1,4 @@
-#include "gateway/dispatcher.hpp"
+#include "gateway/dispatch/dispatcher.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -49,16 +49,16 @@ Call dispatched(std::uint16_t channel, std::uint8_t to, std::uint32_t attempt,
 }
 
 /// "1→2#1": channel 1's call goes to instance 2 as attempt 1; "1 lost", "1 held"; "1: why".
-std::vector<std::string> words(const Decisions& decisions) {
+std::vector<std::string> words(const dispatch::Decisions& decisions) {
   std::vector<std::string> out;
-  for (const Decision& decision : decisions) {
-    if (const auto* give = std::get_if<Give>(&decision)) {
+  for (const dispatch::Decision& decision : decisions) {
+    if (const auto* give = std::get_if<dispatch::Give>(&decision)) {
       out.push_back(fmt::format("{}→{}#{}", give->key.channel,
                                 give->assignment.attempt.instance.bytes[0],
                                 give->assignment.attempt.number));
-    } else if (const auto* back = std::get_if<TakeBack>(&decision)) {
+    } else if (const auto* back = std::get_if<dispatch::TakeBack>(&decision)) {
       out.push_back(fmt::format("{} {}", back->key.channel, back->held ? "held" : "lost"));
-    } else if (const auto* explain = std::get_if<Explain>(&decision)) {
+    } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
       out.push_back(fmt::format("{}: {}", explain->key.channel, explain->reason));
     }
   }
@@ -75,7 +75,7 @@ class DispatcherTest : public testing::Test {
   std::vector<std::string> add(std::uint16_t channel) { return words(sut.add(call(channel))); }
   std::vector<std::string> remove(std::uint16_t channel) { return words(sut.remove({1, channel})); }
 
-  Dispatcher sut;
+  dispatch::Dispatcher sut;
 };
 
 TEST_F(DispatcherTest, GivesACallToAnInstanceOfItsUuidWhateverTheCase) {
@@ -216,9 +216,9 @@ TEST_F(DispatcherTest, HoldsAnAtMostOnceCallWhoseInstanceIsLost) {
   add(1);
   ready({2});
   sut.on_instance_gone(id(1), start);
-  const Decisions decisions = sut.on_time(start + 100ms);
+  const dispatch::Decisions decisions = sut.on_time(start + 100ms);
   EXPECT_THAT(words(decisions), ElementsAre("1 held"));
-  EXPECT_THAT(std::get<TakeBack>(decisions.front()).reason,
+  EXPECT_THAT(std::get<dispatch::TakeBack>(decisions.front()).reason,
               testing::StartsWith("service1 (pid 1 on host) is lost with this call"));
   EXPECT_THAT(words(sut.on_instance_ready(instance(3))), IsEmpty());
 }

@@ -41,8 +41,8 @@ class FullDisk {
   void (*old_handler_)(int) = SIG_DFL;
 };
 
-Dispatched dispatched(std::uint64_t number) {
-  Dispatched entry;
+DispatchedEntry dispatched(std::uint64_t number) {
+  DispatchedEntry entry;
   entry.call = {1, number};
   entry.key = {"cnc", static_cast<std::uint16_t>(number)};
   return entry;
@@ -54,11 +54,11 @@ class JournalFile : public testing::TestWithParam<Sync> {
     sut.reset();
     sut = open_file(io.get_executor(),
                     {.folder = folder.path() / "journal", .sync = GetParam(), .period = 5ms},
-                    idl::program::no_log());
+                    base::program::no_log());
     sut->on_trouble([this](const std::string& text) { troubles.push_back(text); });
   }
 
-  void append(const Entry& entry) {
+  void append(const JournalEntry& entry) {
     sut->append(entry, [this] { ++recorded; });
   }
 
@@ -76,16 +76,16 @@ class JournalFile : public testing::TestWithParam<Sync> {
 TEST_P(JournalFile, RemembersItsCallsWhenItIsOpenedAgain) {
   open();
   const std::uint64_t epoch = sut->ledger().numbers().epoch;
-  append(Numbers{epoch, 1000});
+  append(NumbersEntry{epoch, 1000});
   append(dispatched(1));
   append(dispatched(2));
-  append(Ended{{1, 1}});
+  append(EndedEntry{{1, 1}});
   EXPECT_EQ(recorded, 0) << "nothing is confirmed from within append()";
   ASSERT_TRUE(run_until(io, [&] { return recorded == 4; }));
   open();
   ASSERT_EQ(sut->ledger().open_calls().size(), 1U);
   EXPECT_EQ(sut->ledger().open_calls().front().id.number, 2U);
-  EXPECT_EQ(sut->ledger().numbers(), (Numbers{epoch, 1000}));
+  EXPECT_EQ(sut->ledger().numbers(), (NumbersEntry{epoch, 1000}));
 }
 
 TEST_P(JournalFile, DrawsAnEpochOfItsOwn) {
@@ -115,7 +115,7 @@ TEST_P(JournalFile, CutsATornEndOff) {
 TEST_P(JournalFile, RefusesAFolderThatAnotherGatewayUses) {
   open();
   try {
-    open_file(io.get_executor(), {.folder = folder.path() / "journal"}, idl::program::no_log());
+    open_file(io.get_executor(), {.folder = folder.path() / "journal"}, base::program::no_log());
     FAIL();
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("is in use by another gateway"));
@@ -155,11 +155,11 @@ TEST_P(JournalFile, StaysShortHoweverManyCallsThereWere) {
   sut = open_file(
       io.get_executor(),
       {.folder = folder.path() / "journal", .sync = GetParam(), .period = 5ms, .compact_at = 4096},
-      idl::program::no_log());
+      base::program::no_log());
   append(dispatched(60'000));
   for (std::uint64_t number = 1; number <= 1000; ++number) {
     append(dispatched(number));
-    append(Ended{{1, number}});
+    append(EndedEntry{{1, number}});
   }
   ASSERT_TRUE(
       run_until(io, [&] { return recorded == 2001 && std::filesystem::file_size(file()) < 4096; }));

@@ -19,7 +19,7 @@ fabric::InstanceId instance(std::uint8_t number) {
   return id;
 }
 
-Dispatched dispatched(fabric::CallId call, std::uint16_t channel, std::uint32_t attempt = 1) {
+DispatchedEntry dispatched(fabric::CallId call, std::uint16_t channel, std::uint32_t attempt = 1) {
   return {call,
           {"cnc", channel},
           {"560AACBF", std::string("\xe4\x00z", 3), 0xFFFFFFFF},
@@ -29,18 +29,18 @@ Dispatched dispatched(fabric::CallId call, std::uint16_t channel, std::uint32_t 
           instance(static_cast<std::uint8_t>(attempt))};
 }
 
-std::vector<Entry> one_of_each() {
-  return {Numbers{first.epoch, 1000},
+std::vector<JournalEntry> one_of_each() {
+  return {NumbersEntry{first.epoch, 1000},
           dispatched(first, 1),
-          Interim{first, 5},
-          Answered{first, {instance(1), 1, "1.414", 1}},
-          Clearing{first},
-          Ended{first}};
+          InterimEntry{first, 5},
+          AnsweredEntry{first, {instance(1), 1, "1.414", 1}},
+          ClearingEntry{first},
+          EndedEntry{first}};
 }
 
-std::string file_of(const std::vector<Entry>& entries) {
+std::string file_of(const std::vector<JournalEntry>& entries) {
   std::string file(magic);
-  for (const Entry& entry : entries) {
+  for (const JournalEntry& entry : entries) {
     file += encode(entry);
   }
   return file;
@@ -59,7 +59,7 @@ TEST(JournalFormat, TakesAnEmptyFileAsANewJournal) {
 }
 
 TEST(JournalFormat, KeepsAllWholeRecordsOfAFileTornAtAnyByte) {
-  const std::vector<Entry> entries = one_of_each();
+  const std::vector<JournalEntry> entries = one_of_each();
   const std::string whole = file_of(entries);
   std::size_t expected = 0;
   std::size_t next_end = magic.size() + encode(entries[0]).size();
@@ -102,8 +102,8 @@ TEST(JournalFormat, RefusesAFileThatIsNoJournal) {
 
 class LedgerTest : public testing::Test {
  protected:
-  void apply(std::initializer_list<Entry> entries) {
-    for (const Entry& entry : entries) {
+  void apply(std::initializer_list<JournalEntry> entries) {
+    for (const JournalEntry& entry : entries) {
       sut.apply(entry);
     }
   }
@@ -114,13 +114,13 @@ TEST_F(LedgerTest, OpensACallWithItsFirstAttemptAndClosesItAtItsEnd) {
   apply({dispatched(first, 1), dispatched(first, 1, 2)});
   ASSERT_EQ(sut.open_calls().size(), 1U);
   EXPECT_EQ(sut.open_calls().front().attempts.size(), 2U);
-  apply({Ended{first}});
+  apply({EndedEntry{first}});
   EXPECT_THAT(sut.open_calls(), IsEmpty());
 }
 
 TEST_F(LedgerTest, RemembersHowFarAnAnswerIs) {
-  apply({dispatched(first, 1), Interim{first, 5}, Answered{first, {instance(1), 1, "1.414", 1}},
-         Clearing{first}});
+  apply({dispatched(first, 1), InterimEntry{first, 5},
+         AnsweredEntry{first, {instance(1), 1, "1.414", 1}}, ClearingEntry{first}});
   const Call call = sut.open_calls().front();
   EXPECT_THAT(call.shown, ElementsAre(5U));
   EXPECT_EQ(call.answer->text, "1.414");
@@ -128,7 +128,8 @@ TEST_F(LedgerTest, RemembersHowFarAnAnswerIs) {
 }
 
 TEST_F(LedgerTest, KeepsTheTwoNewestInterimStates) {
-  apply({dispatched(first, 1), Interim{first, 5}, Interim{first, 6}, Interim{first, 7}});
+  apply({dispatched(first, 1), InterimEntry{first, 5}, InterimEntry{first, 6},
+         InterimEntry{first, 7}});
   EXPECT_THAT(sut.open_calls().front().shown, ElementsAre(6U, 7U));
 }
 
@@ -139,16 +140,16 @@ TEST_F(LedgerTest, KnowsThatAChannelHasOneCallAtATime) {
 }
 
 TEST_F(LedgerTest, IgnoresWhatBelongsToNoOpenCall) {
-  apply({Clearing{first}, Ended{first}, Interim{first, 1}});
+  apply({ClearingEntry{first}, EndedEntry{first}, InterimEntry{first, 1}});
   EXPECT_THAT(sut.open_calls(), IsEmpty());
 }
 
 TEST_F(LedgerTest, IsTheSameAfterItsSnapshot) {
-  apply({Numbers{first.epoch, 2000}, dispatched(first, 1), dispatched(first, 1, 2),
-         Interim{first, 5}, Answered{first, {instance(2), 2, "1.414", 1}}, Clearing{first},
-         dispatched(second, 2)});
+  apply({NumbersEntry{first.epoch, 2000}, dispatched(first, 1), dispatched(first, 1, 2),
+         InterimEntry{first, 5}, AnsweredEntry{first, {instance(2), 2, "1.414", 1}},
+         ClearingEntry{first}, dispatched(second, 2)});
   Ledger again;
-  for (const Entry& entry : sut.snapshot()) {
+  for (const JournalEntry& entry : sut.snapshot()) {
     again.apply(entry);
   }
   EXPECT_EQ(again.open_calls(), sut.open_calls());

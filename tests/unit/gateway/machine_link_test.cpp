@@ -1,4 +1,4 @@
-#include "gateway/machine_link.hpp"
+#include "gateway/live/machine_link.hpp"
 
 #include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
@@ -8,7 +8,7 @@
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
-#include "gateway/back_off.hpp"
+#include "gateway/machines/back_off.hpp"
 #include "tests/support/run_until.hpp"
 
 namespace millrace::gateway {
@@ -60,7 +60,7 @@ class TwoChannels final : public cnc::ads::Device {
   Result<void> write_result{};
 };
 
-class MachineLinkTest : public testing::Test, public LinkEvents {
+class MachineLinkTest : public testing::Test, public machines::LinkEvents {
  protected:
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
     EXPECT_EQ(machine, "cnc");
@@ -70,9 +70,9 @@ class MachineLinkTest : public testing::Test, public LinkEvents {
     EXPECT_EQ(machine, "cnc");
     down.push_back(reason);
   }
-  void on_read(const fabric::ChannelKey& key, const Picture& picture) override {
-    EXPECT_EQ(key.channel, picture.request_state);
-    pictures.push_back(picture);
+  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override {
+    EXPECT_EQ(key.channel, snapshot.request_state);
+    snapshots.push_back(snapshot);
   }
   void on_read_failed(const fabric::ChannelKey&, const std::string& reason) override {
     failures.push_back(reason);
@@ -89,15 +89,16 @@ class MachineLinkTest : public testing::Test, public LinkEvents {
     options.tcp_port = port;
     server = std::make_unique<cnc::ads::Server>(
         io.get_executor(), with_sums ? static_cast<cnc::ads::Device&>(sums) : device, options,
-        idl::program::no_log());
+        base::program::no_log());
     port = server->tcp_port();
   }
 
   void connect() {
-    MachineSettings settings;
+    settings::MachineSettings settings;
     settings.tcp_port = port;
     settings.channels = named_channels;
-    sut = std::make_unique<MachineLink>(io.get_executor(), settings, *this, idl::program::no_log());
+    sut = std::make_unique<live::MachineLink>(io.get_executor(), settings, *this,
+                                              base::program::no_log());
     sut->start();
   }
 
@@ -110,10 +111,10 @@ class MachineLinkTest : public testing::Test, public LinkEvents {
   std::uint16_t port = 0;
   std::vector<std::uint16_t> named_channels;
   std::unique_ptr<cnc::ads::Server> server;
-  std::unique_ptr<MachineLink> sut;
+  std::unique_ptr<live::MachineLink> sut;
   std::vector<std::vector<std::uint16_t>> up;
   std::vector<std::string> down;
-  std::vector<Picture> pictures;
+  std::vector<Snapshot> snapshots;
   std::vector<std::string> failures;
   std::vector<WriteOutcome> outcomes;
 };
@@ -137,9 +138,9 @@ TEST_F(MachineLinkTest, ReadsWhatALookTakesIn) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
-  sut->read(2, Look::all);
-  ASSERT_TRUE(run([&] { return !pictures.empty(); }));
-  EXPECT_EQ(pictures.front(), (Picture{Look::all, "x", "x", 2, 2, "x"}));
+  sut->read(2, ReadSet::all);
+  ASSERT_TRUE(run([&] { return !snapshots.empty(); }));
+  EXPECT_EQ(snapshots.front(), (Snapshot{ReadSet::all, "x", "x", 2, 2, "x"}));
 }
 
 TEST_F(MachineLinkTest, LooksAtAllChannelsThatAreDueInOneRequest) {
@@ -147,9 +148,9 @@ TEST_F(MachineLinkTest, LooksAtAllChannelsThatAreDueInOneRequest) {
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
   const auto before = sut->load().requests;
-  sut->read(1, Look::state);
-  sut->read(2, Look::state);
-  ASSERT_TRUE(run([&] { return pictures.size() == 2; }));
+  sut->read(1, ReadSet::state);
+  sut->read(2, ReadSet::state);
+  ASSERT_TRUE(run([&] { return snapshots.size() == 2; }));
   EXPECT_EQ(sut->load().requests, before + 1);
 }
 
@@ -159,10 +160,10 @@ TEST_F(MachineLinkTest, LooksAtEachChannelByItselfWhereTheControllerKnowsNoSums)
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
   for (int times = 0; times < 2; ++times) {
-    sut->read(1, Look::state);
-    sut->read(2, Look::state);
-    ASSERT_TRUE(run([&] { return pictures.size() == 2; }));
-    pictures.clear();
+    sut->read(1, ReadSet::state);
+    sut->read(2, ReadSet::state);
+    ASSERT_TRUE(run([&] { return snapshots.size() == 2; }));
+    snapshots.clear();
   }
   EXPECT_TRUE(failures.empty());
 }
@@ -173,9 +174,9 @@ TEST_F(MachineLinkTest, SaysOfWhichChannelALookFailedAndGoesOnWithTheOthers) {
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
   for (const std::uint16_t channel : named_channels) {
-    sut->read(channel, Look::state);
+    sut->read(channel, ReadSet::state);
   }
-  ASSERT_TRUE(run([&] { return pictures.size() == 2 && failures.size() == 1; }));
+  ASSERT_TRUE(run([&] { return snapshots.size() == 2 && failures.size() == 1; }));
   EXPECT_THAT(failures.front(), HasSubstr("Interface of channel 3: "));
 }
 
@@ -236,25 +237,25 @@ TEST_F(MachineLinkTest, IsSilentOnceItIsGone) {
   serve();
   connect();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
-  sut->read(1, Look::state);
+  sut->read(1, ReadSet::state);
   sut.reset();
   run_until(
       io, [] { return false; }, std::chrono::milliseconds(50));
-  EXPECT_TRUE(pictures.empty());
+  EXPECT_TRUE(snapshots.empty());
   EXPECT_TRUE(failures.empty());
 }
 
 TEST(BackOff, DoublesUpToALimitAndBeginsAnew) {
-  BackOff sut(1);
+  machines::BackOff sut(1);
   const auto first = sut.next();
-  EXPECT_GE(first, BackOff::shortest * 3 / 4);
-  EXPECT_LE(first, BackOff::shortest * 5 / 4);
+  EXPECT_GE(first, machines::BackOff::shortest * 3 / 4);
+  EXPECT_LE(first, machines::BackOff::shortest * 5 / 4);
   for (int i = 0; i < 20; ++i) {
-    EXPECT_LE(sut.next(), BackOff::longest * 5 / 4);
+    EXPECT_LE(sut.next(), machines::BackOff::longest * 5 / 4);
   }
-  EXPECT_GE(sut.next(), BackOff::longest * 3 / 4);
+  EXPECT_GE(sut.next(), machines::BackOff::longest * 3 / 4);
   sut.reset();
-  EXPECT_LE(sut.next(), BackOff::shortest * 5 / 4);
+  EXPECT_LE(sut.next(), machines::BackOff::shortest * 5 / 4);
 }
 
 }  // namespace

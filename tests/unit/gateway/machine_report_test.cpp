@@ -1,4 +1,4 @@
-#include "gateway/machine_report.hpp"
+#include "gateway/machines/machine_report.hpp"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ Moment at(std::chrono::seconds time) {
 
 class MachineReportTest : public testing::Test {
  protected:
-  MachineReport sut{fabric::MachineStatus{.machine = "cnc"}};
+  machines::MachineReport sut{fabric::MachineStatus{.machine = "cnc"}};
 };
 
 TEST_F(MachineReportTest, SaysSinceWhenTheLinkIsUp) {

@@ -1,4 +1,4 @@
-#include "gateway/machines.hpp"
+#include "gateway/machines/machines.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,11 +12,11 @@ using testing::IsEmpty;
 using testing::Pair;
 
 /// Of a link that is up at once and answers nothing.
-class NoLink final : public Link {
+class NoLink final : public machines::Link {
  public:
-  void read(std::uint16_t, Look) override {}
+  void read(std::uint16_t, ReadSet) override {}
   void write(std::uint16_t, Variable, const Value&) override {}
-  [[nodiscard]] LinkLoad load() const override { return {}; }
+  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
 };
 
 constexpr std::uint64_t own_epoch = 1;
@@ -28,10 +28,12 @@ fabric::InstanceId gateway(std::uint8_t number) {
   return id;
 }
 
-class MachinesTest : public testing::Test, public MachinesHands, public MachinesListener {
+class MachinesTest : public testing::Test,
+                     public machines::MachinesIo,
+                     public machines::MachinesListener {
  protected:
   MachinesTest() {
-    MachineSettings machine;
+    settings::MachineSettings machine;
     machine.name = "cnc";
     sut.set({machine});
   }
@@ -48,7 +50,8 @@ class MachinesTest : public testing::Test, public MachinesHands, public Machines
   void after(std::chrono::nanoseconds, std::function<void()> act) override {
     waiting.push_back(std::move(act));
   }
-  std::unique_ptr<Link> connect(const MachineSettings&, LinkEvents& events) override {
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&,
+                                          machines::LinkEvents& events) override {
     link = &events;
     linked = true;
     return std::make_unique<NoLink>();
@@ -72,7 +75,7 @@ class MachinesTest : public testing::Test, public MachinesHands, public Machines
   [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string&) const override {
     return served;
   }
-  void on_read(const fabric::ChannelKey&, const Picture&) override {}
+  void on_read(const fabric::ChannelKey&, const Snapshot&) override {}
   void on_read_failed(const fabric::ChannelKey&, const std::string&) override {}
   void on_write(const fabric::ChannelKey&, WriteOutcome, const std::string&) override {}
 
@@ -109,14 +112,14 @@ class MachinesTest : public testing::Test, public MachinesHands, public Machines
 
   Moment time{SteadyTime(1h), fabric::Time(1h)};
   std::vector<std::function<void()>> waiting;
-  LinkEvents* link = nullptr;
+  machines::LinkEvents* link = nullptr;
   bool linked = false;
   /// It is found that this process stood still when now() is asked once more than this.
   std::optional<unsigned> stood_still{};
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
   fabric::MachineStatus told;
-  Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
+  machines::Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
 };
 
 using enum fabric::ChannelState;
@@ -237,7 +240,7 @@ TEST_F(MachinesTest, InheritsACallThatItHeardOfBeforeItsConfigurationNamedTheMac
   served.clear();
   time_passes();
   sut.on_channel(call(other_epoch, running, 1));
-  MachineSettings machine;
+  settings::MachineSettings machine;
   machine.name = "cnc";
   sut.set({machine});
   serve();

@@ -1,4 +1,4 @@
-#include "gateway/near_miss.hpp"
+#include "gateway/dispatch/near_miss.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,53 +9,56 @@ namespace {
 const std::string served = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
 TEST(EditDistance, CountsInsertionsRemovalsAndReplacements) {
-  EXPECT_EQ(edit_distance("", "abc"), 3U);
-  EXPECT_EQ(edit_distance("abc", "abc"), 0U);
-  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+  EXPECT_EQ(dispatch::edit_distance("", "abc"), 3U);
+  EXPECT_EQ(dispatch::edit_distance("abc", "abc"), 0U);
+  EXPECT_EQ(dispatch::edit_distance("kitten", "sitting"), 3U);
 }
 
 TEST(ExplainUnserved, NamesTheCharacterThatTheVendorsOwnSampleMisses) {
   EXPECT_EQ(
-      explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),
+      dispatch::explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", {served}),
       "V.G.SERVICE.UUID 560AACBF-6335-44a9-895A-B27F3ED5E47 is served by nobody; did you mean "
       "560aacbf-6335-44a9-895a-8b27f3ed5e47, one character is missing; it is malformed: 35 "
       "characters, a UUID has 36");
 }
 
 TEST(ExplainUnserved, CountsWhatElseIsDifferent) {
-  EXPECT_THAT(explain_unserved("660AACBF-6335-44a9-895A-8B27F3ED5E47", {served}),
+  EXPECT_THAT(dispatch::explain_unserved("660AACBF-6335-44a9-895A-8B27F3ED5E47", {served}),
               testing::EndsWith("5e47, one character differs"));
-  EXPECT_THAT(explain_unserved("660AACBF-6335-44a9-895A-8B27F3ED5E48", {served}),
+  EXPECT_THAT(dispatch::explain_unserved("660AACBF-6335-44a9-895A-8B27F3ED5E48", {served}),
               testing::EndsWith("5e47, 2 characters differ"));
-  EXPECT_THAT(explain_unserved("560AACBF-6335-44a9-895A-8B27F3ED5E477", {served}),
+  EXPECT_THAT(dispatch::explain_unserved("560AACBF-6335-44a9-895A-8B27F3ED5E477", {served}),
               testing::HasSubstr("5e47, one character is too many"));
 }
 
 TEST(ExplainUnserved, MakesNoGuessThatIsFarOff) {
-  EXPECT_EQ(explain_unserved("11111111-1111-1111-1111-111111111111", {served}),
+  EXPECT_EQ(dispatch::explain_unserved("11111111-1111-1111-1111-111111111111", {served}),
             "V.G.SERVICE.UUID 11111111-1111-1111-1111-111111111111 is served by nobody");
 }
 
 TEST(ExplainUnserved, PrefersTheNearest) {
   const std::string other = "560aacbf-6335-44a9-895a-8b27f3ed5e4f";
-  EXPECT_THAT(explain_unserved("560aacbf-6335-44a9-895a-8b27f3ed5e4", {other, served, other}),
-              testing::HasSubstr("did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e4f"));
+  EXPECT_THAT(
+      dispatch::explain_unserved("560aacbf-6335-44a9-895a-8b27f3ed5e4", {other, served, other}),
+      testing::HasSubstr("did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e4f"));
 }
 
 TEST(ExplainUnserved, AsksForAUuidWhereThereIsNone) {
-  EXPECT_THAT(explain_unserved("", {served}), testing::StartsWith("V.G.SERVICE.UUID is empty"));
+  EXPECT_THAT(dispatch::explain_unserved("", {served}),
+              testing::StartsWith("V.G.SERVICE.UUID is empty"));
 }
 
 TEST(ExplainUnserved, TakesAnIdentifierThatIsNoUuidAsItIs) {
-  EXPECT_EQ(explain_unserved("square_root", {served}),
+  EXPECT_EQ(dispatch::explain_unserved("square_root", {served}),
             "V.G.SERVICE.UUID square_root is served by nobody");
 }
 
 TEST(Malformed, NamesWhatIsWrong) {
-  EXPECT_EQ(malformed(served), "");
-  EXPECT_EQ(malformed("{560AACBF-6335-44a9-895A-8B27F3ED5E47}"), "");
-  EXPECT_EQ(malformed("560aacbf-6335-44a9-895a-8b27f3ed5e4g"), "'g' is no hexadecimal digit");
-  EXPECT_EQ(malformed("560aacbf-633-544a9-895a-8b27f3ed5e47"),
+  EXPECT_EQ(dispatch::malformed(served), "");
+  EXPECT_EQ(dispatch::malformed("{560AACBF-6335-44a9-895A-8B27F3ED5E47}"), "");
+  EXPECT_EQ(dispatch::malformed("560aacbf-6335-44a9-895a-8b27f3ed5e4g"),
+            "'g' is no hexadecimal digit");
+  EXPECT_EQ(dispatch::malformed("560aacbf-633-544a9-895a-8b27f3ed5e47"),
             "its dashes are not where a UUID has them");
 }
 

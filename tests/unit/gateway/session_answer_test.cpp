@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 class ChannelAnswer : public testing::Test {
  protected:
-  ChannelSession& sut() { return *desk.sut; }
+  channel::ChannelSession& sut() { return *desk.sut; }
   void reply(const fabric::Reply& reply) { desk.feed(sut().on_reply(reply, desk.now)); }
   Desk desk;
 };

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 class Patience : public testing::Test {
  protected:
-  ChannelSession& sut() { return *desk.sut; }
+  channel::ChannelSession& sut() { return *desk.sut; }
   void expect_answer(const std::string& text, std::uint32_t state) {
     EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=" + text, "REQUEST_STATE=0",
                                          fmt::format("RESPONSE_STATE={}", state)));

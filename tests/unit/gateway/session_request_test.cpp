@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 
 class ChannelRequest : public testing::Test {
  protected:
-  ChannelSession& sut() { return *desk.sut; }
+  channel::ChannelSession& sut() { return *desk.sut; }
   Desk desk;
 };
 
@@ -78,7 +78,7 @@ TEST_F(ChannelRequest, OfAForeignUuidLeavesTheChannelUntouchedAndIsReportedOnce)
 TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
   sut().on_link_up(desk.now);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down);
-  desk.feed(sut().on_read({Look::state, "", "", 0, 0, ""}, desk.now));
+  desk.feed(sut().on_read({ReadSet::state, "", "", 0, 0, ""}, desk.now));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
 }
 
@@ -275,25 +275,25 @@ TEST_F(ChannelRequest, OfAnEarlierRunThatIsGoneIsNotResumed) {
 // The second request had the state of the first, and its texts were half written. Found by the
 // simulation.
 TEST(RequestWatch, TakesNoRequestWhoseTextsAreHalfWrittenUnderTheStateOfTheOneBefore) {
-  RequestWatch sut;
-  EXPECT_FALSE(sut.on_look({Look::state, "", "", 3, 0, ""}));
-  EXPECT_FALSE(sut.on_look({Look::texts, "new uuid", "old text", 0, 0, ""}));
-  EXPECT_FALSE(sut.on_look({Look::request, "new uuid", "new text", 3, 0, ""}));
-  EXPECT_FALSE(sut.on_look({Look::texts, "new uuid", "new text", 0, 0, ""}));
-  const auto request = sut.on_look({Look::request, "new uuid", "new text", 3, 0, ""});
+  channel::RequestWatch sut;
+  EXPECT_FALSE(sut.on_look({ReadSet::state, "", "", 3, 0, ""}));
+  EXPECT_FALSE(sut.on_look({ReadSet::texts, "new uuid", "old text", 0, 0, ""}));
+  EXPECT_FALSE(sut.on_look({ReadSet::request, "new uuid", "new text", 3, 0, ""}));
+  EXPECT_FALSE(sut.on_look({ReadSet::texts, "new uuid", "new text", 0, 0, ""}));
+  const auto request = sut.on_look({ReadSet::request, "new uuid", "new text", 3, 0, ""});
   EXPECT_EQ(request, (PendingRequest{"new uuid", "new text", 3}));
 }
 
 // It waited for an instance for ever, whatever the policy said. Found by the simulation.
 TEST(RestartedGateway, LooksAnewAtACallThatItWasAboutToAnswerItself) {
   Desk desk;
-  desk.ledger.apply(journal::Dispatched{{0x5f3a, 1},
-                                        {"cnc", 1},
-                                        {square_root_uuid, "2", 1},
-                                        {},
-                                        fabric::Delivery::at_least_once,
-                                        0,
-                                        {}});
+  desk.ledger.apply(DispatchedEntry{{0x5f3a, 1},
+                                    {"cnc", 1},
+                                    {square_root_uuid, "2", 1},
+                                    {},
+                                    fabric::Delivery::at_least_once,
+                                    0,
+                                    {}});
   desk.call();
   desk.restart();
   desk.served = false;

@@ -1,16 +1,16 @@
-#include "gateway/settings.hpp"
+#include "gateway/settings/settings.hpp"
 
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 
 namespace millrace::gateway {
 namespace {
 
-using idl::program::UsageError;
+using base::program::UsageError;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -54,22 +54,24 @@ TEST(GatewaySettings, NameThePlaceAndTheExpectationInEachBadFile) {
   const auto bad = files("bad");
   EXPECT_GE(bad.size(), 11U);
   for (const auto& file : bad) {
-    EXPECT_THAT(usage_error([&] { read_settings(file); }), HasSubstr(expectation(file))) << file;
+    EXPECT_THAT(usage_error([&] { settings::read_settings(file); }), HasSubstr(expectation(file)))
+        << file;
   }
 }
 
 TEST(GatewaySettings, AreReadFromEachGoodFile) {
   for (const auto& file : files("good")) {
-    EXPECT_EQ(usage_error([&] { read_settings(file); }), "no error") << file;
+    EXPECT_EQ(usage_error([&] { settings::read_settings(file); }), "no error") << file;
   }
 }
 
 TEST(GatewaySettings, HoldEverythingAFileSays) {
-  const Settings sut = read_settings(folder / "good/everything.gateway.textproto");
+  const settings::Settings sut =
+      settings::read_settings(folder / "good/everything.gateway.textproto");
   EXPECT_EQ(sut.journal.folder, "/var/lib/millrace");
   EXPECT_EQ(sut.journal.sync, journal::Sync::always);
   ASSERT_EQ(sut.machines.size(), 2U);
-  const MachineSettings& press = sut.machines.front();
+  const settings::MachineSettings& press = sut.machines.front();
   EXPECT_EQ(press.to_string(), "press_1 (press1.hall3:48899, 10.0.0.5.1.1)");
   EXPECT_EQ(press.source.to_string(), "10.0.0.9.1.1");
   EXPECT_THAT(press.channels, ElementsAre(1, 2));
@@ -80,7 +82,7 @@ TEST(GatewaySettings, HoldEverythingAFileSays) {
 }
 
 TEST(GatewaySettings, HoldThePolicyOfEachMachineAndService) {
-  const Policies sut = read_settings(folder / "good/policies.gateway.textproto").policies;
+  const Policies sut = settings::read_settings(folder / "good/policies.gateway.textproto").policies;
   const auto press = sut.of("press", "other");
   EXPECT_EQ(press.unserved, (Rule{std::chrono::seconds(5), 901}));
   EXPECT_EQ(press.deadline, (Rule{std::chrono::seconds(5), 902}));
@@ -91,16 +93,17 @@ TEST(GatewaySettings, HoldThePolicyOfEachMachineAndService) {
 }
 
 TEST(GatewaySettings, AreThoseOfTheVirtualCncByDefault) {
-  EXPECT_EQ(MachineSettings{}.to_string(), "cnc (127.0.0.1:48898, 127.0.0.1.1.1)");
+  EXPECT_EQ(settings::MachineSettings{}.to_string(), "cnc (127.0.0.1:48898, 127.0.0.1.1.1)");
 }
 
 TEST(MachineFlag, NamesAMachineWithoutAFile) {
-  const MachineSettings sut = parse_machine("press=10.0.0.5:48899/5.1.2.3.4.5");
+  const settings::MachineSettings sut = settings::parse_machine("press=10.0.0.5:48899/5.1.2.3.4.5");
   EXPECT_EQ(sut.to_string(), "press (10.0.0.5:48899, 5.1.2.3.4.5)");
 }
 
 TEST(MachineFlag, TakesTheUsualPortAndNetIdWhereNoneIsGiven) {
-  EXPECT_EQ(parse_machine("press=10.0.0.5").to_string(), "press (10.0.0.5:48898, 10.0.0.5.1.1)");
+  EXPECT_EQ(settings::parse_machine("press=10.0.0.5").to_string(),
+            "press (10.0.0.5:48898, 10.0.0.5.1.1)");
 }
 
 TEST(MachineFlag, SaysWhatItExpects) {
@@ -113,13 +116,14 @@ TEST(MachineFlag, SaysWhatItExpects) {
            std::pair("press=10.0.0.5/1.2", "NetId \"1.2\"; expected six numbers"),
            std::pair("press=press1.hall3", "NetId \"press1.hall3.1.1\"; expected six numbers"),
        }) {
-    EXPECT_THAT(usage_error([&text = text] { parse_machine(text); }), HasSubstr(expected)) << text;
+    EXPECT_THAT(usage_error([&text = text] { settings::parse_machine(text); }), HasSubstr(expected))
+        << text;
   }
 }
 
 TEST(MachineFlag, MayNotUseANameTwice) {
   EXPECT_THAT(usage_error([] {
-                check_names({MachineSettings{}, MachineSettings{}});
+                settings::check_names({settings::MachineSettings{}, settings::MachineSettings{}});
               }),
               HasSubstr("two machines are called \"cnc\""));
 }

@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/call_end.hpp"
+#include "fabric/ends/call_end.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
@@ -76,9 +76,9 @@ class IsgService : public testing::Test {
 
   tests::Domain domain;
   boost::asio::io_context context;
-  fabric::Participant participant{{.domain = domain.number()}};
+  fabric::dds::Participant participant{{.domain = domain.number()}};
   fabric::RecordingGateway gateway;
-  fabric::CallEnd end{participant, context.get_executor(), gateway};
+  fabric::ends::CallEnd end{participant, context.get_executor(), gateway};
   std::uint64_t number = 0;
   ISG_SERVICE_CONNECTION connection;
   ISG_SERVICE sut{};

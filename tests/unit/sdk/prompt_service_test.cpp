@@ -10,8 +10,8 @@
 #include <spdlog/logger.h>
 #include <spdlog/sinks/ostream_sink.h>
 
-#include "fabric/reply_end.hpp"
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
+#include "fabric/ends/reply_end.hpp"
 #include "services/sdk/runner.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
 
@@ -50,13 +50,13 @@ class PromptServiceTest : public ServiceTest {
 };
 
 TEST_F(PromptServiceTest, RunsItsHandlerWhereCallsArrive) {
-  const Service sut(prompt(), name_the_thread, idl::program::no_log());
+  const Service sut(prompt(), name_the_thread, base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   EXPECT_EQ(answer(sut, 1), this_thread());
 }
 
 TEST_F(PromptServiceTest, IsTheExceptionOthersRunTheirHandlerOnAThreadOfItsOwn) {
-  const Service sut(options(), name_the_thread, idl::program::no_log());
+  const Service sut(options(), name_the_thread, base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   EXPECT_NE(answer(sut, 1), this_thread());
 }
@@ -92,7 +92,7 @@ TEST_F(PromptServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
         }
         return echo(call);
       },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1));
   EXPECT_EQ(next_reply().code, ServiceCode::failed);
@@ -121,15 +121,15 @@ class PromptRunnerTest : public testing::Test {
   const fabric::InstanceIdentity identity{
       .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};
   const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
-      DeskOptions{.instance = identity.id}, idl::program::no_log(),
+      DeskOptions{.instance = identity.id}, base::program::no_log(),
       // A busy host may hold it up for longer than prompt_limit.
       Prompt{[this](std::shared_ptr<const Call> call) { handled.push_back(std::move(call)); },
              std::chrono::hours(1)});
 
  private:
   const tests::Domain domain;
-  fabric::Participant participant{{.domain = domain.number()}};
-  fabric::ReplyEnd end{participant, identity, *sut};
+  fabric::dds::Participant participant{{.domain = domain.number()}};
+  fabric::ends::ReplyEnd end{participant, identity, *sut};
 };
 
 TEST_F(PromptRunnerTest, RunsEachCallAsItComes) {

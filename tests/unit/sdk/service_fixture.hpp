@@ -10,7 +10,7 @@
 #include <boost/asio/io_context.hpp>
 #include <gtest/gtest.h>
 
-#include "fabric/call_end.hpp"
+#include "fabric/ends/call_end.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
@@ -70,9 +70,9 @@ class ServiceTest : public testing::Test {
 
   tests::Domain domain;
   boost::asio::io_context context;
-  fabric::Participant participant{{.domain = domain.number()}};
+  fabric::dds::Participant participant{{.domain = domain.number()}};
   fabric::RecordingGateway gateway;
-  fabric::CallEnd end{participant, context.get_executor(), gateway};
+  fabric::ends::CallEnd end{participant, context.get_executor(), gateway};
 
  private:
   std::size_t replies_read_ = 0;

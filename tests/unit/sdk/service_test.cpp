@@ -6,10 +6,10 @@
 
 #include <gmock/gmock.h>
 
-#include "fabric/command_codec.hpp"
-#include "fabric/reader.hpp"
-#include "fabric/writer.hpp"
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
 
 namespace millrace::services::sdk {
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 using testing::SizeIs;
 
 TEST_F(ServiceTest, AnswersCallsWithItsFunction) {
-  const Service sut(options(), echo, idl::program::no_log());
+  const Service sut(options(), echo, base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   for (std::uint64_t number = 1; number <= 20; ++number) {
     call(request(sut, number));
@@ -54,7 +54,7 @@ TEST_F(ServiceTest, GivesTheHandlerAllThatIsKnownOfTheCall) {
         checked.set_value();
         return {};
       },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   sent = request(sut, 1);
   sent.attempt = 3;
@@ -77,7 +77,7 @@ TEST_F(ServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
         }
         return echo(call);
       },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1));
   const Reply reply = next_reply();
@@ -93,7 +93,7 @@ TEST_F(ServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
 TEST_F(ServiceTest, RefusesAnAnswerThatDoesNotFit) {
   const Service sut(
       options(), [](const Call&) -> Response { return {.text = std::string(130, 'x')}; },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1));
   const Reply reply = next_reply();
@@ -114,7 +114,7 @@ TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
         }
         return echo(call);
       },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   const Request first = request(sut, 1);
   call(first);
@@ -137,10 +137,10 @@ TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasItsChannelAfterItsO
         }
         return echo(call);
       },
-      idl::program::no_log());
+      base::program::no_log());
   fabric::RecordingGateway other_gateway;
-  std::optional<fabric::CallEnd> other(std::in_place, participant, context.get_executor(),
-                                       other_gateway);
+  std::optional<fabric::ends::CallEnd> other(std::in_place, participant, context.get_executor(),
+                                             other_gateway);
   ASSERT_TRUE(until_ready(sut));
   ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
   Request first = request(sut, 1);
@@ -162,7 +162,7 @@ TEST_F(ServiceTest, ShowsInterimStatesBeforeTheAnswer) {
         door.pass();
         return {.text = "done"};
       },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1));
   const Reply interim = next_reply();
@@ -183,7 +183,7 @@ TEST_F(ServiceTest, RunsAsManyCallsAtOnceAsItMay) {
         door.pass();
         return echo(call);
       },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   for (std::uint16_t channel = 1; channel <= concurrency + 1; ++channel) {
     call(request(sut, channel, channel));
@@ -197,7 +197,7 @@ TEST_F(ServiceTest, MayAnswerLaterFromAnotherThread) {
   std::promise<std::shared_ptr<const Call>> held;
   const Service sut(
       options(), [&](const std::shared_ptr<const Call>& call) { held.set_value(call); },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1));
   const auto later = held.get_future().get();
@@ -208,7 +208,7 @@ TEST_F(ServiceTest, MayAnswerLaterFromAnotherThread) {
 
 TEST_F(ServiceTest, AnswersForAHandlerThatForgetsACall) {
   const Service sut(
-      options(), [](const std::shared_ptr<const Call>&) {}, idl::program::no_log());
+      options(), [](const std::shared_ptr<const Call>&) {}, base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1));
   const Reply reply = next_reply();
@@ -220,7 +220,7 @@ TEST_F(ServiceTest, AnswersARepeatWithoutRunningItAgain) {
   std::atomic<int> runs = 0;
   const Service sut(
       options(), [&](const Call&) -> Response { return {.text = std::to_string(++runs)}; },
-      idl::program::no_log());
+      base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   Request sent = request(sut, 1);
   call(sent);
@@ -241,7 +241,7 @@ TEST_F(ServiceTest, FinishesWhatItHasBeforeItLeaves) {
         door.pass();
         return echo(call);
       },
-      idl::program::no_log());
+      base::program::no_log());
   const fabric::InstanceId id = sut.identity().id;
   ASSERT_TRUE(until_ready(sut));
   call(request(sut, 1, 1));
@@ -255,11 +255,11 @@ TEST_F(ServiceTest, FinishesWhatItHasBeforeItLeaves) {
 }
 
 TEST_F(ServiceTest, LeavesWhenAnOperatorAsksForIt) {
-  Service sut(options(), echo, idl::program::no_log());
+  Service sut(options(), echo, base::program::no_log());
   const fabric::InstanceId id = sut.identity().id;
   ASSERT_TRUE(until_ready(sut));
-  fabric::Writer<fabric::Command> commands(participant, "millrace");
-  fabric::Reader<fabric::Outcome> outcomes(participant, "millrace", fabric::Keep::all);
+  fabric::wire::Writer<fabric::Command> commands(participant, "millrace");
+  fabric::wire::Reader<fabric::Outcome> outcomes(participant, "millrace", fabric::wire::Keep::all);
   fabric::Command command{.id = fabric::InstanceId::random(),
                           .kind = fabric::CommandKind::drain,
                           .instance = fabric::InstanceId::random()};
@@ -277,15 +277,15 @@ TEST_F(ServiceTest, LeavesWhenAnOperatorAsksForIt) {
 }
 
 TEST_F(ServiceTest, AnswersAPing) {
-  const Service sut(options(), echo, idl::program::no_log());
+  const Service sut(options(), echo, base::program::no_log());
   const fabric::InstanceId id = sut.identity().id;
   ASSERT_TRUE(until_ready(sut));
-  fabric::Writer<fabric::Command> commands(participant, "millrace");
-  fabric::Reader<fabric::Outcome> outcomes(participant, "millrace", fabric::Keep::all);
+  fabric::wire::Writer<fabric::Command> commands(participant, "millrace");
+  fabric::wire::Reader<fabric::Outcome> outcomes(participant, "millrace", fabric::wire::Keep::all);
   const fabric::Command ping{
       .id = fabric::InstanceId::random(), .kind = fabric::CommandKind::ping, .instance = id};
   ASSERT_TRUE(commands.write(ping));
-  std::vector<fabric::Taken<fabric::Outcome>> told;
+  std::vector<fabric::wire::Taken<fabric::Outcome>> told;
   ASSERT_TRUE(until([&] {
     if (told.empty()) {
       told = outcomes.take();
@@ -306,7 +306,7 @@ TEST_F(ServiceTest, OutlivesCallsThatAreHeldLongerThanItself) {
           call->answer({.text = "done"});
           promise.set_value(call);
         },
-        idl::program::no_log());
+        base::program::no_log());
     ASSERT_TRUE(until_ready(sut));
     call(request(sut, 1));
     held = promise.get_future().get();
@@ -320,7 +320,7 @@ TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
   const auto with = [&](auto change) {
     ServiceOptions wrong = options();
     change(wrong);
-    const Service sut(wrong, echo, idl::program::no_log());
+    const Service sut(wrong, echo, base::program::no_log());
   };
   EXPECT_THROW(with([](auto& sut) { sut.uuid = ""; }), std::invalid_argument);
   EXPECT_THROW(with([](auto& sut) { sut.concurrency = 0; }), std::invalid_argument);

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 
 namespace millrace::cnc::simulator {
 namespace {
@@ -116,7 +116,7 @@ class MistakenConfiguration : public testing::TestWithParam<Mistake> {};
 
 TEST_P(MistakenConfiguration, IsRefusedWithAReason) {
   EXPECT_THAT([] { parse_settings(GetParam().text, "x"); },
-              ThrowsMessage<idl::program::UsageError>(HasSubstr(GetParam().message)));
+              ThrowsMessage<base::program::UsageError>(HasSubstr(GetParam().message)));
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -22,7 +22,7 @@ class ControllerFixture : public testing::Test {
     ads::ServerOptions options;
     options.tcp_port = 0;
     ads::Device& device = sums ? static_cast<ads::Device&>(with_sums) : cnc;
-    server.emplace(io.get_executor(), device, options, idl::program::no_log());
+    server.emplace(io.get_executor(), device, options, base::program::no_log());
     ads::ClientOptions client_options;
     client_options.tcp_port = server->tcp_port();
     client_options.target = options.session.net_id;

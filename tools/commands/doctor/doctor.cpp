@@ -6,10 +6,10 @@
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
-#include "fabric/command_line.hpp"
-#include "fabric/profile.hpp"
+#include "base/configuration/config_file.hpp"
+#include "fabric/profile/command_line.hpp"
+#include "fabric/profile/profile.hpp"
 #include "idl/fabric.pb.h"
-#include "idl/program/config_file.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/doctor/diagnose.hpp"
@@ -22,7 +22,7 @@ namespace millrace::tools::commands::doctor {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using namespace tools::doctor;
 
 struct Options {
@@ -31,18 +31,18 @@ struct Options {
     add_json(command, json);
   }
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait = std::chrono::seconds(2);
   bool json = false;
 };
 
-Joining joining_of(const Options& options, const fabric::ParticipantOptions& join) {
+Joining joining_of(const Options& options, const fabric::dds::ParticipantOptions& join) {
   Joining joining{.fabric = join.fabric,
                   .domain = join.domain,
                   .cyclone_uri = std::getenv("CYCLONEDDS_URI") != nullptr,
                   .version = MILLRACE_VERSION};
   if (!options.fabric.file().empty()) {
-    const auto profile = program::read_config<config::Fabric>(options.fabric.file());
+    const auto profile = base::configuration::read_config<config::Fabric>(options.fabric.file());
     if (!profile) {
       throw program::UsageError(profile.error());
     }
@@ -134,7 +134,7 @@ boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>&
 }
 
 int examine_and_tell(const Options& options) {
-  const fabric::ParticipantOptions join = options.fabric.options();
+  const fabric::dds::ParticipantOptions join = options.fabric.options();
   const Findings found =
       examine({.join = join,
                .joining = joining_of(options, join),

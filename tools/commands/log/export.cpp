@@ -5,7 +5,7 @@
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/print/entry_csv.hpp"
@@ -40,7 +40,7 @@ int write(const Options& options, std::ostream& out) {
   if (!out) {
     fmt::print(stderr, "millrace: cannot write {}\n",
                options.output.empty() ? "standard output" : options.output);
-    return idl::program::exit_failed;
+    return base::program::exit_failed;
   }
   return report(options.file, read.problems);
 }
@@ -51,7 +51,7 @@ int export_file(const Options& options) {
   }
   std::ofstream out(options.output, std::ios::binary);
   if (!out) {
-    throw idl::program::UsageError(fmt::format("cannot write {}", options.output));
+    throw base::program::UsageError(fmt::format("cannot write {}", options.output));
   }
   return write(options, out);
 }

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 
 namespace millrace::tools::commands::log {
 
-namespace program = idl::program;
+namespace program = base::program;
 
 void add_log(CLI::App& app, Chosen& chosen) {
   CLI::App& log =

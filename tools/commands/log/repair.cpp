@@ -3,7 +3,7 @@
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/mcap/repair_file.hpp"
@@ -47,7 +47,7 @@ int repair(const Options& options) {
     throw std::runtime_error(done.error());
   }
   show(options, output, *done);
-  return idl::program::exit_done;
+  return base::program::exit_done;
 }
 
 }  // namespace

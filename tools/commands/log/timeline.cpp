@@ -4,7 +4,7 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/print/json.hpp"
@@ -110,7 +110,7 @@ int show(const Options& options) {
   if (timeline.steps.empty()) {
     fmt::print(stderr, "millrace: no call {} in {}; 'millrace log cat --kind request' lists them\n",
                options.call.to_string(), options.file.string());
-    return idl::program::exit_failed;
+    return base::program::exit_failed;
   }
   if (options.json) {
     print::print_json(json_of(timeline));

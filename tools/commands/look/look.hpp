@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "fabric/command_line.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/bus/live.hpp"
 #include "tools/commands/subcommand.hpp"
 
@@ -26,7 +26,7 @@ struct LookOptions {
   /// Joins, listens and leaves.
   [[nodiscard]] bus::Live look() const;
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds wait;
   bool json = false;
 };

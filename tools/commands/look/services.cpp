@@ -2,7 +2,7 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/names.hpp"
@@ -73,7 +73,7 @@ int list(const LookOptions& options) {
   } else {
     print_text(instances);
   }
-  return idl::program::exit_done;
+  return base::program::exit_done;
 }
 
 }  // namespace

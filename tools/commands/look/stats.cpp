@@ -2,7 +2,7 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/quoted.hpp"
@@ -61,9 +61,9 @@ int show(const Options& options) {
     fmt::print(stderr,
                "millrace: no instance is, or serves, '{}'; 'millrace services' lists them\n",
                options.what);
-    return idl::program::exit_failed;
+    return base::program::exit_failed;
   }
-  return idl::program::exit_done;
+  return base::program::exit_done;
 }
 
 }  // namespace

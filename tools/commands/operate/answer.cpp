@@ -1,5 +1,5 @@
 // millrace answer: answers a pending call in the service's place.
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 #include "tools/commands/operate/operate.hpp"
 
 namespace millrace::tools::commands::operate {
@@ -14,13 +14,13 @@ struct Options : OperateOptions {
 };
 
 int answer(const Options& options) {
-  const auto text = idl::text::to_cp1252(options.response);
+  const auto text = base::text::to_cp1252(options.response);
   if (!text) {
-    throw idl::program::UsageError("the response cannot be sent to a controller: " + text.error());
+    throw base::program::UsageError("the response cannot be sent to a controller: " + text.error());
   }
   if (text->size() > fabric::max_text) {
-    throw idl::program::UsageError("the response has " + std::to_string(text->size()) +
-                                   " bytes; a controller's string holds 127");
+    throw base::program::UsageError("the response has " + std::to_string(text->size()) +
+                                    " bytes; a controller's string holds 127");
   }
   fabric::Command command = new_command(fabric::CommandKind::answer);
   command.text = *text;

@@ -4,7 +4,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
-#include "idl/text/cp1252.hpp"
+#include "base/text/cp1252.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
 #include "tools/caller/channel.hpp"
@@ -19,7 +19,7 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using std::chrono_literals::operator""s;
 
 /// Whoever is there has shown up by then (bus::Patience).
@@ -31,7 +31,7 @@ struct Options {
     add_json(command, json);
   }
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds timeout = 10s;
   bool json = false;
   bool raw = false;
@@ -44,7 +44,7 @@ struct Options {
 
 /// The order without its patience; throws UsageError for a request no controller could write.
 caller::Order order_of(const Options& options) {
-  const auto text = idl::text::to_cp1252(options.request);
+  const auto text = base::text::to_cp1252(options.request);
   if (!text) {
     throw program::UsageError("no controller can write this request: " + text.error());
   }
@@ -71,7 +71,7 @@ caller::Order order_of(const Options& options) {
 
 class Errand : public caller::CallerListener {
  public:
-  Errand(fabric::Participant& participant, const caller::Order& order)
+  Errand(fabric::dds::Participant& participant, const caller::Order& order)
       : order_(order),
         grace_(io_),
         signals_(io_, SIGINT, SIGTERM),
@@ -139,7 +139,7 @@ void show(const Options& options, const caller::Order& order, const caller::Ende
   } else if (!ended.reply) {
     fmt::print(stderr, "millrace: no answer: {}\n", print::safe(ended.reason));
   } else if (options.raw) {
-    fmt::print("{}\n", idl::text::to_utf8(ended.reply->text));
+    fmt::print("{}\n", base::text::to_utf8(ended.reply->text));
   } else {
     fmt::print("{} state {}, {} after {}, by {}\n", print::quoted(ended.reply->text),
                ended.reply->state, print::name_of(ended.reply->code), print::duration_text(took),
@@ -149,7 +149,7 @@ void show(const Options& options, const caller::Order& order, const caller::Ende
 
 int call(const Options& options) {
   const caller::Order order = order_of(options);
-  fabric::Participant participant(options.fabric.options());
+  fabric::dds::Participant participant(options.fabric.options());
   const auto start = std::chrono::steady_clock::now();
   const caller::Ended ended = Errand(participant, order).run();
   show(options, order, ended, std::chrono::steady_clock::now() - start);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
@@ -75,7 +75,7 @@ int check(const Options& options) {
                "'millrace services' and 'millrace machines' show who is\n",
                options.host, options.fabric.options().fabric, options.fabric.options().domain);
   }
-  return healthy ? idl::program::exit_done : idl::program::exit_failed;
+  return healthy ? base::program::exit_done : base::program::exit_failed;
 }
 
 }  // namespace

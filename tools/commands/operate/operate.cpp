@@ -12,7 +12,7 @@
 
 namespace millrace::tools::commands::operate {
 
-namespace program = idl::program;
+namespace program = base::program;
 
 namespace {
 
@@ -61,7 +61,7 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
     commands.push_back(new_command(kind));
     commands.back().instance = instance->identity.id;
   }
-  fabric::Participant participant(options.fabric.options());
+  fabric::dds::Participant participant(options.fabric.options());
   const auto heard = bus::issue(participant, commands, patience_of(options));
   bool all_done = true;
   for (std::size_t i = 0; i < instances.size(); ++i) {
@@ -122,7 +122,7 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
   }
   command.key = key;
   command.call = channel->second.call;
-  fabric::Participant participant(options.fabric.options());
+  fabric::dds::Participant participant(options.fabric.options());
   const auto heard = bus::issue(participant, {command}, patience_of(options));
   const auto word = heard.find(command.id);
   if (word == heard.end()) {

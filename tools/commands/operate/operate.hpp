@@ -8,7 +8,7 @@
 
 #include <boost/json/array.hpp>
 
-#include "fabric/command_line.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/bus/live.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/commands/subcommand.hpp"
@@ -26,7 +26,7 @@ void add_retry(CLI::App& app, Chosen& chosen);
 struct OperateOptions {
   explicit OperateOptions(CLI::App& command);
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   std::chrono::nanoseconds timeout = std::chrono::seconds(2);
   bool json = false;
 };

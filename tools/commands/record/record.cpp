@@ -15,8 +15,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "fabric/command_line.hpp"
-#include "idl/program/watchdog.hpp"
+#include "base/loop/watchdog.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/bus/observer.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/version.hpp"
@@ -25,18 +25,18 @@
 #include "tools/print/missing.hpp"
 #include "tools/recorder/recorder.hpp"
 
-namespace millrace::tools::commands {
+namespace millrace::tools::commands::record {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 
 struct Options {
   explicit Options(CLI::App& command)
       : fabric(command, {.name = "millrace record"}),
         fabric_config(command.get_option("--fabric-config")) {}
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   const CLI::Option* fabric_config;
   recorder::Options recorder;
   std::vector<std::string> without_text;
@@ -59,7 +59,8 @@ std::string host_name() {
   return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
 }
 
-recorder::Options recorder_options(const Options& options, const fabric::ParticipantOptions& join) {
+recorder::Options recorder_options(const Options& options,
+                                   const fabric::dds::ParticipantOptions& join) {
   recorder::Options result = options.recorder;
   if (result.file.empty()) {
     result.file = default_name();
@@ -116,7 +117,7 @@ void repair_leftover(const std::filesystem::path& file) {
 /// Joins observer, recorder, timer and signals in one io_context.
 class Session : public bus::ObserverListener {
  public:
-  Session(fabric::Participant& participant, recorder::Options options)
+  Session(fabric::dds::Participant& participant, recorder::Options options)
       : recorder_(std::move(options)),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
@@ -183,7 +184,7 @@ class Session : public bus::ObserverListener {
   recorder::Recorder recorder_;
   recorder::Recorder::Result result_;
   boost::asio::io_context io_{1};
-  const program::Watchdog watchdog_{io_.get_executor()};
+  const base::loop::Watchdog watchdog_{io_.get_executor()};
   boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
   bus::Observer observer_;
@@ -213,13 +214,13 @@ void show(const Options& options, const std::vector<std::filesystem::path>& file
 }
 
 int record(const Options& options) {
-  fabric::ParticipantOptions join = options.fabric.options();
+  fabric::dds::ParticipantOptions join = options.fabric.options();
   join.lease = std::max(join.lease, shortest_lease);
   recorder::Options settings = recorder_options(options, join);
   attach_configuration(options, settings);
   const std::string file = settings.file.string();
   repair_leftover(settings.file);
-  fabric::Participant participant(join);
+  fabric::dds::Participant participant(join);
   Session session(participant, std::move(settings));
   program::ready(
       fmt::format("recording fabric {} on domain {} to {}", join.fabric, join.domain, file));
@@ -277,4 +278,4 @@ void add_record(CLI::App& app, Chosen& chosen) {
   command.callback([options, &chosen] { chosen.run = [options] { return record(*options); }; });
 }
 
-}  // namespace millrace::tools::commands
+}  // namespace millrace::tools::commands::record

@@ -3,8 +3,8 @@
 
 #include "tools/commands/subcommand.hpp"
 
-namespace millrace::tools::commands {
+namespace millrace::tools::commands::record {
 
 void add_record(CLI::App& app, Chosen& chosen);
 
-}  // namespace millrace::tools::commands
+}  // namespace millrace::tools::commands::record

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/caller/caller.hpp"
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/replay/session.hpp"
@@ -14,7 +14,7 @@ namespace millrace::tools::commands::replay {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using tools::replay::Plan;
 
 /// The number of the stand-in's channel for each recorded one.
@@ -86,8 +86,8 @@ int as_cnc(const Options& options, const Plan& plan) {
   }
 
   Onlooker onlooker;
-  const fabric::ParticipantOptions join = options.fabric.options();
-  fabric::Participant participant(join);
+  const fabric::dds::ParticipantOptions join = options.fabric.options();
+  fabric::dds::Participant participant(join);
   const caller::Caller registry(participant, session.io().get_executor(), onlooker);
   const auto missing = [&] {
     std::vector<std::string> names;

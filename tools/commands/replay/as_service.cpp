@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/version.hpp"
@@ -21,7 +21,7 @@ namespace millrace::tools::commands::replay {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using tools::replay::Plan;
 
 std::map<fabric::ChannelKey, fabric::ChannelKey> channels_of(const Options& options,
@@ -81,7 +81,7 @@ class StandIn : public tools::replay::AsServiceListener {
     });
   }
 
-  int serve(fabric::Participant& participant) {
+  int serve(fabric::dds::Participant& participant) {
     tools::replay::AsService service(participant, io_.get_executor(), plan_,
                                      settings_of(options_, plan_), *this);
     const std::string what = fmt::format("answering for {} from {}",
@@ -162,7 +162,7 @@ class StandIn : public tools::replay::AsServiceListener {
 int as_service(const Options& options, const Plan& plan) {
   StandIn stand_in(options, plan);
   check_unserved(options, plan);
-  fabric::Participant participant(options.fabric.options());
+  fabric::dds::Participant participant(options.fabric.options());
   return stand_in.serve(participant);
 }
 

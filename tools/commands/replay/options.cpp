@@ -1,6 +1,6 @@
 #include "tools/commands/replay/options.hpp"
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/subcommand.hpp"
@@ -9,7 +9,7 @@ namespace millrace::tools::commands::replay {
 
 namespace {
 
-using idl::program::UsageError;
+using base::program::UsageError;
 
 template <typename Take>
 void for_each_text(CLI::App& command, const std::string& name, const std::string& type,

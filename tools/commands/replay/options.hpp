@@ -10,7 +10,7 @@
 
 #include <CLI/App.hpp>
 
-#include "fabric/command_line.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/recording/filter.hpp"
 #include "tools/replay/channel_map.hpp"
 #include "tools/replay/comparison.hpp"
@@ -22,7 +22,7 @@ namespace millrace::tools::commands::replay {
 struct Options {
   explicit Options(CLI::App& command);
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   std::filesystem::path file;
   bool to_services = false;
   bool as_service = false;

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/recording/reader.hpp"
 
@@ -12,7 +12,7 @@ namespace millrace::tools::commands::replay {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using tools::replay::Plan;
 
 void tell_skipped(const Plan& plan) {

@@ -5,7 +5,7 @@
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
@@ -14,7 +14,7 @@ namespace millrace::tools::commands::replay {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using namespace tools::replay;
 
 std::string text_of(const Answer& answer) {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
 #include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::replay {
@@ -15,7 +15,7 @@ Stepper::Stepper(const boost::asio::any_io_executor& executor, const tools::repl
   // A copy: closing it leaves standard input as it is.
   input_.assign(::dup(STDIN_FILENO), error);
   if (error) {
-    throw idl::program::UsageError(
+    throw base::program::UsageError(
         "--step: standard input is neither a terminal nor a pipe, so nobody can press Enter");
   }
 }

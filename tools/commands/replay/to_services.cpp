@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "fabric/participant.hpp"
-#include "idl/program/command_line.hpp"
+#include "base/program/command_line.hpp"
+#include "fabric/dds/participant.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/channel.hpp"
 #include "tools/commands/replay/replay.hpp"
@@ -14,7 +14,7 @@ namespace millrace::tools::commands::replay {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using tools::replay::ReplayChannels;
 
 constexpr std::size_t longest_machine = 63;
@@ -65,7 +65,7 @@ void check_free(const Options& options, const ReplayChannels& channels) {
 int to_services(const Options& options, const tools::replay::Plan& plan) {
   const ReplayChannels channels = channels_of(options, plan);
   check_free(options, channels);
-  fabric::Participant participant(options.fabric.options());
+  fabric::dds::Participant participant(options.fabric.options());
   Session session(options, plan, tools::replay::Side::service);
   tools::replay::ToServices stage(participant, session.io().get_executor(), plan, channels,
                                   session);

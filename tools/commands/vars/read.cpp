@@ -2,8 +2,8 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
 #include "cnc/variables/type.hpp"
-#include "idl/program/command_line.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/quoted.hpp"
@@ -13,7 +13,7 @@ namespace millrace::tools::commands::vars {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 using cnc::variables::Channel;
 
 struct Options : VarsOptions {

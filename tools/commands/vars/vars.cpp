@@ -6,9 +6,9 @@
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/type.hpp"
-#include "idl/program/command_line.hpp"
 #include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -16,13 +16,13 @@ namespace millrace::tools::commands::vars {
 namespace {
 
 namespace asio = boost::asio;
-namespace program = idl::program;
+namespace program = base::program;
 using cnc::ads::ErrorCode;
 using cnc::variables::Channel;
 
 constexpr std::uint32_t last_channel = 255;
 
-cnc::ads::ClientOptions client_options(const gateway::MachineSettings& machine) {
+cnc::ads::ClientOptions client_options(const gateway::settings::MachineSettings& machine) {
   cnc::ads::ClientOptions options;
   options.host = machine.host;
   options.tcp_port = machine.tcp_port;
@@ -33,7 +33,7 @@ cnc::ads::ClientOptions client_options(const gateway::MachineSettings& machine) 
 
 /// One connection per host is a rule of TwinCAT's router; a controller on this host is a virtual
 /// one.
-void warn_of_the_one_connection(const gateway::MachineSettings& machine) {
+void warn_of_the_one_connection(const gateway::settings::MachineSettings& machine) {
   if (machine.host.starts_with("127.") || machine.host == "localhost") {
     return;
   }
@@ -43,8 +43,8 @@ void warn_of_the_one_connection(const gateway::MachineSettings& machine) {
              machine.name);
 }
 
-asio::awaitable<int> connect_and(const gateway::MachineSettings& machine, std::uint32_t number,
-                                 cnc::ads::Client& client, const Work& work) {
+asio::awaitable<int> connect_and(const gateway::settings::MachineSettings& machine,
+                                 std::uint32_t number, cnc::ads::Client& client, const Work& work) {
   const auto up = co_await client.connect();
   if (!up) {
     fmt::print(stderr, "millrace: cannot reach {}: {}\n", machine.to_string(), up.error().message);
@@ -82,16 +82,16 @@ VarsOptions::VarsOptions(CLI::App& command, Machine the_machine) : machine(std::
   add_json(command, json);
 }
 
-gateway::MachineSettings machine_of(const VarsOptions& options) {
+gateway::settings::MachineSettings machine_of(const VarsOptions& options) {
   const std::string& wanted = *options.machine;
   if (wanted.find('=') != std::string::npos) {
-    return gateway::parse_machine(wanted);
+    return gateway::settings::parse_machine(wanted);
   }
-  std::vector<gateway::MachineSettings> known{gateway::MachineSettings{}};
+  std::vector<gateway::settings::MachineSettings> known{gateway::settings::MachineSettings{}};
   if (!options.config.empty()) {
-    known = gateway::read_settings(options.config).machines;
+    known = gateway::settings::read_settings(options.config).machines;
   }
-  const auto found = std::ranges::find(known, wanted, &gateway::MachineSettings::name);
+  const auto found = std::ranges::find(known, wanted, &gateway::settings::MachineSettings::name);
   if (found != known.end()) {
     return *found;
   }
@@ -104,7 +104,7 @@ gateway::MachineSettings machine_of(const VarsOptions& options) {
 }
 
 int on_channel(const VarsOptions& options, const Work& work) {
-  const gateway::MachineSettings machine = machine_of(options);
+  const gateway::settings::MachineSettings machine = machine_of(options);
   warn_of_the_one_connection(machine);
   asio::io_context io(1);
   cnc::ads::Client client(io.get_executor(), client_options(machine));

@@ -13,7 +13,7 @@
 
 #include "cnc/variables/channel.hpp"
 #include "cnc/variables/value.hpp"
-#include "gateway/settings.hpp"
+#include "gateway/settings/settings.hpp"
 #include "tools/commands/subcommand.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -37,8 +37,8 @@ struct VarsOptions {
   bool json = false;
 };
 
-/// The controller that MACHINE names. Throws idl::program::UsageError.
-gateway::MachineSettings machine_of(const VarsOptions& options);
+/// The controller that MACHINE names. Throws base::program::UsageError.
+gateway::settings::MachineSettings machine_of(const VarsOptions& options);
 
 /// What is done once the link is up; returns the exit code. A coroutine function with what it needs
 /// as arguments, which outlive it.

@@ -1,9 +1,9 @@
 // millrace vars MACHINE write: gives a variable another value.
 #include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
+#include "base/text/cp1252.hpp"
 #include "cnc/ads/error.hpp"
-#include "idl/program/command_line.hpp"
-#include "idl/text/cp1252.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
 
@@ -12,7 +12,7 @@ namespace millrace::tools::commands::vars {
 namespace {
 
 namespace asio = boost::asio;
-namespace program = idl::program;
+namespace program = base::program;
 using cnc::variables::Access;
 using cnc::variables::Channel;
 
@@ -44,7 +44,7 @@ tl::expected<std::vector<std::string>, std::string> controller_texts(const Optio
                                                                      const Reading& before) {
   std::vector<std::string> texts;
   for (const std::string& value : options.values) {
-    auto text = idl::text::to_cp1252(value);
+    auto text = base::text::to_cp1252(value);
     if (!text) {
       return tl::unexpected("the value cannot be sent to a controller: " + text.error());
     }

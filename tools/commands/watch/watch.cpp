@@ -8,7 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
-#include "fabric/command_line.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/bus/observer.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/watch/board.hpp"
@@ -20,7 +20,7 @@ namespace millrace::tools::commands::watch {
 
 namespace {
 
-namespace program = idl::program;
+namespace program = base::program;
 
 /// How often a terminal is drawn.
 constexpr auto refresh = std::chrono::milliseconds(250);
@@ -28,7 +28,7 @@ constexpr auto refresh = std::chrono::milliseconds(250);
 struct Options {
   explicit Options(CLI::App& command) : fabric(command, {.name = "millrace watch"}) {}
 
-  fabric::FabricFlags fabric;
+  fabric::profile::FabricFlags fabric;
   recording::Filter filter;
   std::uint64_t count = 0;
   bool lines = false;
@@ -37,7 +37,7 @@ struct Options {
 
 class Watch : public bus::ObserverListener {
  public:
-  Watch(fabric::Participant& participant, const Options& options)
+  Watch(fabric::dds::Participant& participant, const Options& options)
       : options_(options),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
@@ -113,7 +113,7 @@ class Watch : public bus::ObserverListener {
 };
 
 int watch(const Options& options) {
-  fabric::Participant participant(options.fabric.options());
+  fabric::dds::Participant participant(options.fabric.options());
   Watch(participant, options).run();
   return program::exit_done;
 }

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -29,7 +29,7 @@ class WriterTest : public testing::Test {
 };
 
 TEST_F(WriterTest, TellsTheIdOfAPutOnceItIsWritten) {
-  Writer sut(archive(), idl::program::no_log());
+  Writer sut(archive(), base::program::no_log());
   std::promise<Written> written;
   std::int64_t rows = -1;
   sut.put(put(1), [&](const Written& id) {
@@ -45,7 +45,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
   constexpr std::uint64_t puts = 50;
   std::atomic<std::uint64_t> written = 0;
   {
-    Writer sut(archive(), idl::program::no_log());
+    Writer sut(archive(), base::program::no_log());
     std::vector<std::thread> callers;
     for (std::uint64_t thread = 0; thread < threads; ++thread) {
       callers.emplace_back([&, thread] {
@@ -65,7 +65,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
 }
 
 TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
-  Writer sut(archive(), idl::program::no_log());
+  Writer sut(archive(), base::program::no_log());
   // Stands for any reason not to write.
   SQLite::Database database((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
   database.exec(

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "services/posix/fd.hpp"
+#include "base/posix/fd.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::batch {
@@ -72,7 +72,7 @@ TEST(Process, TellsTheSignal) {
 }
 
 TEST(Process, InheritsNoDescriptorButItsStreams) {
-  const posix::Fd open_here(::fcntl(STDERR_FILENO, F_DUPFD, 77));  // not close-on-exec
+  const base::posix::Fd open_here(::fcntl(STDERR_FILENO, F_DUPFD, 77));  // not close-on-exec
   ASSERT_GE(open_here.get(), 77);
   const Ended sut = run(program("say_descriptors.sh"), generous);
   EXPECT_THAT(sut.output.text, StartsWith("0 1 "));

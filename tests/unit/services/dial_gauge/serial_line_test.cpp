@@ -10,8 +10,8 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include "base/posix/fd.hpp"
 #include "services/dial_gauge/receiver.hpp"
-#include "services/posix/fd.hpp"
 #include "tests/support/hex_vectors.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -48,7 +48,7 @@ class Pty {
   void unplug() { master_.close(); }
 
  private:
-  posix::Fd master_;
+  base::posix::Fd master_;
 };
 
 /// What the service does with a line, and what it would log.

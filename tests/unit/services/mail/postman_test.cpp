@@ -104,7 +104,7 @@ class MailPostman : public testing::Test {
     Config config = sample_config();
     config.retry = {.first = 1ms, .longest = 4ms};
     config.send_replayed = send_replayed;
-    sut.emplace(config, Spool(spool), server, idl::program::no_log());
+    sut.emplace(config, Spool(spool), server, base::program::no_log());
   }
   /// As the spool has it on the disk, seen by the next process.
   std::vector<Entry> on_disk() {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "idl/program/log.hpp"
+#include "base/program/log.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
@@ -41,8 +41,8 @@ class CallerTest : public testing::Test {
   tests::Domain domain;
   boost::asio::io_context io;
   Listener listener;
-  fabric::Participant participant{{.domain = domain.number()}};
-  const idl::program::Log log = idl::program::no_log();
+  fabric::dds::Participant participant{{.domain = domain.number()}};
+  const base::program::Log log = base::program::no_log();
   const fabric::ChannelKey key{unique_machine("call"), 1};
 };
 

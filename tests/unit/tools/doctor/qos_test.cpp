@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "fabric/entity.hpp"
+#include "fabric/dds/entity.hpp"
 
 namespace millrace::tools::doctor {
 namespace {
@@ -44,7 +44,7 @@ TEST(TheQosOfTwoEndpoints, NamesEveryPolicyThatOffersTooLittle) {
 }
 
 TEST(TheQosOfTwoEndpoints, HasTheStandardsDefaults) {
-  const fabric::Qos qos(dds_create_qos());
+  const fabric::dds::Qos qos(dds_create_qos());
   EXPECT_TRUE(qos_of(*qos, true).reliable);
   EXPECT_FALSE(qos_of(*qos, false).reliable);
   EXPECT_EQ(qos_of(*qos, true).durability, std::uint32_t{DDS_DURABILITY_VOLATILE});

@@ -1,0 +1,114 @@
+#include "base/configuration/config_file.hpp"
+
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+
+namespace millrace::base::configuration {
+
+namespace {
+
+/// Collects every mistake with its place; protobuf counts lines and columns from 0.
+class Mistakes : public google::protobuf::io::ErrorCollector {
+ public:
+  explicit Mistakes(std::string name) : name_(std::move(name)) {}
+
+  void AddError(int line, google::protobuf::io::ColumnNumber column,
+                const std::string& message) override {
+    if (!text_.empty()) {
+      text_ += '\n';
+    }
+    // Line -1 is a mistake of the whole file (a required field that is missing).
+    text_ += line < 0 ? fmt::format("{}: {}", name_, message)
+                      : fmt::format("{}:{}:{}: {}", name_, line + 1, column + 1, message);
+  }
+
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string name_;
+  std::string text_;
+};
+
+using Tree = google::protobuf::TextFormat::ParseInfoTree;
+
+tl::expected<void, std::string> parse(const std::string& text, const std::string& name,
+                                      google::protobuf::Message& message, Tree* places) {
+  Mistakes mistakes(name);
+  google::protobuf::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&mistakes);
+  parser.WriteLocationsTo(places);
+  if (!parser.ParseFromString(text, &message)) {
+    message.Clear();
+    return tl::unexpected(mistakes.text());
+  }
+  return {};
+}
+
+tl::expected<std::string, std::string> read(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  // A folder opens but does not read.
+  if (!in || !(text << in.rdbuf())) {
+    const std::string reason = errno != 0 ? std::strerror(errno) : "it is empty";
+    return tl::unexpected(fmt::format("{}: cannot be read: {}", file.string(), reason));
+  }
+  return text.str();
+}
+
+}  // namespace
+
+tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
+                                             google::protobuf::Message& message) {
+  return parse(text, name, message, nullptr);
+}
+
+tl::expected<void, std::string> read_config(const std::filesystem::path& file,
+                                            google::protobuf::Message& message) {
+  return read(file).and_then(
+      [&](const std::string& text) { return parse(text, file.string(), message, nullptr); });
+}
+
+tl::expected<void, std::string> read_config(const std::filesystem::path& file,
+                                            google::protobuf::Message& message,
+                                            ConfigPlaces& places) {
+  places.file_ = file.string();
+  return read(file).and_then(
+      [&](const std::string& text) { return parse(text, places.file_, message, &places.tree_); });
+}
+
+std::string ConfigPlaces::at(const google::protobuf::Message& message,
+                             const std::vector<Step>& path) const {
+  std::string place = file_;
+  const google::protobuf::Descriptor* type = message.GetDescriptor();
+  const Tree* tree = &tree_;
+  for (const Step& step : path) {
+    if (tree == nullptr) {
+      break;
+    }
+    const auto* field = type->FindFieldByName(step.field);
+    assert(field != nullptr);
+    // Protobuf numbers a repeated field from 0 and a single one with -1; of a list in brackets it
+    // knows only where the list begins.
+    int index = field->is_repeated() ? step.index : -1;
+    auto found = tree->GetLocation(field, index);
+    while (found.line < 0 && index > 0) {
+      found = tree->GetLocation(field, --index);
+    }
+    if (found.line < 0) {
+      break;
+    }
+    place = fmt::format("{}:{}:{}", file_, found.line + 1, found.column + 1);
+    type = field->message_type();
+    tree = type != nullptr ? tree->GetTreeForNested(field, index) : nullptr;
+  }
+  return place;
+}
+
+}  // namespace millrace::base::configuration

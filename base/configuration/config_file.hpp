@@ -1,0 +1,61 @@
+// Reading a configuration file: protobuf text format, checked by its schema in idl/.
+//
+//   auto config = base::configuration::read_config<config::Gateway>("gateway.textproto");
+//   if (!config) throw program::UsageError(config.error());
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <google/protobuf/message.h>
+#include <google/protobuf/text_format.h>
+#include <tl/expected.hpp>
+
+namespace millrace::base::configuration {
+
+/// Fills `message` from `file`. The error holds one line per mistake, "FILE:LINE:COLUMN: what was
+/// expected", both counted from 1; an unknown name, a value of the wrong type and a missing file
+/// are errors. Nothing is filled in by halves: on error `message` is cleared.
+tl::expected<void, std::string> read_config(const std::filesystem::path& file,
+                                            google::protobuf::Message& message);
+
+/// Where each field of a message was written: for mistakes that the schema cannot see.
+class ConfigPlaces {
+ public:
+  /// A field by its name and, if repeated, its number from 0.
+  struct Step {
+    std::string field;
+    int index = 0;
+  };
+  /// "FILE:LINE:COLUMN" of a field of `message`: at(gateway, {{"machine", 1}, {"net_id"}}). If it
+  /// was not written, the place of the last field on the path that was, or "FILE".
+  [[nodiscard]] std::string at(const google::protobuf::Message& message,
+                               const std::vector<Step>& path) const;
+
+ private:
+  friend tl::expected<void, std::string> read_config(const std::filesystem::path& file,
+                                                     google::protobuf::Message& message,
+                                                     ConfigPlaces& places);
+
+  std::string file_;
+  google::protobuf::TextFormat::ParseInfoTree tree_;
+};
+
+/// The same, filling `places` too.
+tl::expected<void, std::string> read_config(const std::filesystem::path& file,
+                                            google::protobuf::Message& message,
+                                            ConfigPlaces& places);
+
+/// The same for text that is already in memory; `name` stands for the file in messages.
+tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
+                                             google::protobuf::Message& message);
+
+/// The same, returning the message.
+template <typename Message>
+tl::expected<Message, std::string> read_config(const std::filesystem::path& file) {
+  Message message;
+  return read_config(file, message).map([&] { return std::move(message); });
+}
+
+}  // namespace millrace::base::configuration

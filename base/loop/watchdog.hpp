@@ -1,0 +1,27 @@
+// Tells the supervisor from within the program's own event loop that it still turns: a loop that is
+// stuck is restarted (WatchdogSec= of a systemd unit).
+//
+//   const Watchdog watchdog(io.get_executor());
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+namespace millrace::base::loop {
+
+/// Does nothing where no supervisor watches. Lives no longer than the loop.
+class Watchdog {
+ public:
+  explicit Watchdog(const boost::asio::any_io_executor& executor);
+
+ private:
+  void tell();
+
+  std::optional<std::chrono::microseconds> period_;
+  boost::asio::steady_timer timer_;
+};
+
+}  // namespace millrace::base::loop

@@ -1,0 +1,35 @@
+// Owner of a file descriptor.
+//
+//   Fd fd(::open(name, O_RDONLY | O_CLOEXEC));
+//   if (!fd) return tl::unexpected(last_error("open", name));
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace millrace::base::posix {
+
+/// Closes in its destructor; -1 is none.
+class Fd {
+ public:
+  Fd() = default;
+  explicit Fd(int fd) : fd_(fd) {}
+  ~Fd();
+  Fd(Fd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Fd& operator=(Fd&& other) noexcept;
+  Fd(const Fd&) = delete;
+  Fd& operator=(const Fd&) = delete;
+
+  explicit operator bool() const { return fd_ >= 0; }
+  [[nodiscard]] int get() const { return fd_; }
+  void close();
+
+ private:
+  int fd_ = -1;
+};
+
+/// errno in words: "WHAT: No such file or directory".
+std::string last_error(std::string_view what);
+
+}  // namespace millrace::base::posix

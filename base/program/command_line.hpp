@@ -1,0 +1,49 @@
+// The manners of every millrace program: exit codes, usage errors and the ready line.
+//
+//   int main(int argc, char** argv) {
+//     CLI::App app{"millrace-gateway: …"};
+//     auto listen = …; app.add_option(…);
+//     return program::run(app, argc, argv, [&] { …; program::ready("serving cnc/1-2"); …; return 0;
+//     });
+//   }
+//
+// <CLI/App.hpp> is enough for what links millrace::manners. A program outside this tree that makes
+// a CLI::App of its own includes <CLI/CLI.hpp>: the rest of CLI11 is not in libmillrace-sdk.
+#pragma once
+
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <CLI/App.hpp>
+
+namespace millrace::base::program {
+
+/// The work is done.
+inline constexpr int exit_done = 0;
+/// The work was understood but failed; standard error says why.
+inline constexpr int exit_failed = 1;
+/// An unknown flag, a wrong value, a broken configuration: nothing was started.
+inline constexpr int exit_usage = 2;
+
+/// Thrown by start-up code for what the user can put right by changing a flag or a file; ends the
+/// program with exit_usage. The message says what happened, where, and what was expected.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Parses the command line, adds --version, runs `body` and turns what happens into an exit code:
+/// help and version give exit_done, a wrong flag or UsageError gives exit_usage, another exception
+/// exit_failed; each with one message on standard error that starts with the program's name.
+int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
+
+/// Writes "ready: WHAT" to standard output and flushes it, and tells the supervisor. Called once,
+/// when the program serves.
+void ready(std::string_view what);
+
+/// Adds --domain N, the DDS domain (0 to 232, the numbers whose ports exist), default 0.
+void add_domain(CLI::App& app, std::uint32_t& domain);
+
+}  // namespace millrace::base::program

@@ -1,0 +1,107 @@
+#include "fabric/dds/participant.hpp"
+
+#include <cstdlib>
+#include <mutex>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "fabric/dds/configuration.hpp"
+#include "fabric/dds/entity.hpp"
+
+namespace millrace::fabric::dds {
+
+namespace {
+
+/// Cyclone's domains and its log sink belong to the process, not to us: whoever creates or deletes
+/// a domain holds this lock.
+std::mutex& process_lock() {
+  static std::mutex lock;
+  return lock;
+}
+
+/// Collects what Cyclone logs while it lives: the reason why a domain cannot be created is a log
+/// line.
+class LogCapture {
+ public:
+  LogCapture() { dds_set_log_sink(&LogCapture::write, this); }
+  ~LogCapture() { dds_set_log_sink(nullptr, nullptr); }
+  LogCapture(const LogCapture&) = delete;
+  LogCapture& operator=(const LogCapture&) = delete;
+
+  [[nodiscard]] std::string text() const {
+    const std::lock_guard guard(lock_);
+    return text_;
+  }
+
+ private:
+  static void write(void* self, const dds_log_data_t* data) {
+    auto& capture = *static_cast<LogCapture*>(self);
+    const std::lock_guard guard(capture.lock_);
+    capture.text_.append(data->message, data->size);
+  }
+
+  mutable std::mutex lock_;
+  std::string text_;
+};
+
+void check_fabric_name(const std::string& name) {
+  if (!is_fabric_name(name)) {
+    throw std::invalid_argument(fmt::format(
+        "'{}' is no name of a fabric: expected some text without '*', '?', '/' and ','", name));
+  }
+}
+
+[[noreturn]] void fail(std::uint32_t domain, dds_return_t reason, const LogCapture& log) {
+  throw std::runtime_error(
+      fmt::format("cannot join DDS domain {}: {}\n{}", domain, dds_strretcode(reason), log.text()));
+}
+
+/// Joins what an earlier participant of this process created, or creates the domain.
+void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
+  const char* uri = std::getenv("CYCLONEDDS_URI");
+  const std::string configuration =
+      cyclone_configuration(options.configuration, uri != nullptr ? uri : "");
+  const dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
+  if (domain < 0 && domain != DDS_RETCODE_PRECONDITION_NOT_MET) {
+    fail(options.domain, domain, log);
+  }
+}
+
+Qos participant_qos(const ParticipantOptions& options) {
+  Qos qos(dds_create_qos());
+  // A Cyclone extension: on a participant, liveliness sets the lease it announces to others.
+  dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, DDS_MSECS(options.lease.count()));
+  if (!options.name.empty()) {
+    dds_qset_entity_name(qos.get(), options.name.c_str());
+  }
+  return qos;
+}
+
+}  // namespace
+
+bool is_fabric_name(std::string_view name) {
+  return !name.empty() && name.find_first_of("*?/,") == std::string_view::npos;
+}
+
+Participant::Participant(ParticipantOptions options) : options_(std::move(options)) {
+  check_fabric_name(options_.fabric);
+  const std::lock_guard guard(process_lock());
+  const LogCapture log;
+  ensure_domain(options_, log);
+  handle_ = dds_create_participant(options_.domain, participant_qos(options_).get(), nullptr);
+  if (handle_ < 0) {
+    fail(options_.domain, handle_, log);
+  }
+}
+
+Participant::~Participant() {
+  const std::lock_guard guard(process_lock());
+  const dds_entity_t domain = dds_get_parent(handle_);
+  dds_delete(handle_);
+  if (dds_lookup_participant(options_.domain, nullptr, 0) == 0) {
+    dds_delete(domain);
+  }
+}
+
+}  // namespace millrace::fabric::dds

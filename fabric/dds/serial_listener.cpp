@@ -1,0 +1,24 @@
+#include "fabric/dds/serial_listener.hpp"
+
+namespace millrace::fabric::dds {
+
+void SerialListener::run() {
+  if (asked_.fetch_add(1) == 0) {
+    take_turns();
+  }
+}
+
+void SerialListener::take_turns() {
+  unsigned seen = asked_.load();
+  do {
+    work_();
+  } while (!asked_.compare_exchange_strong(seen, 0));
+}
+
+void SerialListener::listen_for_data(dds_listener_t* listener) {
+  dds_lset_data_available_arg(
+      listener, [](dds_entity_t, void* self) { static_cast<SerialListener*>(self)->run(); }, this,
+      true);
+}
+
+}  // namespace millrace::fabric::dds

@@ -1,0 +1,41 @@
+// Work in the thread that brings it: Cyclone's receive threads, one at a time.
+//
+//   SerialListener serial([this] { drain(); });
+//   serial.listen_for_data(listener);    // data that arrives now waits
+//   serial.open();                       // runs drain() if any has come, from now on at once
+//
+// Saves the hand-over to an executor (PostOnce). A receive thread carries discovery, leases and the
+// data of the whole process: the work must not wait for anything.
+#pragma once
+
+#include <atomic>
+#include <functional>
+
+#include "fabric/dds/entity.hpp"
+
+namespace millrace::fabric::dds {
+
+class SerialListener {
+ public:
+  explicit SerialListener(std::function<void()> work) : work_(std::move(work)) {}
+  SerialListener(const SerialListener&) = delete;
+  SerialListener& operator=(const SerialListener&) = delete;
+
+  /// Until then nothing runs: what the work uses may be built. Runs it once.
+  void open() { take_turns(); }
+
+  /// Runs the work in this thread; or has the thread that runs it just now run it once more.
+  void run();
+
+  /// Has `listener` run the work for data; see PostOnce::listen_for_data.
+  void listen_for_data(dds_listener_t* listener);
+
+ private:
+  void take_turns();
+
+  std::function<void()> work_;
+  /// Who asked for the work since it last came to its end; the builder is the first.
+  std::atomic<unsigned> asked_ = 1;
+};
+
+}  // namespace millrace::fabric::dds

@@ -1,0 +1,72 @@
+// The gateway's end of the fabric: gives requests out, takes replies in, knows who is there.
+//
+//   CallEnd end(participant, executor, listener);
+//   end.publish(request);                   // to the partition of the request's UUID
+//   end.withdraw(key_of(request), request.uuid);
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
+
+namespace millrace::fabric::ends {
+
+/// Called on the executor, one at a time.
+class CallEndListener {
+ public:
+  virtual ~CallEndListener() = default;
+  /// An instance is ready: its request reader and its reply writer are both matched.
+  virtual void on_instance_ready(const InstanceIdentity& instance) = 0;
+  /// Its user_data changed (draining, channels …).
+  virtual void on_instance_changed(const InstanceIdentity& instance) = 0;
+  /// It left, or its lease ran out. A hint, no proof of death: it may come back with the same id.
+  virtual void on_instance_gone(const InstanceId& instance) = 0;
+  /// Repeats are delivered as they come: a call end that lost an instance for a moment sees the
+  /// instance's last reply on each channel again.
+  virtual void on_reply(const Reply& reply) = 0;
+  /// Somebody looks like an instance but cannot be one; `reason` says who and why, for the log.
+  virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
+};
+
+/// RAII; its functions, its end and the executor's work must not overlap: use it on the executor,
+/// which runs one thing at a time and outlives it.
+class CallEnd {
+ public:
+  /// Throws std::runtime_error with Cyclone's reason. `listener` is called from the executor only,
+  /// never from within a function of this class.
+  CallEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+          CallEndListener& listener);
+  ~CallEnd();
+  CallEnd(const CallEnd&) = delete;
+  CallEnd& operator=(const CallEnd&) = delete;
+
+  /// Writes the pending call of a channel; replaces an earlier one of the same key and UUID.
+  /// Fails for text over 127 bytes, a machine name over 63, and for a UUID no instance has shown.
+  /// The first of a turn of the executor is sent at once, what follows at the turn's end: calls
+  /// that are given out together share datagrams.
+  tl::expected<void, std::string> publish(const Request& request);
+  /// Takes the pending call of a channel back, as far as it is ours: a handler that runs learns of
+  /// it. Nothing happens if there is none. Calls that are not taken back stay with the instances
+  /// when this end is gone.
+  void withdraw(const RequestKey& key, const std::string& uuid);
+  /// For who watches; an error (a text too long, a recorder that does not keep up) costs one
+  /// sample.
+  tl::expected<void, std::string> publish(const ChannelStatus& status);
+  tl::expected<void, std::string> publish(const MachineStatus& status);
+  tl::expected<void, std::string> publish(const Event& event);
+  /// The channel, or the machine, is not ours any more; another gateway may tell of it.
+  void let_go(const ChannelKey& key);
+  void let_go(const MachineStatus& status);
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::ends

@@ -1,0 +1,46 @@
+// The end of those that take commands: a gateway or an instance.
+//
+//   CommandEnd end(participant, executor, listener);
+//   void on_command(const Command& command) {
+//     if (command.kind != CommandKind::drain || command.instance != mine) return;   // not for us
+//     …
+//     end.publish({.responder = mine, .command = command.id, .done = true});
+//   }
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/command.hpp"
+#include "fabric/dds/participant.hpp"
+
+namespace millrace::fabric::ends {
+
+/// Called on the executor, one at a time.
+class CommandListener {
+ public:
+  virtual ~CommandListener() = default;
+  /// Any command on the fabric, whoever it is for; one that is heard twice is given once.
+  virtual void on_command(const Command& command) = 0;
+};
+
+class CommandEnd {
+ public:
+  CommandEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+             CommandListener& listener);
+  ~CommandEnd();
+  CommandEnd(const CommandEnd&) = delete;
+  CommandEnd& operator=(const CommandEnd&) = delete;
+
+  /// Tells how a command ended. Fails for a detail over 255 bytes.
+  tl::expected<void, std::string> publish(const Outcome& outcome);
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::ends

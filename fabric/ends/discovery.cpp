@@ -1,0 +1,112 @@
+#include "fabric/ends/discovery.hpp"
+
+#include <fmt/format.h>
+
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/reader.hpp"
+
+namespace millrace::fabric::ends {
+
+namespace {
+
+using Endpoint = dds_builtintopic_endpoint_t;
+
+std::string user_data(const Endpoint& endpoint) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(endpoint.qos, &data, &size) || data == nullptr) {
+    return {};
+  }
+  std::string text(static_cast<const char*>(data), size);
+  dds_free(data);
+  return text;
+}
+
+/// The one partition of an endpoint; empty if it has none or several.
+std::string partition(const Endpoint& endpoint) {
+  std::uint32_t count = 0;
+  char** names = nullptr;
+  if (!dds_qget_partition(endpoint.qos, &count, &names)) {
+    return {};
+  }
+  std::string only = count == 1 ? names[0] : "";
+  for (std::uint32_t i = 0; i < count; ++i) {
+    dds_free(names[i]);
+  }
+  dds_free(names);
+  return only;
+}
+
+/// What the request reader `endpoint` says of itself; its partition decides which UUID it serves.
+tl::expected<InstanceIdentity, std::string> identity_of(const std::string& text,
+                                                        const std::string& uuid) {
+  auto identity = registry::parse_identity(text);
+  if (identity && identity->uuid != uuid) {
+    return tl::unexpected(
+        fmt::format("it names UUID {} but reads the partition of {}", identity->uuid, uuid));
+  }
+  return identity;
+}
+
+}  // namespace
+
+Discovery::Discovery(const dds::Participant& participant, const dds_listener_t* listener)
+    : fabric_(participant.options().fabric),
+      readers_(dds::check(dds_create_reader(participant.handle(),
+                                            DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, listener),
+                          "read DCPSSubscription")),
+      writers_(dds::check(dds_create_reader(participant.handle(), DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
+                                            nullptr, listener),
+                          "read DCPSPublication")) {}
+
+Discovery::News Discovery::drain(registry::Registry& registry) {
+  News news;
+  drain_readers(registry, news);
+  drain_writers(registry);
+  return news;
+}
+
+void Discovery::drain_readers(registry::Registry& registry, News& news) {
+  const auto seen = [&](const Endpoint& endpoint, const dds_sample_info_t& info) {
+    if (!info.valid_data || wire::presence_of(info) != wire::Presence::alive) {
+      registry.endpoint_gone(info.instance_handle);
+      return;
+    }
+    const auto uuid = wire::uuid_of_partition(fabric_, partition(endpoint));
+    const std::string text = user_data(endpoint);
+    // A recorder reads requests too; it tells nothing of itself.
+    if (endpoint.topic_name != std::string_view(wire::request_topic.name) || !uuid ||
+        text.empty()) {
+      return;
+    }
+    if (auto identity = identity_of(text, *uuid)) {
+      registry.reader_seen(info.instance_handle,
+                           {std::move(*identity), endpoint.participant_instance_handle});
+      news.uuids.push_back(*uuid);
+    } else {
+      news.ignored.push_back(
+          fmt::format("an instance that serves {} is ignored: {}", *uuid, identity.error()));
+    }
+  };
+  while (wire::take_lent<Endpoint>(readers_.handle(), seen) > 0) {
+  }
+}
+
+void Discovery::drain_writers(registry::Registry& registry) {
+  const auto seen = [&](const Endpoint& endpoint, const dds_sample_info_t& info) {
+    if (!info.valid_data || wire::presence_of(info) != wire::Presence::alive) {
+      registry.endpoint_gone(info.instance_handle);
+      return;
+    }
+    if (endpoint.topic_name != std::string_view(wire::reply_topic.name)) {
+      return;
+    }
+    if (const auto instance = registry::parse_instance(user_data(endpoint))) {
+      registry.writer_seen(info.instance_handle, {*instance, endpoint.participant_instance_handle});
+    }
+  };
+  while (wire::take_lent<Endpoint>(writers_.handle(), seen) > 0) {
+  }
+}
+
+}  // namespace millrace::fabric::ends

@@ -1,0 +1,37 @@
+// Reads Cyclone's built-in topics: which request readers and reply writers there are, and whose.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "fabric/dds/entity.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/registry/registry.hpp"
+
+namespace millrace::fabric::ends {
+
+class Discovery {
+ public:
+  /// `listener` is called in Cyclone's thread when there is something to drain.
+  Discovery(const dds::Participant& participant, const dds_listener_t* listener);
+
+  struct News {
+    /// Canonical UUIDs of the request readers that were seen, new or not.
+    std::vector<std::string> uuids;
+    /// Request readers that look like instances but are none, and why.
+    std::vector<std::string> ignored;
+  };
+  /// Feeds the registry with what is new.
+  News drain(registry::Registry& registry);
+
+ private:
+  void drain_readers(registry::Registry& registry, News& news);
+  void drain_writers(registry::Registry& registry);
+
+  std::string fabric_;
+  dds::Entity readers_;
+  dds::Entity writers_;
+};
+
+}  // namespace millrace::fabric::ends

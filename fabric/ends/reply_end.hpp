@@ -1,0 +1,62 @@
+// A service instance's end of the fabric: takes the requests of its UUID in, gives replies out.
+//
+//   ReplyEnd end(participant, executor, identity, listener);   // ready as soon as gateways see it
+//   end.publish(reply);
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
+
+namespace millrace::fabric::ends {
+
+/// Called one at a time.
+class ReplyEndListener {
+ public:
+  virtual ~ReplyEndListener() = default;
+  /// A request for this UUID, whoever it is assigned to; repeats are delivered as they come.
+  virtual void on_request(const Request& request) = 0;
+  /// The pending call of that channel and gateway is answered, or its program does not want it any
+  /// more. A gateway that dies withdraws nothing: it comes back for the answer.
+  virtual void on_withdrawn(const RequestKey& key) = 0;
+  /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
+  /// journal, may come back for the answer: then its request is heard once more.
+  virtual void on_orphaned(const RequestKey& key) { static_cast<void>(key); }
+};
+
+/// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an
+/// executor in one thread. Only `publish` and `identity` may be called from any thread while it
+/// lives.
+class ReplyEnd {
+ public:
+  /// Throws std::invalid_argument for an identity that cannot be announced (check_identity), and
+  /// std::runtime_error with Cyclone's reason.
+  ReplyEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+           InstanceIdentity identity, ReplyEndListener& listener);
+  /// The same without an executor: requests come in the thread that receives them, a hand-over
+  /// earlier. The listener must not wait there, nor end this object.
+  ReplyEnd(dds::Participant& participant, InstanceIdentity identity, ReplyEndListener& listener);
+  ~ReplyEnd();
+  ReplyEnd(const ReplyEnd&) = delete;
+  ReplyEnd& operator=(const ReplyEnd&) = delete;
+
+  /// Fails for text over 127 bytes and for a final reply of state 0.
+  tl::expected<void, std::string> publish(const Reply& reply);
+  tl::expected<void, std::string> publish(const InstanceStatus& status);
+  /// Tells gateways through discovery; they give nothing new to a draining instance.
+  void set_draining(bool draining);
+  /// As it was given to the constructor.
+  [[nodiscard]] const InstanceIdentity& identity() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::ends

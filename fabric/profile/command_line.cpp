@@ -1,0 +1,54 @@
+#include "fabric/profile/command_line.hpp"
+
+#include <fmt/format.h>
+
+#include "fabric/profile/profile.hpp"
+
+namespace millrace::fabric::profile {
+
+namespace program = base::program;
+
+namespace {
+
+dds::ParticipantOptions read(const std::string& file, const dds::ParticipantOptions& defaults) {
+  if (file.empty()) {
+    return defaults;
+  }
+  auto options = read_profile(file);
+  if (!options) {
+    throw program::UsageError(options.error());
+  }
+  options->name = defaults.name;
+  return *options;
+}
+
+}  // namespace
+
+FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults)
+    : defaults_(std::move(defaults)) {
+  app.add_option("--fabric-config", file_,
+                 "How to join the fabric: interface, peers, domain (fabric.textproto). Without it "
+                 "nothing leaves this host")
+      ->envname("MILLRACE_FABRIC_CONFIG")
+      ->check(CLI::ExistingFile);
+  app.add_option(
+         "--domain", domain_,
+         fmt::format("DDS domain to join, whatever the file says; else {}", defaults_.domain))
+      ->check(CLI::Range(0U, 232U));
+  app.add_option("--fabric", fabric_,
+                 fmt::format("Fabric to join within the domain, whatever the file says; else {}",
+                             defaults_.fabric));
+}
+
+dds::ParticipantOptions FabricFlags::options() const {
+  dds::ParticipantOptions options = read(file_, defaults_);
+  options.domain = domain_.value_or(options.domain);
+  options.fabric = fabric_.value_or(options.fabric);
+  if (!dds::is_fabric_name(options.fabric)) {
+    throw program::UsageError(fmt::format(
+        "--fabric {}: expected some text without '*', '?', '/' and ','", options.fabric));
+  }
+  return options;
+}
+
+}  // namespace millrace::fabric::profile

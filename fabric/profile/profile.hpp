@@ -1,0 +1,27 @@
+// What a fabric.textproto (idl/fabric.proto) says, as the options of a participant: nobody has to
+// write Cyclone's XML.
+//
+//   Participant participant(read_profile("fabric.textproto").value());
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+
+namespace millrace::config {
+class Fabric;
+}
+
+namespace millrace::fabric::profile {
+
+/// The error holds one line per mistake, "FILE:LINE:COLUMN: what was expected".
+tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::filesystem::path& file);
+
+/// The Cyclone configuration of a profile that read_profile() found right: interface, discovery and
+/// ports.
+std::string cyclone_configuration(const config::Fabric& profile);
+
+}  // namespace millrace::fabric::profile

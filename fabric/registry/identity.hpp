@@ -1,0 +1,19 @@
+// What an instance may tell of itself.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric::registry {
+
+/// Limits of what an instance tells of itself: discovery repeats it to every process.
+inline constexpr std::size_t max_identity_value = 255;
+inline constexpr std::size_t max_identity_channels = 64;
+
+/// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0);
+/// empty if it can.
+std::optional<std::string> check_identity(const InstanceIdentity& identity);
+
+}  // namespace millrace::fabric::registry

@@ -1,0 +1,63 @@
+#include "fabric/wire/endpoint.hpp"
+
+#include <algorithm>
+#include <mutex>
+
+#include <fmt/format.h>
+
+namespace millrace::fabric::wire {
+
+dds::Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options) {
+  dds::Qos qos = reader_qos(topic, keep, options.user_data);
+  if (options.others_only) {
+    dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  }
+  return qos;
+}
+
+dds::Entity create_topic(const dds::Participant& participant, const Topic& topic) {
+  return dds::Entity(
+      dds::check(dds_create_topic(participant.handle(), topic.type, topic.name, nullptr, nullptr),
+                 fmt::format("create the topic {}", topic.name)));
+}
+
+dds::Entity create_publisher(const dds::Participant& participant, const std::string& partition) {
+  return dds::Entity(dds::check(
+      dds_create_publisher(participant.handle(), partition_qos(partition).get(), nullptr),
+      fmt::format("publish in {}", partition)));
+}
+
+dds::Entity create_subscriber(const dds::Participant& participant, const std::string& partition) {
+  return dds::Entity(dds::check(
+      dds_create_subscriber(participant.handle(), partition_qos(partition).get(), nullptr),
+      fmt::format("subscribe to {}", partition)));
+}
+
+dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topic,
+                           const dds::Qos& qos, const EndpointOptions& options,
+                           const std::string& what) {
+  // Cyclone has one switch for the process. A writer takes it over when it is created; throwing it
+  // later changes the writers of participants only, and ours belong to publishers.
+  static std::mutex the_switch;
+  const std::lock_guard guard(the_switch);
+  dds_write_set_batch(options.batched);
+  const dds_entity_t writer =
+      dds_create_writer(publisher.handle(), topic.handle(), qos.get(), options.listener);
+  dds_write_set_batch(false);
+  return dds::check(writer, what);
+}
+
+std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask) {
+  std::vector<dds_instance_handle_t> handles(8);
+  for (;;) {
+    const auto count =
+        static_cast<std::size_t>(std::max(ask(endpoint, handles.data(), handles.size()), 0));
+    const bool complete = count <= handles.size();
+    handles.resize(count);
+    if (complete) {
+      return handles;
+    }
+  }
+}
+
+}  // namespace millrace::fabric::wire

@@ -1,0 +1,44 @@
+// What readers and writers have in common.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fabric/dds/entity.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/wire/topics.hpp"
+
+namespace millrace::fabric::wire {
+
+struct EndpointOptions {
+  /// What discovery tells of the endpoint.
+  std::string user_data{};
+  /// Not owned; copied by Cyclone.
+  const dds_listener_t* listener = nullptr;
+  /// A reader that does not hear the writers of its own participant.
+  bool others_only = false;
+  /// A writer whose samples wait until Writer::flush, or until a datagram is full.
+  bool batched = false;
+};
+
+/// What a reader with these options asks for.
+dds::Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options);
+
+/// The DDS topic of one endpoint; throws std::runtime_error.
+dds::Entity create_topic(const dds::Participant& participant, const Topic& topic);
+/// A publisher in `partition`; throws std::runtime_error.
+dds::Entity create_publisher(const dds::Participant& participant, const std::string& partition);
+/// A subscriber of `partition`, which may be a pattern; throws std::runtime_error.
+dds::Entity create_subscriber(const dds::Participant& participant, const std::string& partition);
+
+/// A writer; throws std::runtime_error with `what`.
+dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topic,
+                           const dds::Qos& qos, const EndpointOptions& options,
+                           const std::string& what);
+
+using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::size_t);
+
+/// The handles that `ask` (dds_get_matched_subscriptions or _publications) gives for `endpoint`.
+std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask);
+
+}  // namespace millrace::fabric::wire

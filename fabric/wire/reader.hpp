@@ -1,0 +1,132 @@
+// A typed DDS reader of one partition or a pattern of them.
+//
+//   Reader<Event> events(participant, "millrace", Keep::all, {.listener = listener.get()});
+//   for (const Taken<Event>& taken : events.take()) …
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "fabric/wire/codec.hpp"
+#include "fabric/wire/endpoint.hpp"
+
+namespace millrace::fabric::wire {
+
+/// What DDS says about the key of a sample at the moment it is taken.
+enum class Presence {
+  alive,
+  /// The writer took it back.
+  withdrawn,
+  /// The writer is gone, or is taken for gone.
+  orphaned
+};
+
+template <typename Value>
+struct Taken {
+  Value value;
+  /// False if only the key of `value` means something: news of its presence.
+  bool valid = false;
+  Presence presence = Presence::alive;
+};
+
+/// RAII; the constructor throws std::runtime_error with Cyclone's reason.
+template <typename Value>
+class Reader {
+ public:
+  Reader(const dds::Participant& participant, const std::string& partition, Keep keep,
+         const EndpointOptions& options = {});
+
+  /// Up to 64 samples; call it until it returns none.
+  std::vector<Taken<Value>> take();
+
+  /// Changes what discovery tells of the reader.
+  void set_user_data(const std::string& user_data);
+
+  /// Samples that writers overwrote or dropped before they arrived here, since the start.
+  [[nodiscard]] std::uint32_t lost() const;
+
+  /// Waits until its listener has ended what it does, and never calls it again.
+  void silence() { dds_set_listener(reader_, nullptr); }
+
+  /// Handles of the writers that are matched, as in the samples of DCPSPublication.
+  [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
+
+ private:
+  dds::Entity topic_;
+  dds::Entity subscriber_;
+  dds_entity_t reader_ = 0;
+};
+
+/// Takes samples that Cyclone lends and hands each to `use(const Sample&, const
+/// dds_sample_info_t&)`. Returns how many there were, at most 64.
+template <typename Sample, typename Use>
+std::size_t take_lent(dds_entity_t reader, Use use) {
+  constexpr std::size_t batch = 64;
+  std::array<void*, batch> samples{};
+  std::array<dds_sample_info_t, batch> infos{};
+  const dds_return_t count = dds_take(reader, samples.data(), infos.data(), batch, batch);
+  if (count <= 0) {
+    return 0;
+  }
+  const auto size = static_cast<std::size_t>(count);
+  for (std::size_t i = 0; i < size; ++i) {
+    use(*static_cast<const Sample*>(samples[i]), infos[i]);
+  }
+  dds_return_loan(reader, samples.data(), count);
+  return size;
+}
+
+inline Presence presence_of(const dds_sample_info_t& info) {
+  switch (info.instance_state) {
+    case DDS_IST_NOT_ALIVE_DISPOSED:
+      return Presence::withdrawn;
+    case DDS_IST_NOT_ALIVE_NO_WRITERS:
+      return Presence::orphaned;
+    default:
+      return Presence::alive;
+  }
+}
+
+template <typename Value>
+Reader<Value>::Reader(const dds::Participant& participant, const std::string& partition, Keep keep,
+                      const EndpointOptions& options)
+    : topic_(create_topic(participant, Codec<Value>::topic())),
+      subscriber_(create_subscriber(participant, partition)),
+      reader_(dds::check(dds_create_reader(subscriber_.handle(), topic_.handle(),
+                                           reader_qos(Codec<Value>::topic(), keep, options).get(),
+                                           options.listener),
+                         fmt::format("read {} in {}", Codec<Value>::topic().name, partition))) {}
+
+template <typename Value>
+std::vector<Taken<Value>> Reader<Value>::take() {
+  std::vector<Taken<Value>> taken;
+  take_lent<typename Codec<Value>::Sample>(
+      reader_, [&](const auto& sample, const dds_sample_info_t& info) {
+        taken.push_back({Codec<Value>::decode(sample), info.valid_data, presence_of(info)});
+      });
+  return taken;
+}
+
+template <typename Value>
+void Reader<Value>::set_user_data(const std::string& user_data) {
+  const dds::Qos qos(dds_create_qos());
+  dds_qset_userdata(qos.get(), user_data.data(), user_data.size());
+  dds::check(dds_set_qos(reader_, qos.get()), "change user data");
+}
+
+template <typename Value>
+std::uint32_t Reader<Value>::lost() const {
+  dds_sample_lost_status_t status{};
+  dds::check(dds_get_sample_lost_status(reader_, &status), "count lost samples");
+  return status.total_count;
+}
+
+template <typename Value>
+std::vector<dds_instance_handle_t> Reader<Value>::matched() const {
+  return matched_endpoints(reader_, &dds_get_matched_publications);
+}
+
+}  // namespace millrace::fabric::wire

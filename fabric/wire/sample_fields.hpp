@@ -1,0 +1,130 @@
+// The fields that the samples of a fabric share, between their C and C++ form. For codecs only.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "fabric/wire/codec.hpp"
+
+namespace millrace::fabric::wire {
+
+/// Fills one sample; the first value that does not fit becomes the error.
+template <typename Sample>
+class Filler {
+ public:
+  /// A NUL-terminated string of the field's size.
+  template <std::size_t size>
+  void string(char (&field)[size], const std::string& value, std::string_view what) {
+    if (value.size() >= size) {
+      fail(fmt::format("the {} has {} bytes, at most {} fit", what, value.size(), size - 1));
+    } else if (value.find('\0') != std::string::npos) {
+      fail(fmt::format("the {} contains a NUL byte", what));
+    } else {
+      std::memcpy(field, value.c_str(), value.size() + 1);
+    }
+  }
+
+  void key(const ChannelKey& value) {
+    if (value.machine.empty()) {
+      fail("the machine has no name");
+    }
+    string(sample.machine, value.machine, "machine name");
+    sample.channel = value.channel;
+  }
+
+  void text(const std::string& value) {
+    if (value.size() > max_text) {
+      fail(fmt::format("the text has {} bytes, at most {} fit", value.size(), max_text));
+      return;
+    }
+    const auto size = static_cast<std::uint32_t>(value.size());
+    // Cyclone only reads what it writes out; the pointer is not const because it is a C struct.
+    sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(value.data()));
+    sample.text._length = size;
+    sample.text._maximum = size;
+    sample.text._release = false;
+  }
+
+  void channels(millrace_ChannelList& field, const std::vector<std::uint16_t>& value) {
+    constexpr std::size_t most = 255;
+    if (value.size() > most) {
+      fail(fmt::format("{} channels are named, at most {} fit", value.size(), most));
+      return;
+    }
+    const auto size = static_cast<std::uint32_t>(value.size());
+    field._buffer = const_cast<std::uint16_t*>(value.data());
+    field._length = size;
+    field._maximum = size;
+    field._release = false;
+  }
+
+  Encoded<Sample> result() {
+    if (!error_.empty()) {
+      return tl::unexpected(std::move(error_));
+    }
+    return sample;
+  }
+
+  Sample sample{};
+
+ private:
+  void fail(std::string error) {
+    if (error_.empty()) {
+      error_ = std::move(error);
+    }
+  }
+
+  std::string error_;
+};
+
+inline void put(millrace_InstanceId& field, const InstanceId& value) {
+  std::copy(value.bytes.begin(), value.bytes.end(), std::begin(field));
+}
+
+inline InstanceId get(const millrace_InstanceId& field) {
+  InstanceId value;
+  std::copy(std::begin(field), std::end(field), value.bytes.begin());
+  return value;
+}
+
+inline millrace_CallId put(const CallId& value) {
+  return {value.epoch, value.number};
+}
+inline CallId get(const millrace_CallId& field) {
+  return {field.epoch, field.number};
+}
+
+inline std::int64_t put(Time value) {
+  return value.time_since_epoch().count();
+}
+inline Time get(std::int64_t field) {
+  return Time(std::chrono::nanoseconds(field));
+}
+
+inline std::string get(const millrace_CncText& field) {
+  const std::span bytes(field._buffer, field._length);
+  return {bytes.begin(), bytes.end()};
+}
+
+inline std::vector<std::uint16_t> get(const millrace_ChannelList& field) {
+  const std::span channels(field._buffer, field._length);
+  return {channels.begin(), channels.end()};
+}
+
+template <typename Sample>
+ChannelKey get_key(const Sample& sample) {
+  return {sample.machine, sample.channel};
+}
+
+/// The enumerations of fabric/messages repeat those of the IDL in the same order.
+template <typename To, typename From>
+constexpr To convert(From value) {
+  return static_cast<To>(value);
+}
+
+}  // namespace millrace::fabric::wire

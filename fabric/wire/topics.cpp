@@ -1,0 +1,93 @@
+#include "fabric/wire/topics.hpp"
+
+#include <fmt/format.h>
+
+#include "idl/millrace.h"
+
+namespace millrace::fabric::wire {
+
+namespace {
+
+constexpr std::int32_t last_only = 1;
+
+/// Requests of one channel, and replies to it by one instance: a recorder that is slow, or finds
+/// the writer only now, gets them although the calls are over.
+constexpr std::int32_t calls_in_flight = 128;
+
+/// The event topic has no key, so the depth is what may be on its way at once.
+constexpr std::int32_t events_in_flight = 8192;
+
+/// Neither has this one: an operator sends them one by one.
+constexpr std::int32_t commands_in_flight = 16;
+
+/// Should a write ever have to wait for a reader, it fails instead.
+constexpr dds_duration_t never_wait = 0;
+
+dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
+  dds::Qos qos(dds_create_qos());
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, never_wait);
+  dds_qset_durability(
+      qos.get(), topic.transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  if (!user_data.empty()) {
+    dds_qset_userdata(qos.get(), user_data.data(), user_data.size());
+  }
+  return qos;
+}
+
+}  // namespace
+
+const Topic request_topic{"millrace/request", &millrace_Request_desc, true, calls_in_flight};
+const Topic reply_topic{"millrace/reply", &millrace_Reply_desc, true, calls_in_flight};
+const Topic channel_topic{"millrace/channel", &millrace_ChannelStatus_desc, true, last_only};
+const Topic instance_topic{"millrace/instance", &millrace_InstanceStatus_desc, true, last_only};
+const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};
+const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
+const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
+const Topic outcome_topic{"millrace/outcome", &millrace_Outcome_desc, true, last_only};
+
+dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {
+  dds::Qos qos = common_qos(topic, user_data);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, topic.writer_depth);
+  // For those who join later the last sample of each key stays, and none that others only have not
+  // acknowledged yet.
+  dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, last_only, DDS_LENGTH_UNLIMITED,
+                              DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  // A withdrawal is said explicitly (Writer::withdraw). What a writer leaves behind when it dies is
+  // not withdrawn: a service goes on with the call and its gateway comes back for the answer.
+  dds_qset_writer_data_lifecycle(qos.get(), false);
+  return qos;
+}
+
+dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data) {
+  dds::Qos qos = common_qos(topic, user_data);
+  if (keep == Keep::all) {
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, DDS_LENGTH_UNLIMITED);
+  } else {
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, last_only);
+  }
+  return qos;
+}
+
+dds::Qos partition_qos(const std::string& partition) {
+  dds::Qos qos(dds_create_qos());
+  dds_qset_partition1(qos.get(), partition.c_str());
+  return qos;
+}
+
+std::string service_partition(std::string_view fabric, std::string_view canonical_uuid) {
+  return fmt::format("{}/{}", fabric, canonical_uuid);
+}
+
+std::string all_services(std::string_view fabric) {
+  return fmt::format("{}/*", fabric);
+}
+
+std::optional<std::string> uuid_of_partition(std::string_view fabric, std::string_view partition) {
+  if (partition.size() < fabric.size() + 2 || !partition.starts_with(fabric) ||
+      partition[fabric.size()] != '/' || partition.find_first_of("*?") != std::string_view::npos) {
+    return std::nullopt;
+  }
+  return std::string(partition.substr(fabric.size() + 1));
+}
+
+}  // namespace millrace::fabric::wire

@@ -1,0 +1,63 @@
+// The topics of a fabric in one place: names, keys (see idl/millrace.idl), QoS and partitions.
+//
+//   millrace/request   gateway to instances of a UUID   partition FABRIC/UUID
+//   millrace/reply     instance to gateway              partition FABRIC/UUID
+//   millrace/instance  instance to gateway and tools    partition FABRIC/UUID
+//   millrace/channel   gateway to tools                 partition FABRIC
+//   millrace/machine   gateway to tools                 partition FABRIC
+//   millrace/event     gateway to recorder and tools    partition FABRIC
+//   millrace/command   tools to gateways and instances  partition FABRIC
+//   millrace/outcome   gateway or instance to tools     partition FABRIC
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "fabric/dds/entity.hpp"
+
+namespace millrace::fabric::wire {
+
+/// What sets a topic apart from the others.
+struct Topic {
+  const char* name;
+  const dds_topic_descriptor_t* type;
+  /// The last sample of each key waits for readers that join later.
+  bool transient_local;
+  /// Samples of a key that a writer keeps for readers that have not acknowledged them. It
+  /// overwrites older ones; a writer that kept all would wait for its slowest reader.
+  std::int32_t writer_depth;
+};
+
+extern const Topic request_topic;
+extern const Topic reply_topic;
+extern const Topic channel_topic;
+extern const Topic instance_topic;
+extern const Topic machine_topic;
+extern const Topic event_topic;
+extern const Topic command_topic;
+extern const Topic outcome_topic;
+
+/// How much a reader keeps. Reliable and durability come from the topic.
+enum class Keep {
+  /// The newest sample of each key.
+  last,
+  /// Everything until it is taken; for a recorder that drains on a thread of its own.
+  all
+};
+
+/// What a writer offers: reliable, but it never waits for a slow reader.
+dds::Qos writer_qos(const Topic& topic, std::string_view user_data = {});
+dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data = {});
+/// Of a publisher or subscriber.
+dds::Qos partition_qos(const std::string& partition);
+
+/// "millrace/560aacbf-…": where the requests and replies of a UUID travel.
+std::string service_partition(std::string_view fabric, std::string_view canonical_uuid);
+/// "millrace/*": all UUIDs of a fabric, for a reader.
+std::string all_services(std::string_view fabric);
+/// The UUID of a service_partition of this fabric; nothing for patterns and other partitions.
+std::optional<std::string> uuid_of_partition(std::string_view fabric, std::string_view partition);
+
+}  // namespace millrace::fabric::wire

@@ -1,0 +1,48 @@
+// Finds requests in a channel: REQUEST_STATE, then the texts, then all of them again.
+//
+//   RequestWatch watch;
+//   if (auto request = watch.on_look(snapshot)) …     // read as watch.look() said
+//
+// The program writes UUID and REQUEST before REQUEST_STATE, so the state is its publish flag. The
+// reads are separate ADS calls, so state and texts are taken for one request only if they read the
+// same twice. The states alone prove nothing: a program that gives up a request and makes the next
+// one may set the same state again while its texts are half written.
+#pragma once
+
+#include <optional>
+
+#include "gateway/snapshot.hpp"
+
+namespace millrace::gateway::channel {
+
+class RequestWatch {
+ public:
+  /// What to read next.
+  [[nodiscard]] ReadSet look() const;
+  /// A request is being read: the next look is due at once.
+  [[nodiscard]] bool reading() const { return step_ != Step::state; }
+
+  /// The request, once it is read and nothing moved in between. With `with_texts` false a state
+  /// that has not changed since ignore() is not looked into.
+  std::optional<PendingRequest> on_look(const Snapshot& snapshot, bool with_texts = true);
+
+  /// This request is left to others; it is not reported again until it changes.
+  void ignore(PendingRequest request);
+  [[nodiscard]] const std::optional<PendingRequest>& ignored() const { return ignored_; }
+  /// Reports the ignored request once more.
+  void reconsider() { again_ = true; }
+  /// Forgets a reading half done.
+  void restart() { step_ = Step::state; }
+
+ private:
+  enum class Step { state, texts, confirm };
+
+  std::optional<PendingRequest> start(const Snapshot& snapshot, bool with_texts);
+
+  Step step_ = Step::state;
+  PendingRequest found_;
+  std::optional<PendingRequest> ignored_;
+  bool again_ = false;
+};
+
+}  // namespace millrace::gateway::channel

@@ -1,0 +1,159 @@
+#include "gateway/control/call_control.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+namespace millrace::gateway::control {
+
+CallControl::CallControl(CallControlOptions options, const journal::Ledger& ledger)
+    : options_(std::move(options)),
+      dispatcher_(options_.dispatcher),
+      epoch_(ledger.numbers().epoch),
+      last_number_(ledger.numbers().reserved),
+      recorded_(ledger.numbers().reserved),
+      reserved_(ledger.numbers().reserved) {
+  assert(epoch_ != 0);
+  for (const Call& call : ledger.open_calls()) {
+    open(call.key).resume(call, policy_of(call.key, call.request.uuid));
+  }
+}
+
+template <typename Step>
+ChannelActions CallControl::step(const fabric::ChannelKey& key, Moment now, Step step) {
+  if (channel::ChannelSession* session = find(key)) {
+    run(*session, step(*session), now);
+  }
+  return finish();
+}
+
+ChannelActions CallControl::on_wake(const fabric::ChannelKey& key, Moment now) {
+  return step(key, now, [&](channel::ChannelSession& session) { return session.on_wake(now); });
+}
+
+ChannelActions CallControl::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot,
+                                    Moment now) {
+  if (!inherited_.empty() && snapshot.has(Variable::request_state) && snapshot.request_state == 0) {
+    inherited_.erase(key);
+  }
+  return step(key, now,
+              [&](channel::ChannelSession& session) { return session.on_read(snapshot, now); });
+}
+
+ChannelActions CallControl::on_read_failed(const fabric::ChannelKey& key, const std::string& reason,
+                                           Moment now) {
+  return step(key, now, [&](channel::ChannelSession& session) {
+    return session.on_read_failed(reason, now);
+  });
+}
+
+ChannelActions CallControl::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                                     const std::string& reason, Moment now) {
+  return step(key, now, [&](channel::ChannelSession& session) {
+    return session.on_write(outcome, reason, now);
+  });
+}
+
+ChannelActions CallControl::on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket,
+                                        Moment now) {
+  if (ticket == numbers_ticket) {
+    recorded_ = reserved_;
+    if (std::exchange(out_of_numbers_, false)) {
+      reconsider(now);
+    }
+    return finish();
+  }
+  return step(key, now,
+              [&](channel::ChannelSession& session) { return session.on_recorded(ticket, now); });
+}
+
+ChannelActions CallControl::on_instance_ready(const fabric::InstanceIdentity& identity,
+                                              Moment now) {
+  carry_out(dispatcher_.on_instance_ready(identity), now);
+  reconsider(now);
+  return finish();
+}
+
+ChannelActions CallControl::on_instance_gone(const fabric::InstanceId& instance, Moment now) {
+  carry_out(dispatcher_.on_instance_gone(instance, now.steady), now);
+  return finish();
+}
+
+ChannelActions CallControl::on_reply(const fabric::Reply& reply, Moment now) {
+  // A reply for a channel that no machine of ours has belongs to another gateway.
+  if (channel::ChannelSession* session = find(reply.key)) {
+    run(*session, session->on_reply(reply, now), now);
+  }
+  return finish();
+}
+
+bool CallControl::answering() const {
+  return std::ranges::any_of(sessions_, [](const auto& one) {
+    return one.second.status().state == fabric::ChannelState::answering;
+  });
+}
+
+ChannelActions CallControl::on_time(Moment now) {
+  carry_out(dispatcher_.on_time(now.steady), now);
+  for (auto& [key, uuid] : answered_.due(now.steady)) {
+    out_.push_back({key, Withdraw{std::move(uuid), epoch_}});
+  }
+  return finish();
+}
+
+std::optional<SteadyTime> CallControl::next_time() const {
+  const auto one = dispatcher_.next_time();
+  const auto other = answered_.next_time();
+  return one && other ? std::min(*one, *other) : one ? one : other;
+}
+
+channel::ChannelSession* CallControl::find(const fabric::ChannelKey& key) {
+  const auto found = index_.find(key);
+  return found == index_.end() ? nullptr : found->second;
+}
+
+void CallControl::run(channel::ChannelSession& session, Actions actions, Moment now) {
+  if (out_.capacity() == 0) {
+    out_.reserve(few_actions);
+  }
+  for (Action& action : actions) {
+    if (const auto* offer = std::get_if<Offer>(&action)) {
+      answer_offer(session, *offer, now);
+    } else if (std::holds_alternative<Resume>(action)) {
+      carry_out(dispatcher_.resume(*session.call(), now.steady), now);
+    } else if (const auto* freed = std::get_if<Freed>(&action)) {
+      carry_out(dispatcher_.remove(freed->call), now);
+    } else if (const auto* left = std::get_if<LeaveBe>(&action)) {
+      answered_.keep(session.key(), left->uuid, now.steady);
+    } else {
+      if (const auto* next = std::get_if<Publish>(&action)) {
+        if (auto old = answered_.replace(session.key(), next->request.uuid)) {
+          out_.push_back({session.key(), Withdraw{std::move(*old), epoch_}});
+        }
+      }
+      const auto* tell = std::get_if<Tell>(&action);
+      if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {
+        // What the program asks next is new. Whatever else is left here came after this call.
+        forget_inherited(session.key(), tell->event.call);
+      }
+      out_.push_back({session.key(), std::move(action)});
+    }
+  }
+}
+
+void CallControl::carry_out(const dispatch::Decisions& decisions, Moment now) {
+  for (const dispatch::Decision& decision : decisions) {
+    if (const auto* give = std::get_if<dispatch::Give>(&decision)) {
+      channel::ChannelSession& session = *index_.at(give->key);
+      run(session, session.assign(give->assignment, now), now);
+    } else if (const auto* back = std::get_if<dispatch::TakeBack>(&decision)) {
+      channel::ChannelSession& session = *index_.at(back->key);
+      run(session, session.suspend(back->reason, back->held, now), now);
+    } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
+      channel::ChannelSession& session = *index_.at(explain->key);
+      run(session, session.explain(explain->reason, now), now);
+    }
+  }
+}
+
+}  // namespace millrace::gateway::control

@@ -1,0 +1,161 @@
+// The gateway without its sockets: the sessions of all channels, the dispatcher, and who tells
+// whom. Pure: takes events and times, returns actions for channels.
+//
+//   CallControl control(options, ledger);
+//   carry_out(control.on_link_up("cnc", {1, 2}, now));       // Read for each channel
+//   carry_out(control.on_read({"cnc", 1}, snapshot, now));
+//   carry_out(control.on_instance_ready(identity, now));
+//   arm_timer(control.next_time());                          // then control.on_time(now)
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "fabric/channel_key_hash.hpp"
+#include "gateway/action.hpp"
+#include "gateway/channel/session.hpp"
+#include "gateway/control/answered_requests.hpp"
+#include "gateway/dispatch/dispatcher.hpp"
+#include "gateway/journal/ledger.hpp"
+
+namespace millrace::gateway::control {
+
+struct CallControlOptions {
+  /// By machine; one that is not here is looked at with the default pace.
+  std::map<std::string, Pace> paces{};
+  dispatch::DispatcherOptions dispatcher{};
+  Policies policies{};
+};
+
+/// What became of an operator's command.
+struct Verdict {
+  bool done = false;
+  std::string detail;
+};
+
+/// What another gateway had done with a channel's request when it was gone.
+struct Inheritance {
+  std::string uuid;
+  /// The other gateway, for people.
+  std::string from;
+  fabric::CallId call{};
+};
+
+/// One of Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say, for one channel.
+struct ChannelAction {
+  fabric::ChannelKey key;
+  Action action;
+};
+using ChannelActions = std::vector<ChannelAction>;
+
+class CallControl {
+ public:
+  /// `ledger` is what the journal adds up to; its numbers must have an epoch.
+  CallControl(CallControlOptions options, const journal::Ledger& ledger);
+  CallControl(const CallControl&) = delete;
+  CallControl& operator=(const CallControl&) = delete;
+
+  /// The controller answers; these are the channels to serve, and those that are leaving. Again
+  /// when there are more to serve.
+  ChannelActions on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels,
+                            Moment now);
+  ChannelActions on_link_down(const std::string& machine, const std::string& reason, Moment now);
+
+  /// The link was taken away: what was asked of it is not answered any more.
+  ChannelActions on_link_dropped(const std::string& machine, const std::string& reason, Moment now);
+
+  /// The channel is not in the configuration any more: its call under way is finished first.
+  ChannelActions retire(const fabric::ChannelKey& key, Moment now);
+  /// Another gateway serves the channel: its call under way is the other's now.
+  ChannelActions release(const fabric::ChannelKey& key, const std::string& reason, Moment now);
+  /// The other gateway is gone, and this is what it has left in the channel.
+  void inherit(const fabric::ChannelKey& key, Inheritance inheritance);
+  /// The channels of a machine that have a session, also those that are leaving.
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const;
+  /// New paces at once, new policies for calls that are claimed from now on.
+  ChannelActions change(std::map<std::string, Pace> paces, Policies policies, Moment now);
+
+  ChannelActions on_wake(const fabric::ChannelKey& key, Moment now);
+  ChannelActions on_read(const fabric::ChannelKey& key, const Snapshot& snapshot, Moment now);
+  ChannelActions on_read_failed(const fabric::ChannelKey& key, const std::string& reason,
+                                Moment now);
+  ChannelActions on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                          const std::string& reason, Moment now);
+  ChannelActions on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket, Moment now);
+
+  ChannelActions on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
+  ChannelActions on_instance_gone(const fabric::InstanceId& instance, Moment now);
+  ChannelActions on_reply(const fabric::Reply& reply, Moment now);
+
+  /// An operator answers a channel's call, or has it given out again. `call` must still be pending.
+  ChannelActions on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
+                           const channel::Settlement& settlement, Verdict& verdict, Moment now);
+  ChannelActions on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
+                          const std::string& by, Verdict& verdict, Moment now);
+  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return sessions_.contains(key); }
+
+  /// Why no new call may be claimed (the journal is full); empty = claim again.
+  ChannelActions set_obstacle(const std::string& reason, Moment now);
+
+  /// Before the gateway ends: takes back what is answered, and says which calls it never gave out.
+  ChannelActions take_back(Moment now);
+
+  /// An answer is on its way into a channel.
+  [[nodiscard]] bool answering() const;
+
+  ChannelActions on_time(Moment now);
+  /// When on_time has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+
+ private:
+  /// Of the records that reserve numbers; a session counts its own from 1.
+  static constexpr std::uint64_t numbers_ticket = ~std::uint64_t{0};
+
+  channel::ChannelSession* find(const fabric::ChannelKey& key);
+  channel::ChannelSession& open(const fabric::ChannelKey& key);
+  /// Nothing if the channel has no session any more.
+  template <typename Step>
+  ChannelActions step(const fabric::ChannelKey& key, Moment now, Step step);
+  [[nodiscard]] Pace pace_of(const std::string& machine) const;
+  void lose_link(const std::string& machine);
+  void run(channel::ChannelSession& session, Actions actions, Moment now);
+  void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
+  bool hold_inherited(channel::ChannelSession& session, const Offer& offer, const Policy& policy,
+                      Moment now);
+  void carry_out(const dispatch::Decisions& decisions, Moment now);
+  void answer_offer(channel::ChannelSession& session, const Offer& offer, Moment now);
+  channel::ChannelSession* find_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                        Verdict& verdict);
+  [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key, const std::string& uuid) const;
+  void reconsider(Moment now);
+  fabric::CallId next_id(const fabric::ChannelKey& key);
+  void reserve_numbers(const fabric::ChannelKey& key);
+  ChannelActions finish();
+
+  CallControlOptions options_;
+  dispatch::Dispatcher dispatcher_;
+  std::map<fabric::ChannelKey, channel::ChannelSession> sessions_;
+  /// The same, to find one quickly.
+  std::unordered_map<fabric::ChannelKey, channel::ChannelSession*, fabric::ChannelKeyHash> index_;
+  /// Sessions that are retired or released, until they are over.
+  std::set<fabric::ChannelKey> leaving_;
+  /// By canonical UUID: with two gateways that lose each other more than one may be left.
+  std::map<fabric::ChannelKey, std::map<std::string, Inheritance>> inherited_;
+  AnsweredRequests answered_;
+  std::string obstacle_;
+  std::uint64_t epoch_ = 0;
+  /// The last number given; numbers up to `recorded_` may be used, the journal was asked for those
+  /// up to `reserved_`.
+  std::uint64_t last_number_ = 0;
+  std::uint64_t recorded_ = 0;
+  std::uint64_t reserved_ = 0;
+  /// A request was left because no number was there.
+  bool out_of_numbers_ = false;
+  ChannelActions out_;
+};
+
+}  // namespace millrace::gateway::control

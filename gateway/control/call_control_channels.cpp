@@ -1,0 +1,150 @@
+// Which channels have a session: they come with the links, and leave when the configuration names
+// them no more or another gateway serves them.
+#include <utility>
+
+#include "gateway/control/call_control.hpp"
+
+namespace millrace::gateway::control {
+
+channel::ChannelSession& CallControl::open(const fabric::ChannelKey& key) {
+  channel::ChannelSession& session =
+      sessions_.try_emplace(key, key, pace_of(key.machine)).first->second;
+  index_[key] = &session;
+  return session;
+}
+
+Pace CallControl::pace_of(const std::string& machine) const {
+  const auto pace = options_.paces.find(machine);
+  return pace == options_.paces.end() ? Pace{} : pace->second;
+}
+
+ChannelActions CallControl::on_link_up(const std::string& machine,
+                                       const std::vector<std::uint16_t>& channels, Moment now) {
+  for (const std::uint16_t channel : channels) {
+    reserve_numbers({machine, channel});
+    channel::ChannelSession& session = open({machine, channel});
+    if (session.retired()) {
+      leaving_.erase(session.key());
+      run(session, session.keep(now), now);
+    }
+    if (!session.link_up()) {
+      run(session, session.on_link_up(now), now);
+    }
+  }
+  for (const fabric::ChannelKey& key : leaving_) {
+    channel::ChannelSession& session = sessions_.at(key);
+    if (key.machine == machine && !session.link_up()) {
+      run(session, session.on_link_up(now), now);
+    }
+  }
+  return finish();
+}
+
+/// When one of them frees an instance, another one gets it: none may then ask anything of the link.
+void CallControl::lose_link(const std::string& machine) {
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      session.lose_link();
+    }
+  }
+}
+
+ChannelActions CallControl::on_link_down(const std::string& machine, const std::string& reason,
+                                         Moment now) {
+  lose_link(machine);
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      run(session, session.on_link_down(reason, now), now);
+    }
+  }
+  return finish();
+}
+
+ChannelActions CallControl::on_link_dropped(const std::string& machine, const std::string& reason,
+                                            Moment now) {
+  lose_link(machine);
+  for (auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      run(session, session.on_link_dropped(reason, now), now);
+    }
+  }
+  return finish();
+}
+
+ChannelActions CallControl::retire(const fabric::ChannelKey& key, Moment now) {
+  if (channel::ChannelSession* session = find(key)) {
+    leaving_.insert(key);
+    run(*session, session->retire(now), now);
+  }
+  return finish();
+}
+
+ChannelActions CallControl::release(const fabric::ChannelKey& key, const std::string& reason,
+                                    Moment now) {
+  if (channel::ChannelSession* session = find(key)) {
+    leaving_.insert(key);
+    if (session->may_be_given()) {
+      // The other may never take it up before we serve the channel again.
+      const Call* call = session->call();
+      inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one",
+                    call->id});
+    }
+    run(*session, session->release(reason, now), now);
+  }
+  return finish();
+}
+
+void CallControl::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
+  const std::string uuid = fabric::canonical_uuid(inheritance.uuid);
+  inherited_[key].insert_or_assign(uuid, std::move(inheritance));
+}
+
+std::vector<std::uint16_t> CallControl::channels_of(const std::string& machine) const {
+  std::vector<std::uint16_t> channels;
+  for (const auto& [key, session] : sessions_) {
+    if (key.machine == machine) {
+      channels.push_back(key.channel);
+    }
+  }
+  return channels;
+}
+
+ChannelActions CallControl::change(std::map<std::string, Pace> paces, Policies policies,
+                                   Moment now) {
+  options_.paces = std::move(paces);
+  options_.policies = std::move(policies);
+  for (auto& [key, session] : sessions_) {
+    session.set_pace(pace_of(key.machine));
+  }
+  reconsider(now);
+  return finish();
+}
+
+ChannelActions CallControl::take_back(Moment now) {
+  for (auto& [key, session] : sessions_) {
+    run(session, session.let_go(now), now);
+  }
+  for (auto& [key, uuid] : answered_.take_all()) {
+    out_.push_back({key, Withdraw{std::move(uuid), epoch_}});
+  }
+  return finish();
+}
+
+ChannelActions CallControl::finish() {
+  for (auto it = leaving_.begin(); it != leaving_.end();) {
+    if (sessions_.at(*it).is_over()) {
+      if (auto old = answered_.take(*it)) {
+        out_.push_back({*it, Withdraw{std::move(*old), epoch_}});
+      }
+      out_.push_back({*it, Hide{}});
+      index_.erase(*it);
+      sessions_.erase(*it);
+      it = leaving_.erase(it);
+    } else {
+      ++it;
+    }
+  }
+  return std::exchange(out_, {});
+}
+
+}  // namespace millrace::gateway::control

@@ -1,0 +1,44 @@
+// What an operator wants of a channel's call.
+#include "gateway/control/call_control.hpp"
+
+namespace millrace::gateway::control {
+
+ChannelActions CallControl::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                      const channel::Settlement& settlement, Verdict& verdict,
+                                      Moment now) {
+  if (channel::ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->settle(settlement, now), now);
+    verdict = {true, "the answer is on its way to the program"};
+  }
+  return finish();
+}
+
+ChannelActions CallControl::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                     const std::string& by, Verdict& verdict, Moment now) {
+  if (channel::ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->retry(by, now), now);
+    carry_out(dispatcher_.add(*session->call()), now);
+    verdict = {true, session->status().reason};
+  }
+  return finish();
+}
+
+channel::ChannelSession* CallControl::find_pending(const fabric::ChannelKey& key,
+                                                   const fabric::CallId& call, Verdict& verdict) {
+  channel::ChannelSession* session = find(key);
+  if (session == nullptr || session->call() == nullptr) {
+    verdict = {false, "no call is pending on this channel"};
+    return nullptr;
+  }
+  if (session->call()->id != call) {
+    verdict = {false, "another call is pending by now: " + session->call()->id.to_string()};
+    return nullptr;
+  }
+  if (session->call()->answer) {
+    verdict = {false, "the call's answer is being written"};
+    return nullptr;
+  }
+  return session;
+}
+
+}  // namespace millrace::gateway::control

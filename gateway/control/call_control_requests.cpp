@@ -1,0 +1,109 @@
+// What becomes of a request that a session found: left as it is, claimed under a new number,
+// held for an operator, or settled here.
+#include <cassert>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "gateway/control/call_control.hpp"
+
+namespace millrace::gateway::control {
+
+namespace {
+
+/// Numbers reserved in the journal at once; a restart goes on behind the block. The next block is
+/// asked for when half of it is used, so that no call waits for the disk.
+constexpr std::uint64_t block = 1000;
+
+}  // namespace
+
+ChannelActions CallControl::set_obstacle(const std::string& reason, Moment now) {
+  obstacle_ = reason;
+  if (obstacle_.empty()) {
+    reconsider(now);
+  }
+  return finish();
+}
+
+void CallControl::answer_offer(channel::ChannelSession& session, const Offer& offer, Moment now) {
+  const Policy policy = policy_of(session.key(), offer.request.uuid);
+  if (!obstacle_.empty()) {
+    run(session, session.leave(obstacle_, policy, now), now);
+    return;
+  }
+  const auto unserved = dispatcher_.why_unserved(offer.request.uuid, session.key());
+  const bool settled_here =
+      unserved && offer.out_of_patience && policy.unserved && policy.unserved->response_state != 0;
+  if ((!unserved || settled_here) && last_number_ == recorded_) {
+    out_of_numbers_ = true;
+    run(session,
+        session.leave("the journal has not confirmed new call numbers yet; the call waits for it",
+                      policy, now),
+        now);
+    return;
+  }
+  if (!unserved && hold_inherited(session, offer, policy, now)) {
+    return;
+  }
+  if (!unserved) {
+    run(session, session.claim(next_id(session.key()), policy, now), now);
+    carry_out(dispatcher_.add(*session.call()), now);
+  } else if (settled_here) {
+    run(session, session.claim(next_id(session.key()), policy, now), now);
+    const channel::Settlement settlement{"millrace: served by nobody",
+                                         policy.unserved->response_state, "the gateway"};
+    run(session, session.settle(settlement, now), now);
+  } else {
+    run(session, session.leave(*unserved, policy, now), now);
+  }
+}
+
+bool CallControl::hold_inherited(channel::ChannelSession& session, const Offer& offer,
+                                 const Policy& policy, Moment now) {
+  auto inherited = inherited_.extract(session.key());
+  const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
+  if (inherited.empty() || !inherited.mapped().contains(uuid) ||
+      dispatcher_.delivery_of(uuid) != fabric::Delivery::at_most_once) {
+    return false;
+  }
+  run(session, session.claim(next_id(session.key()), policy, now), now);
+  run(session,
+      session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
+                               "twice: an operator must answer or retry it",
+                               inherited.mapped().at(uuid).from),
+                   now),
+      now);
+  return true;
+}
+
+void CallControl::forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call) {
+  if (const auto found = inherited_.find(key); found != inherited_.end()) {
+    std::erase_if(found->second, [&](const auto& one) { return one.second.call == call; });
+  }
+}
+
+Policy CallControl::policy_of(const fabric::ChannelKey& key, const std::string& uuid) const {
+  return options_.policies.of(key.machine, fabric::canonical_uuid(uuid));
+}
+
+void CallControl::reconsider(Moment now) {
+  for (auto& [key, session] : sessions_) {
+    run(session, session.reconsider(now), now);
+  }
+}
+
+fabric::CallId CallControl::next_id(const fabric::ChannelKey& key) {
+  assert(last_number_ < recorded_);
+  ++last_number_;
+  reserve_numbers(key);
+  return {epoch_, last_number_};
+}
+
+void CallControl::reserve_numbers(const fabric::ChannelKey& key) {
+  if (reserved_ == recorded_ && reserved_ - last_number_ < block / 2) {
+    reserved_ += block;
+    out_.push_back({key, Record{numbers_ticket, NumbersEntry{epoch_, reserved_}}});
+  }
+}
+
+}  // namespace millrace::gateway::control

@@ -1,0 +1,152 @@
+// Gives each call to exactly one instance. Pure: takes what discovery and the sessions say, returns
+// decisions.
+//
+//   Dispatcher dispatcher;
+//   dispatcher.on_instance_ready(identity);
+//   auto decisions = dispatcher.add({id, key, uuid});      → Give{id, key, assignment}
+//   decisions = dispatcher.on_instance_gone(instance, now);
+//   decisions = dispatcher.on_time(now);                   → TakeBack, Give to another
+//
+// "Gone" is a hint: a gateway that was frozen loses everyone for a moment. So a lost instance keeps
+// its calls for a grace period and goes on with them if it comes back within it.
+#pragma once
+
+#include <chrono>
+#include <list>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <variant>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "gateway/call.hpp"
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway::dispatch {
+
+/// Give the call to this instance; the same attempt again repeats it to an instance that came back.
+struct Give {
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  Assignment assignment;
+};
+
+/// The call's instance is lost. It waits for another one, or, if `held`, for an operator.
+struct TakeBack {
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  std::string reason;
+  bool held = false;
+};
+
+/// Why the call waits.
+struct Explain {
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  std::string reason;
+};
+
+using Decision = std::variant<Give, TakeBack, Explain>;
+using Decisions = std::vector<Decision>;
+
+struct DispatcherOptions {
+  /// How long a lost instance keeps its calls. An instance is found again about 10 ms after a
+  /// frozen gateway wakes.
+  std::chrono::milliseconds grace{50};
+  /// The same for the instances of the journal when the gateway starts and knows nobody yet.
+  std::chrono::milliseconds rejoin{1500};
+};
+
+class Dispatcher {
+ public:
+  explicit Dispatcher(DispatcherOptions options = {}) : options_(options) {}
+  Dispatcher(const Dispatcher&) = delete;
+  Dispatcher& operator=(const Dispatcher&) = delete;
+
+  /// A new instance, one that came back, or one whose identity changed (draining, channels).
+  Decisions on_instance_ready(const fabric::InstanceIdentity& identity);
+  Decisions on_instance_gone(const fabric::InstanceId& instance, SteadyTime now);
+  /// Loses what has been gone for too long.
+  Decisions on_time(SteadyTime now);
+  /// When on_time has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+
+  /// Why nobody serves this UUID for this channel; nothing if somebody does.
+  [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
+                                                        const fabric::ChannelKey& key) const;
+
+  /// How often a call of this canonical UUID may run: at most once if any instance says so.
+  [[nodiscard]] fabric::Delivery delivery_of(const std::string& uuid) const;
+
+  /// A call to give out: one that was just claimed, or one that an operator wants given out once
+  /// more, as a new attempt and wherever it is; he takes the responsibility if it may run at most
+  /// once.
+  Decisions add(const Call& call);
+  /// A call of an earlier run, last given to the instance of its last attempt.
+  Decisions resume(const Call& call, SteadyTime now);
+  /// The call is answered or over.
+  Decisions remove(const fabric::CallId& call);
+
+ private:
+  struct Instance {
+    fabric::InstanceIdentity identity;
+    std::uint32_t running = 0;
+    /// When it was last given a call, counted in calls; for the round robin.
+    std::uint64_t last_used = 0;
+    /// Gone; lost at this time unless it comes back.
+    std::optional<SteadyTime> lost_at;
+    /// False for an instance that only the journal has named yet.
+    bool seen = true;
+  };
+
+  struct Job {
+    /// Counted from 1, in the order of their arrival.
+    std::uint64_t number = 0;
+    fabric::CallId call;
+    fabric::ChannelKey key;
+    std::string uuid;
+    std::uint32_t attempts = 0;
+    /// The instance of the last attempt, and whether it has the call now.
+    fabric::InstanceId instance;
+    bool given = false;
+    bool held = false;
+    fabric::Delivery delivery = fabric::Delivery::at_least_once;
+    std::string reason;
+  };
+
+  struct IdHash {
+    std::size_t operator()(const fabric::CallId& id) const { return id.epoch ^ id.number; }
+  };
+
+  Job& enter(Job job);
+  /// Whoever changes `given` or `held` says so here.
+  void note(Job& job);
+  void forget(const fabric::CallId& call);
+  /// All that waits, after the instances changed.
+  void give_out(Decisions& decisions);
+  /// One call that waits: gives it, or says why it waits.
+  void try_to_give(Job& job, Decisions& decisions);
+  /// What waits for this instance, which has room for it.
+  void fill(Instance& instance, Decisions& decisions);
+  void give(Job& job, Instance& instance, Decisions& decisions);
+  void give_again(Instance& instance, Decisions& decisions);
+  void lose(const Instance& instance, Decisions& decisions);
+  [[nodiscard]] Instance* choose(const Job& job);
+  [[nodiscard]] std::string why_waiting(const Job& job) const;
+  [[nodiscard]] std::vector<std::string> known_uuids() const;
+
+  DispatcherOptions options_;
+  std::map<fabric::InstanceId, Instance> instances_;
+  /// In the order of their arrival. With a thousand channels at once it matters what is looked
+  /// through for each call: hence the two tables.
+  std::list<Job> jobs_;
+  std::unordered_map<fabric::CallId, std::list<Job>::iterator, IdHash> index_;
+  /// Those that wait for an instance, by their number.
+  std::map<std::uint64_t, Job*> waiting_;
+  std::uint64_t entered_ = 0;
+  std::uint64_t given_ = 0;
+};
+
+}  // namespace millrace::gateway::dispatch

@@ -1,0 +1,30 @@
+// Why nobody serves a UUID, in words that help: the vendor's own NC sample misses one character of
+// its service's UUID (ISG FCT-C31, Service Interface).
+//
+//   explain_unserved("560AACBF-6335-44a9-895A-B27F3ED5E47", known)
+//   → "V.G.SERVICE.UUID 560AACBF-… is served by nobody; did you mean 560aacbf-…, one character is
+//      missing; it is malformed: 35 characters, a UUID has 36"
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace millrace::gateway::dispatch {
+
+/// Insertions, removals and replacements that turn one text into the other (Levenshtein).
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// The text in `known` closest to `text`, if at most four edits away.
+std::optional<std::string> nearest(std::string_view text, const std::vector<std::string>& known);
+
+/// What is wrong with a text that was meant to be a UUID, "35 characters, a UUID has 36"; empty if
+/// it is a UUID, or no attempt at one.
+std::string malformed(std::string_view uuid);
+
+/// The whole sentence, for a UUID as the program wrote it and the canonical UUIDs that are served.
+std::string explain_unserved(std::string_view uuid, const std::vector<std::string>& known);
+
+}  // namespace millrace::gateway::dispatch

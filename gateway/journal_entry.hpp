@@ -1,0 +1,73 @@
+// What the journal remembers: one entry before each step of a call that must be neither forgotten
+// nor repeated after a crash.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "fabric/messages.hpp"
+#include "gateway/snapshot.hpp"
+
+namespace millrace::gateway {
+
+/// Call numbers of `epoch` below `reserved` may be in use. Written a block ahead, so that a number
+/// is never given twice even if the newest entries are lost with the power.
+struct NumbersEntry {
+  std::uint64_t epoch = 0;
+  std::uint64_t reserved = 0;
+  bool operator==(const NumbersEntry&) const = default;
+};
+
+/// Before an attempt is published. The first one of a call opens it.
+struct DispatchedEntry {
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  PendingRequest request;
+  fabric::Time seen{};
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  std::uint32_t attempt = 1;
+  fabric::InstanceId instance;
+  bool operator==(const DispatchedEntry&) const = default;
+};
+
+/// Before an interim state is written to the channel, or once one that we have not written is found
+/// beside the request.
+struct InterimEntry {
+  fabric::CallId call;
+  std::uint32_t state = 0;
+  bool operator==(const InterimEntry&) const = default;
+};
+
+/// A final answer.
+struct Answer {
+  fabric::InstanceId instance;
+  std::uint32_t attempt = 1;
+  std::string text;
+  std::uint32_t state = 0;
+  bool operator==(const Answer&) const = default;
+};
+
+/// Before anything of a final answer is written to the channel.
+struct AnsweredEntry {
+  fabric::CallId call;
+  Answer answer;
+  bool operator==(const AnsweredEntry&) const = default;
+};
+
+/// Before REQUEST_STATE is set to 0: from here on only RESPONSE_STATE releases the program.
+struct ClearingEntry {
+  fabric::CallId call;
+  bool operator==(const ClearingEntry&) const = default;
+};
+
+/// The call is answered, or its program has withdrawn it: nothing is left to do.
+struct EndedEntry {
+  fabric::CallId call;
+  bool operator==(const EndedEntry&) const = default;
+};
+
+using JournalEntry = std::variant<NumbersEntry, DispatchedEntry, InterimEntry, AnsweredEntry,
+                                  ClearingEntry, EndedEntry>;
+
+}  // namespace millrace::gateway

@@ -1,0 +1,199 @@
+#include "gateway/live/gateway.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <boost/asio/ip/host_name.hpp>
+#include <unistd.h>
+
+#include "gateway/live/gateway_impl.hpp"
+#include "gateway/live/machine_link.hpp"
+
+namespace millrace::gateway::live {
+
+namespace {
+
+namespace asio = boost::asio;
+
+machines::GatewayIdentity identity_of(const journal::Journal& journal) {
+  boost::system::error_code unnamed;
+  return {fabric::InstanceId::random(), asio::ip::host_name(unnamed),
+          static_cast<std::uint32_t>(::getpid()), MILLRACE_VERSION,
+          journal.ledger().numbers().epoch};
+}
+
+std::unique_ptr<journal::Journal> open_journal(const asio::any_io_executor& executor,
+                                               const settings::Settings& settings,
+                                               const base::program::Log& log) {
+  if (!settings.journal.folder.empty()) {
+    return journal::open_file(executor, settings.journal, log);
+  }
+  log->info(
+      "no journal (--journal DIR): if this gateway ends while it writes an answer, that program "
+      "waits on, and a call under way is given out again under a new id");
+  return journal::in_memory(executor);
+}
+
+}  // namespace
+
+Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish& the_spin,
+                    settings::Settings the_settings, base::program::Log the_log)
+    : executor(the_executor),
+      spin(the_spin),
+      log(std::move(the_log)),
+      settings(std::move(the_settings)),
+      journal(open_journal(executor, settings, log)),
+      control({.paces = settings::paces_of(settings.machines), .policies = settings.policies},
+              journal->ledger()),
+      timer(executor),
+      last_chance(executor),
+      stall(settings.join.lease),
+      stall_timer(executor),
+      load_timer(executor),
+      own(identity_of(*journal)),
+      participant(settings.join),
+      call_end(participant, executor, *this),
+      command_end(participant, executor, *this),
+      watch(participant, executor, *this),
+      machines(own, *this, *this) {
+  journal->on_trouble(
+      [this](const std::string& trouble) { carry_out(control.set_obstacle(trouble, now())); });
+}
+
+Moment Gateway::Impl::moment() const {
+  return {std::chrono::steady_clock::now(),
+          std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
+}
+
+Moment Gateway::Impl::now() {
+  const Moment moment = this->moment();
+  if (const auto late = stall.late(moment.steady)) {
+    if (machines.stood_still() || *late > settings.join.lease) {
+      log->warn("this gateway stood still for {:.1f} s",
+                std::chrono::duration<double>(*late).count());
+    }
+  }
+  return moment;
+}
+
+void Gateway::Impl::beat() {
+  stall_timer.expires_at(stall.beat(now().steady));
+  stall_timer.async_wait([this](boost::system::error_code error) {
+    if (!error) {
+      beat();
+    }
+  });
+}
+
+void Gateway::Impl::tell_load() {
+  constexpr std::chrono::seconds period{1};
+  load_timer.expires_after(period);
+  load_timer.async_wait([this](boost::system::error_code error) {
+    if (!error) {
+      machines.tell_load();
+      tell_load();
+    }
+  });
+}
+
+void Gateway::Impl::after(std::chrono::nanoseconds delay, std::function<void()> act) {
+  auto wait = std::make_shared<asio::steady_timer>(executor, delay);
+  wait->async_wait([wait, act = std::move(act)](boost::system::error_code error) {
+    if (!error) {
+      act();
+    }
+  });
+}
+
+std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSettings& machine,
+                                                       machines::LinkEvents& events) {
+  auto link = std::make_unique<MachineLink>(executor, machine, events, log);
+  link->start();
+  return link;
+}
+
+void Gateway::Impl::say(Level level, const std::string& text) {
+  log->log(level_of(level), text);
+}
+
+void Gateway::Impl::start() {
+  for (const Call& call : journal->ledger().open_calls()) {
+    const bool configured = std::ranges::any_of(
+        settings.machines, [&](const auto& machine) { return machine.name == call.key.machine; });
+    if (!configured) {
+      log->warn("call {} of {} stays in the journal: the configuration has no such machine",
+                call.id.to_string(), call.key.to_string());
+    }
+  }
+  machines.set(settings.machines);
+  beat();
+  tell_load();
+}
+
+void Gateway::Impl::change(const settings::Settings& wanted) {
+  if (wanted.journal != settings.journal) {
+    log->warn("the journal stays as it is until this gateway is started anew");
+  }
+  settings.machines = wanted.machines;
+  settings.policies = wanted.policies;
+  carry_out(control.change(settings::paces_of(settings.machines), settings.policies, now()));
+  machines.set(settings.machines);
+}
+
+void Gateway::Impl::end() {
+  const std::function<void()> then = std::exchange(finished, {});
+  carry_out(control.take_back(moment()));
+  then();
+}
+
+void Gateway::Impl::finish(std::function<void()> then) {
+  constexpr std::chrono::seconds patience{2};
+  finished = std::move(then);
+  last_chance.expires_after(patience);
+  last_chance.async_wait([this](boost::system::error_code error) {
+    if (!error && finished) {
+      log->warn("ending with an answer half written; the journal knows how to go on");
+      end();
+    }
+  });
+  carry_out(control.set_obstacle("the gateway is ending", now()));
+}
+
+void Gateway::Impl::arm_timer() {
+  const auto next = control.next_time();
+  if (next == armed) {
+    return;
+  }
+  armed = next;
+  timer.cancel();
+  if (!next) {
+    return;
+  }
+  timer.expires_at(*next);
+  timer.async_wait([this](boost::system::error_code error) {
+    if (!error) {
+      armed.reset();
+      carry_out(control.on_time(now()));
+    }
+  });
+}
+
+Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,
+                 const settings::Settings& settings, base::program::Log log)
+    : impl_(std::make_unique<Impl>(executor, spin, settings, std::move(log))) {}
+
+Gateway::~Gateway() = default;
+
+void Gateway::finish(std::function<void()> finished) {
+  impl_->finish(std::move(finished));
+}
+
+void Gateway::start() {
+  impl_->start();
+}
+
+void Gateway::change(const settings::Settings& settings) {
+  impl_->change(settings);
+}
+
+}  // namespace millrace::gateway::live

@@ -1,0 +1,90 @@
+// Carries out what the call control decides.
+#include <variant>
+
+#include "gateway/live/gateway_impl.hpp"
+
+namespace millrace::gateway::live {
+
+spdlog::level::level_enum level_of(Level level) {
+  switch (level) {
+    case Level::debug:
+      return spdlog::level::debug;
+    case Level::info:
+      return spdlog::level::info;
+    case Level::warn:
+      return spdlog::level::warn;
+    case Level::error:
+      return spdlog::level::err;
+  }
+  return spdlog::level::info;
+}
+
+void Gateway::Impl::carry_out(const control::ChannelActions& actions) {
+  for (const control::ChannelAction& one : actions) {
+    std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
+  }
+  arm_timer();
+  if (finished && !control.answering()) {
+    end();
+  }
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Read& action) {
+  machines.read(key, action.look);
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Write& action) {
+  machines.write(key, action.variable, action.value);
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
+  timers.try_emplace(key, executor).first->second.set(action.at, [this, key] {
+    carry_out(control.on_wake(key, now()));
+  });
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Record& action) {
+  if (action.ticket == 0) {
+    journal->append(action.entry, {});
+    return;
+  }
+  journal->append(action.entry, [this, key, ticket = action.ticket] {
+    carry_out(control.on_recorded(key, ticket, now()));
+  });
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Publish& action) {
+  if (const auto published = call_end.publish(action.request); !published) {
+    log->error("{}: call {} cannot be given out: {}", key.to_string(),
+               action.request.call.to_string(), published.error());
+  }
+  spin.expect();
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
+  call_end.withdraw({key, action.epoch}, action.uuid);
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Tell& action) {
+  if (const auto published = call_end.publish(action.event); !published) {
+    log->debug("{}: an event is lost: {}", key.to_string(), published.error());
+  }
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Show& action) {
+  if (const auto published = call_end.publish(action.status); !published) {
+    log->debug("{}: a status is lost: {}", key.to_string(), published.error());
+  }
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Hide&) {
+  timers.erase(key);
+  call_end.let_go(key);
+  machines.on_over(key);
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Say& action) {
+  log->log(level_of(action.level), "{}: {}", key.to_string(), action.text);
+}
+
+}  // namespace millrace::gateway::live

@@ -1,0 +1,150 @@
+// What happens on machines and fabric, and what operators want: into the call control with it.
+#include <string_view>
+
+#include "gateway/live/gateway_impl.hpp"
+#include "gateway/words.hpp"
+
+namespace millrace::gateway::live {
+
+namespace {
+
+std::string_view word_for(fabric::CommandKind kind) {
+  switch (kind) {
+    case fabric::CommandKind::answer:
+      return "answer";
+    case fabric::CommandKind::retry:
+      return "retry";
+    case fabric::CommandKind::drain:
+      return "drain";
+    case fabric::CommandKind::ping:
+      return "ping";
+  }
+  return "command";
+}
+
+}  // namespace
+
+void Gateway::Impl::on_link_up(const std::string& machine,
+                               const std::vector<std::uint16_t>& channels) {
+  carry_out(control.on_link_up(machine, channels, moment()));
+}
+
+void Gateway::Impl::on_link_down(const std::string& machine, const std::string& reason) {
+  carry_out(control.on_link_down(machine, reason, moment()));
+}
+
+void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
+  carry_out(control.on_link_dropped(machine, reason, moment()));
+}
+
+void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
+  carry_out(control.retire(key, moment()));
+}
+
+void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
+  carry_out(control.release(key, reason, moment()));
+}
+
+void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
+  control.inherit(status.key, {status.uuid, from, status.call});
+}
+
+void Gateway::Impl::on_contested() {
+  watch.watch_channels();
+}
+
+std::vector<std::uint16_t> Gateway::Impl::channels_of(const std::string& machine) const {
+  return control.channels_of(machine);
+}
+
+void Gateway::Impl::on_machine_status(const fabric::MachineStatus& status) {
+  if (const auto published = call_end.publish(status); !published) {
+    log->debug("{}: a status is lost: {}", status.machine, published.error());
+  }
+}
+
+void Gateway::Impl::on_machine_left(const fabric::MachineStatus& status) {
+  call_end.let_go(status);
+}
+
+void Gateway::Impl::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+  carry_out(control.on_read(key, snapshot, moment()));
+}
+
+void Gateway::Impl::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
+  carry_out(control.on_read_failed(key, reason, moment()));
+}
+
+void Gateway::Impl::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                             const std::string& reason) {
+  carry_out(control.on_write(key, outcome, reason, moment()));
+}
+
+void Gateway::Impl::on_machine(const fabric::MachineStatus& status) {
+  machines.on_machine(status);
+}
+
+void Gateway::Impl::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
+  machines.on_machine_gone(machine, gateway);
+}
+
+void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
+  machines.on_channel(status);
+}
+
+void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
+  log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(), instance.uuid,
+            instance.name, instance.host, instance.pid);
+  carry_out(control.on_instance_ready(instance, now()));
+}
+
+void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance) {
+  log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
+            instance.draining ? ": it is draining" : "");
+  carry_out(control.on_instance_ready(instance, now()));
+}
+
+void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
+  log->info("instance {} is gone", instance.to_string());
+  carry_out(control.on_instance_gone(instance, now()));
+}
+
+void Gateway::Impl::on_reply(const fabric::Reply& reply) {
+  carry_out(control.on_reply(reply, now()));
+}
+
+void Gateway::Impl::on_ignored(const std::string& reason) {
+  log->warn("{}", reason);
+}
+
+void Gateway::Impl::on_command(const fabric::Command& command) {
+  if (command.kind == fabric::CommandKind::drain || !control.serves(command.key)) {
+    return;
+  }
+  const control::Verdict verdict = obey(command);
+  log->log(command.kind == fabric::CommandKind::ping ? spdlog::level::debug : spdlog::level::info,
+           "{}: {} by {}: {}", command.key.to_string(), word_for(command.kind), command.issuer,
+           verdict.detail);
+  const auto published = command_end.publish(
+      {own.id, command.id, verdict.done, fit_reason(verdict.detail), moment().wall});
+  if (!published) {
+    log->warn("the outcome of a command cannot be told: {}", published.error());
+  }
+}
+
+control::Verdict Gateway::Impl::obey(const fabric::Command& command) {
+  control::Verdict verdict;
+  if (command.kind == fabric::CommandKind::retry) {
+    carry_out(control.on_retry(command.key, command.call, command.issuer, verdict, now()));
+  } else if (command.kind == fabric::CommandKind::ping) {
+    verdict = {true, "serves it"};
+  } else if (command.state == 0) {
+    verdict.detail = "state 0 releases no program; name another one";
+  } else {
+    carry_out(control.on_answer(command.key, command.call,
+                                {command.text, command.state, command.issuer}, verdict, now()));
+  }
+  return verdict;
+}
+
+}  // namespace millrace::gateway::live

@@ -1,0 +1,130 @@
+// What Gateway keeps to itself: events of machines, fabric and operators go into the call control,
+// and what the call control decides is carried out.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/channel_key_hash.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/ends/call_end.hpp"
+#include "fabric/ends/command_end.hpp"
+#include "fabric/ends/gateway_watch.hpp"
+#include "gateway/control/call_control.hpp"
+#include "gateway/journal/journal.hpp"
+#include "gateway/live/channel_timer.hpp"
+#include "gateway/live/gateway.hpp"
+#include "gateway/machines/machines.hpp"
+#include "gateway/machines/stall_detector.hpp"
+
+namespace millrace::gateway::live {
+
+/// As the log has it.
+spdlog::level::level_enum level_of(Level level);
+
+struct Gateway::Impl final : fabric::ends::CallEndListener,
+                             fabric::ends::CommandListener,
+                             fabric::ends::GatewayWatchListener,
+                             machines::MachinesIo,
+                             machines::MachinesListener {
+  Impl(const boost::asio::any_io_executor& the_executor, SpinAfterPublish& the_spin,
+       settings::Settings the_settings, base::program::Log the_log);
+
+  void start();
+  void change(const settings::Settings& wanted);
+  void finish(std::function<void()> then);
+  void end();
+
+  void beat();
+  void tell_load();
+  void arm_timer();
+
+  // What the machines need. Machines begin their events with now().
+  Moment now() override;
+  /// The only place of the gateway that reads a clock.
+  [[nodiscard]] Moment moment() const override;
+  void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine,
+                                          machines::LinkEvents& events) override;
+  void say(Level level, const std::string& text) override;
+
+  // What happens on the machines.
+  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
+  void on_link_down(const std::string& machine, const std::string& reason) override;
+  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_retired(const fabric::ChannelKey& key) override;
+  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
+  void on_contested() override;
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override;
+  void on_machine_status(const fabric::MachineStatus& status) override;
+  void on_machine_left(const fabric::MachineStatus& status) override;
+  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
+  void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                const std::string& reason) override;
+
+  // What other gateways say.
+  void on_machine(const fabric::MachineStatus& status) override;
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
+  void on_channel(const fabric::ChannelStatus& status) override;
+
+  // What happens on the fabric.
+  void on_instance_ready(const fabric::InstanceIdentity& instance) override;
+  void on_instance_changed(const fabric::InstanceIdentity& instance) override;
+  void on_instance_gone(const fabric::InstanceId& instance) override;
+  void on_reply(const fabric::Reply& reply) override;
+  void on_ignored(const std::string& reason) override;
+
+  // What an operator wants. Commands for channels of others are theirs.
+  void on_command(const fabric::Command& command) override;
+  control::Verdict obey(const fabric::Command& command);
+
+  // What the call control decides.
+  void carry_out(const control::ChannelActions& actions);
+  void carry_out(const fabric::ChannelKey& key, const Read& action);
+  void carry_out(const fabric::ChannelKey& key, const Write& action);
+  void carry_out(const fabric::ChannelKey& key, const WakeAt& action);
+  void carry_out(const fabric::ChannelKey& key, const Record& action);
+  void carry_out(const fabric::ChannelKey& key, const Publish& action);
+  void carry_out(const fabric::ChannelKey& key, const Withdraw& action);
+  void carry_out(const fabric::ChannelKey& key, const Tell& action);
+  void carry_out(const fabric::ChannelKey& key, const Show& action);
+  void carry_out(const fabric::ChannelKey& key, const Hide&);
+  void carry_out(const fabric::ChannelKey& key, const Say& action);
+  // Call control keeps these to itself.
+  void carry_out(const fabric::ChannelKey&, const Offer&) {}
+  void carry_out(const fabric::ChannelKey&, const LeaveBe&) {}
+  void carry_out(const fabric::ChannelKey&, const Resume&) {}
+  void carry_out(const fabric::ChannelKey&, const Freed&) {}
+
+  boost::asio::any_io_executor executor;
+  SpinAfterPublish& spin;
+  base::program::Log log;
+  settings::Settings settings;
+  std::unique_ptr<journal::Journal> journal;
+  control::CallControl control;
+  boost::asio::steady_timer timer;
+  std::optional<SteadyTime> armed;
+  boost::asio::steady_timer last_chance;
+  std::function<void()> finished;
+  std::unordered_map<fabric::ChannelKey, ChannelTimer, fabric::ChannelKeyHash> timers;
+  machines::StallDetector stall;
+  boost::asio::steady_timer stall_timer;
+  boost::asio::steady_timer load_timer;
+  machines::GatewayIdentity own;
+  fabric::dds::Participant participant;
+  fabric::ends::CallEnd call_end;
+  fabric::ends::CommandEnd command_end;
+  fabric::ends::GatewayWatch watch;
+  machines::Machines machines;
+};
+
+}  // namespace millrace::gateway::live

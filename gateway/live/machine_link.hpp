@@ -1,0 +1,38 @@
+// The way to one controller: connects, finds its channels, carries reads and writes, and comes back
+// after each failure by itself.
+//
+//   MachineLink link(executor, settings, events, log);
+//   link.start();                                 → events.on_link_up("cnc", {1, 2})
+//   link.read(1, ReadSet::state);                    → events.on_read({"cnc", 1}, snapshot)
+#pragma once
+
+#include <memory>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "base/program/log.hpp"
+#include "gateway/machines/link.hpp"
+#include "gateway/settings/settings.hpp"
+
+namespace millrace::gateway::live {
+
+/// Calls `events` on the executor.
+class MachineLink final : public machines::Link {
+ public:
+  MachineLink(boost::asio::any_io_executor executor, settings::MachineSettings settings,
+              machines::LinkEvents& events, base::program::Log log);
+  ~MachineLink() override;
+  MachineLink(const MachineLink&) = delete;
+  MachineLink& operator=(const MachineLink&) = delete;
+
+  void start();
+  void read(std::uint16_t channel, ReadSet look) override;
+  void write(std::uint16_t channel, Variable variable, const Value& value) override;
+  [[nodiscard]] machines::LinkLoad load() const override;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::gateway::live

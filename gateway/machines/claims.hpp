@@ -1,0 +1,58 @@
+// Who serves a channel when several gateways are set up for it: the one that claimed it first.
+// Pure: takes what the gateways say of themselves.
+//
+//   Claims claims(our_id);
+//   claims.set(status);                               // another gateway's millrace/machine
+//   if (const auto* other = claims.ahead({"cnc", 1}, our_claim)) …   // theirs, until it is gone
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::gateway::machines {
+
+class Claims {
+ public:
+  /// What `self` says is not listened to.
+  explicit Claims(const fabric::InstanceId& self) : self_(self) {}
+
+  void set(const fabric::MachineStatus& status);
+  void remove(const std::string& machine, const fabric::InstanceId& gateway);
+
+  /// What another gateway said last of the machine; nullptr if nothing.
+  [[nodiscard]] const fabric::MachineStatus* find(const std::string& machine,
+                                                  const fabric::InstanceId& gateway) const;
+  /// The gateway whose calls carry this epoch, if it claims channels of the machine; else nullptr.
+  [[nodiscard]] const fabric::MachineStatus* of_epoch(const std::string& machine,
+                                                      std::uint64_t epoch) const;
+  /// The gateway whose claim to this channel comes before ours of time `ours`; nullptr if none.
+  [[nodiscard]] const fabric::MachineStatus* ahead(const fabric::ChannelKey& key,
+                                                   fabric::Time ours) const;
+  /// The gateway whose claim comes before ours for all channels that we want (none = all that the
+  /// controller has), so that we need not even connect; nullptr if none.
+  [[nodiscard]] const fabric::MachineStatus* ahead_of_all(const std::string& machine,
+                                                          const std::vector<std::uint16_t>& wanted,
+                                                          fabric::Time ours) const;
+  /// Whether any other gateway claims channels of this machine.
+  [[nodiscard]] bool contested(const std::string& machine) const;
+  /// `ours`, or a moment after the claims of those that serve the machine already: clocks of hosts
+  /// differ, and who comes later must not be before them.
+  [[nodiscard]] fabric::Time behind_those_that_serve(const std::string& machine,
+                                                     fabric::Time ours) const;
+
+ private:
+  using Gateways = std::map<fabric::InstanceId, fabric::MachineStatus>;
+  [[nodiscard]] const Gateways& of(const std::string& machine) const;
+  [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time ours) const;
+
+  fabric::InstanceId self_;
+  std::map<std::string, Gateways> machines_;
+};
+
+/// "gateway 5f3a9c0112d4 (pid 4711 on host7)": its epoch, which its call ids carry.
+std::string name_of(const fabric::MachineStatus& gateway);
+
+}  // namespace millrace::gateway::machines

@@ -1,0 +1,39 @@
+// The way to one controller, as the rest of the gateway sees it: carries reads and writes, and
+// comes back after each failure by itself. MachineLink is the one with a socket.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gateway/action.hpp"
+#include "gateway/machines/machine_report.hpp"
+
+namespace millrace::gateway::machines {
+
+/// Never called from within a function of the link.
+class LinkEvents {
+ public:
+  virtual ~LinkEvents() = default;
+  /// The controller answers and has a Service Interface in these channels.
+  virtual void on_link_up(const std::string& machine,
+                          const std::vector<std::uint16_t>& channels) = 0;
+  /// Every read and write is answered before the link comes up again.
+  virtual void on_link_down(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) = 0;
+  /// `reason` is empty if the link is gone, which on_link_down explains.
+  virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;
+  virtual void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                        const std::string& reason) = 0;
+};
+
+/// Its end closes the connection; no event comes after it.
+class Link {
+ public:
+  virtual ~Link() = default;
+  virtual void read(std::uint16_t channel, ReadSet look) = 0;
+  virtual void write(std::uint16_t channel, Variable variable, const Value& value) = 0;
+  [[nodiscard]] virtual LinkLoad load() const = 0;
+};
+
+}  // namespace millrace::gateway::machines

@@ -1,0 +1,64 @@
+// What a gateway is told: which machines, which fabric, which journal.
+//
+//   Settings settings = read_settings("gateway.textproto");
+//   settings.machines.push_back(parse_machine("press=10.0.0.5:48898/10.0.0.5.1.1"));
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cnc/ads/address.hpp"
+#include "fabric/dds/participant.hpp"
+#include "gateway/journal/options.hpp"
+#include "gateway/pace.hpp"
+#include "gateway/policy.hpp"
+
+namespace millrace::gateway::settings {
+
+/// One controller. The defaults are those of millrace-cnc, the virtual CNC, on this host.
+struct MachineSettings {
+  std::string name = "cnc";
+  std::string host = "127.0.0.1";
+  std::uint16_t tcp_port = 48898;
+  cnc::ads::NetId net_id{{127, 0, 0, 1, 1, 1}};
+  cnc::ads::NetId source{{127, 0, 0, 1, 2, 1}};
+  /// Empty = all that the controller has.
+  std::vector<std::uint16_t> channels{};
+  Pace pace{};
+  bool operator==(const MachineSettings&) const = default;
+
+  /// "cnc (127.0.0.1:48898, 127.0.0.1.1.1)"
+  [[nodiscard]] std::string to_string() const;
+};
+
+struct Settings {
+  std::vector<MachineSettings> machines;
+  Policies policies;
+  /// Not part of the file: fabric.textproto says it.
+  fabric::dds::ParticipantOptions join;
+  /// Empty folder = no file.
+  journal::FileOptions journal;
+};
+
+/// Throws base::program::UsageError with file, line and column of the mistake and what was
+/// expected.
+Settings read_settings(const std::filesystem::path& file);
+
+/// "NAME=HOST:PORT/NETID"; ":PORT" may be left out, "/NETID" for an IPv4 address (then ".1.1" is
+/// added to it). Throws base::program::UsageError.
+MachineSettings parse_machine(const std::string& text);
+
+/// By machine.
+std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines);
+
+/// Throws base::program::UsageError if two machines have one name.
+void check_names(const std::vector<MachineSettings>& machines);
+
+/// What is wrong with the name of a machine; empty if nothing is.
+std::string wrong_name(const std::string& name);
+
+}  // namespace millrace::gateway::settings

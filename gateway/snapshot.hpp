@@ -1,0 +1,82 @@
+// What a channel's Service Interface shows, and what that says about a call.
+//
+//   switch (judge(snapshot, request, shown)) {
+//     case Standing::pending: …        // the program still waits for this very call
+//
+// The two states come back to 0 after each call, so a request has no identity but its own content:
+// UUID, REQUEST and REQUEST_STATE together. A program that repeats a request word for word between
+// two looks cannot be told from one that waits; it then gets the answer to the same question.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "cnc/variables/service_variable.hpp"
+
+namespace millrace::gateway {
+
+using Variable = cnc::variables::ServiceVariable;
+/// Texts are bytes in the controller's code page, without the NUL.
+using Value = cnc::variables::ServiceValue;
+
+/// Which variables one look takes in. They are read one after the other, in an order that matters
+/// (snapshot.cpp); that a controller reads the items of a sum in theirs is inferred.
+enum class ReadSet : std::uint8_t {
+  /// REQUEST_STATE: is there a request?
+  state,
+  /// UUID and REQUEST.
+  texts,
+  /// Both states: does the program still wait after an interim answer?
+  states,
+  /// UUID, REQUEST and both states: is this still the same call?
+  request,
+  /// All five.
+  all,
+};
+
+std::span<const Variable> variables_of(ReadSet look);
+
+/// The values of one look; what the look does not take in is empty.
+struct Snapshot {
+  ReadSet look = ReadSet::all;
+  std::string uuid;
+  std::string request;
+  std::uint32_t request_state = 0;
+  std::uint32_t response_state = 0;
+  std::string response;
+  bool operator==(const Snapshot&) const = default;
+
+  [[nodiscard]] bool has(Variable variable) const;
+};
+
+/// A request as the program wrote it.
+struct PendingRequest {
+  std::string uuid;
+  std::string text;
+  std::uint32_t state = 0;
+  bool operator==(const PendingRequest&) const = default;
+};
+
+enum class Standing : std::uint8_t {
+  /// The program waits for this call.
+  pending,
+  /// Both states read 0: the program took the request back, or we cleared REQUEST_STATE ourselves.
+  cleared,
+  /// Another request stands in the channel.
+  replaced,
+  /// No request, but a RESPONSE_STATE that is no interim state of ours: this call is answered.
+  answered,
+};
+
+/// Judges by what the snapshot holds. `shown` are the interim states we have written, or may have.
+///
+/// A kernel may clear REQUEST_STATE itself when RESPONSE_STATE is written from outside (who clears
+/// it is not documented). After an interim answer such a channel shows REQUEST_STATE 0 although its
+/// program waits; the call is then recognised by its interim state, because each write of the
+/// program to REQUEST_STATE, also of 0, sets RESPONSE_STATE to 0 (documented,
+/// IB/tf5200_service_interface/356533387.html).
+Standing judge(const Snapshot& snapshot, const PendingRequest& request,
+               std::span<const std::uint32_t> shown);
+
+}  // namespace millrace::gateway

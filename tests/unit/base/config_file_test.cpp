@@ -1,0 +1,80 @@
+#include "base/configuration/config_file.hpp"
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "idl/gateway.pb.h"
+
+namespace millrace::base::configuration {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+
+std::filesystem::path data(const std::string& name) {
+  return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
+}
+
+TEST(ConfigFile, FillsTheMessageFromAGoodFile) {
+  const auto sut = read_config<config::Gateway>(data("good/one_machine.gateway.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->machine(0).name(), "cnc");
+  EXPECT_EQ(sut->machine(0).channel_size(), 2);
+}
+
+TEST(ConfigFile, NamesFileLineAndColumnOfAnUnknownField) {
+  const auto sut = read_config<config::Gateway>(data("bad/misspelt_field.gateway.textproto"));
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error(), HasSubstr("misspelt_field.gateway.textproto:3:7: "));
+  EXPECT_THAT(sut.error(), HasSubstr("\"hots\""));
+}
+
+TEST(ConfigFile, NamesTheExpectedTypeOfAWrongValue) {
+  const auto sut = read_config<config::Gateway>(data("bad/wrong_type.gateway.textproto"));
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error(), HasSubstr("wrong_type.gateway.textproto:1:29: Expected integer"));
+}
+
+TEST(ConfigFile, SaysThatAFileIsMissing) {
+  const auto sut = read_config<config::Gateway>(data("no_such_file.textproto"));
+  ASSERT_FALSE(sut);
+  EXPECT_THAT(sut.error(),
+              EndsWith("no_such_file.textproto: cannot be read: No such file or directory"));
+}
+
+TEST(ConfigFile, LeavesTheMessageEmptyAfterAMistake) {
+  config::Gateway message;
+  ASSERT_FALSE(parse_config("machine { name: \"a\" } oops: 1", "x", message));
+  EXPECT_EQ(message.machine_size(), 0);
+}
+
+TEST(ConfigFile, KnowsWhereEachFieldWasWritten) {
+  config::Gateway message;
+  ConfigPlaces sut;
+  ASSERT_TRUE(read_config(data("good/one_machine.gateway.textproto"), message, sut));
+  EXPECT_THAT(sut.at(message, {{"machine", 0}}), EndsWith("one_machine.gateway.textproto:2:1"));
+}
+
+TEST(ConfigPlaces, FindsFieldsInsideOthers) {
+  config::Gateway message;
+  ConfigPlaces sut;
+  ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
+  EXPECT_THAT(sut.at(message, {{"machine", 1}, {"host"}}),
+              EndsWith("everything.gateway.textproto:12:27"));
+  // Of a list in brackets it knows where the list begins.
+  EXPECT_THAT(sut.at(message, {{"machine", 0}, {"channel", 1}}),
+              EndsWith("everything.gateway.textproto:9:3"));
+}
+
+TEST(ConfigPlaces, NamesTheNextOuterFieldOfOneThatWasNotWritten) {
+  config::Gateway message;
+  ConfigPlaces sut;
+  ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
+  EXPECT_THAT(sut.at(message, {{"machine", 1}, {"port"}}),
+              EndsWith("everything.gateway.textproto:12:1"));
+}
+
+}  // namespace
+}  // namespace millrace::base::configuration

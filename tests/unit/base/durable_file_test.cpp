@@ -1,0 +1,67 @@
+#include "base/posix/durable_file.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::base::posix {
+namespace {
+
+using testing::HasSubstr;
+
+class DurableFile : public testing::Test {
+ protected:
+  static std::string content(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  [[nodiscard]] std::ptrdiff_t files() const {
+    return std::distance(std::filesystem::directory_iterator(folder.path()), {});
+  }
+
+  tests::TemporaryFolder folder;
+  std::filesystem::path file = folder.path() / "file";
+};
+
+TEST_F(DurableFile, HoldsWhatWasWrittenLast) {
+  ASSERT_TRUE(write_durably(file, "a longer first one"));
+  ASSERT_TRUE(write_durably(file, std::string("a\0b", 3)));
+  EXPECT_EQ(content(file), std::string("a\0b", 3));
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(DurableFile, StaysAsItWasWhenWritingFails) {
+  ASSERT_TRUE(write_durably(file, "old"));
+  // A folder in the place of the temporary file stands for any reason not to get through.
+  std::filesystem::create_directory(file.string() + ".part");
+  EXPECT_THAT(write_durably(file, "new").error(), HasSubstr("cannot create " + file.string()));
+  EXPECT_EQ(content(file), "old");
+}
+
+TEST_F(DurableFile, InAMissingFolderIsAnError) {
+  EXPECT_THAT(write_durably(folder.path() / "no" / "file", "x").error(),
+              HasSubstr("No such file or directory"));
+}
+
+TEST_F(DurableFile, IsGoneOnceRemovedAndMayBeGoneBefore) {
+  ASSERT_TRUE(write_durably(file, "x"));
+  EXPECT_TRUE(remove_durably(file));
+  EXPECT_TRUE(remove_durably(file));
+  EXPECT_EQ(files(), 0);
+}
+
+TEST_F(DurableFile, MovesIntoAnotherFolder) {
+  ASSERT_TRUE(write_durably(file, "x"));
+  const auto other = folder.path() / "other";
+  std::filesystem::create_directory(other);
+  ASSERT_TRUE(rename_durably(file, other / "file"));
+  EXPECT_EQ(content(other / "file"), "x");
+  EXPECT_FALSE(rename_durably(file, other / "file"));
+}
+
+}  // namespace
+}  // namespace millrace::base::posix

@@ -1,0 +1,61 @@
+#include "fabric/dds/serial_listener.hpp"
+
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace millrace::fabric {
+namespace {
+
+TEST(SerialListener, RunsNothingBeforeItIsOpened) {
+  int runs = 0;
+  dds::SerialListener sut([&] { ++runs; });
+  sut.run();
+  EXPECT_EQ(runs, 0);
+  sut.open();
+  EXPECT_GE(runs, 1);
+}
+
+TEST(SerialListener, RunsOnceMoreForWhatComesDuringTheWork) {
+  int runs = 0;
+  dds::SerialListener* sut = nullptr;
+  dds::SerialListener serial([&] {
+    if (++runs == 1) {
+      sut->run();
+      EXPECT_EQ(runs, 1) << "not within itself";
+    }
+  });
+  sut = &serial;
+  serial.open();
+  EXPECT_EQ(runs, 2);
+}
+
+TEST(SerialListener, RunsInOneThreadAtATimeAndMissesNothing) {
+  constexpr int threads = 4;
+  constexpr int each = 20'000;
+  std::atomic<int> brought = 0;
+  // Neither is atomic: two threads at once would show, to the thread sanitizer at the latest.
+  int inside = 0;
+  int seen = 0;
+  dds::SerialListener sut([&] {
+    EXPECT_EQ(++inside, 1);
+    seen = brought.load();
+    --inside;
+  });
+  sut.open();
+  std::vector<std::jthread> all;
+  for (int i = 0; i < threads; ++i) {
+    all.emplace_back([&] {
+      for (int j = 0; j < each; ++j) {
+        ++brought;
+        sut.run();
+      }
+    });
+  }
+  all.clear();
+  EXPECT_EQ(seen, threads * each);
+}
+
+}  // namespace
+}  // namespace millrace::fabric

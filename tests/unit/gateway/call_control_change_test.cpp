@@ -1,0 +1,309 @@
+// Channels that leave, come back or are taken over, and policies that change, while calls are under
+// way.
+#include <gmock/gmock.h>
+
+#include "tests/unit/gateway/call_control_test.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using namespace std::chrono_literals;
+
+TEST_F(CallControlTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto published = all<Publish>(confirm(request(1)));
+  EXPECT_THAT(all<Hide>(sut->retire({"cnc", 1}, now)), IsEmpty());
+  fabric::Reply reply;
+  reply.key = {"cnc", 1};
+  reply.call = published.front().request.call;
+  reply.instance = instance(1).id;
+  reply.state = 1;
+  EXPECT_THAT(all<Record>(sut->on_reply(reply, now)), SizeIs(1));
+  EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1, 2));
+}
+
+TEST_F(CallControlTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
+  start();
+  link_up();
+  // The read that the link has begun.
+  EXPECT_THAT(all<Hide>(sut->retire({"cnc", 2}, now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 2}, {ReadSet::state, "", "", 1, 0, ""}, now)),
+              SizeIs(1));
+  EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1));
+  EXPECT_THAT(sut->on_wake({"cnc", 2}, now), IsEmpty());
+}
+
+TEST_F(CallControlTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  const auto actions = sut->release({"cnc", 1}, "served by another gateway", now);
+  EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
+  EXPECT_THAT(all<Hide>(actions), SizeIs(1));
+  EXPECT_THAT(all<Write>(actions), IsEmpty());
+  EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(2));
+}
+
+// The other gateway, which had stood still, saw an idle channel and gave the call out again. Found
+// by the simulation.
+TEST_F(CallControlTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  EXPECT_THAT(all<Show>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+}
+
+TEST_F(CallControlTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
+  start();
+  link_up();
+  auto elsewhere = instance(1);
+  elsewhere.concurrency = 1;
+  sut->on_instance_ready(elsewhere, now);
+  confirm(request(2));
+  request(1);
+  const auto shown = all<Show>(sut->release({"cnc", 1}, "served by another gateway", now));
+  ASSERT_THAT(shown, SizeIs(1));
+  EXPECT_EQ(shown.front().status.call, fabric::CallId{});
+}
+
+TEST_F(CallControlTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
+  start();
+  link_up();
+  auto one = instance(1);
+  one.concurrency = 1;
+  sut->on_instance_ready(one, now);
+  confirm(request(2));
+  request(1);
+  const auto actions = sut->take_back(now);
+  ASSERT_THAT(all<Show>(actions), SizeIs(1));
+  EXPECT_EQ(all<Show>(actions).front().status.key, (fabric::ChannelKey{"cnc", 1}));
+  EXPECT_EQ(all<Show>(actions).front().status.call, fabric::CallId{});
+}
+
+TEST_F(CallControlTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
+  start();
+  link_up();
+  EXPECT_THAT(all<Hide>(sut->release({"cnc", 2}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->on_link_dropped("cnc", "not wanted", now)), SizeIs(1));
+}
+
+TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  ledger.apply(AnsweredEntry{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
+  ledger.apply(ClearingEntry{{7, 1001}});
+  start();
+  EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
+  const Snapshot unreleased{ReadSet::all, uuid, "2", 0, 0, "1.4"};
+  EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
+  EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
+              ElementsAre(Write{Variable::response_state, 1U}));
+  EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), SizeIs(1));
+}
+
+// The kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw no request
+// and the program waited for ever. Found by the simulation.
+TEST_F(CallControlTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  ledger.apply(InterimEntry{{7, 1001}, 1000});
+  start();
+  EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  sut->on_link_up("cnc", {}, now);
+  sut->on_instance_ready(instance(1), now);
+  const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 0, 1000, ""}, now);
+  EXPECT_THAT(all<Hide>(seen), IsEmpty());
+  EXPECT_THAT(all<Publish>(seen), SizeIs(1)) << "its instance answers once more";
+}
+
+TEST_F(CallControlTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  ledger.apply(InterimEntry{{7, 1001}, 1000});
+  start();
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->on_link_up("cnc", {}, now);
+  const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 1000, ""}, now);
+  EXPECT_THAT(all<Hide>(seen), SizeIs(1));
+}
+
+TEST_F(CallControlTest, TakesAChannelBackThatWasLeaving) {
+  start();
+  link_up();
+  sut->retire({"cnc", 1}, now);
+  sut->on_link_up("cnc", {1, 2}, now);
+  sut->on_instance_ready(instance(1), now);
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CallControlTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f (pid 1 on host7)"});
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+  EXPECT_THAT(
+      all<Show>(actions).back().status.reason,
+      HasSubstr("gateway 5f (pid 1 on host7), which is gone, may have given this call out"));
+  control::Verdict verdict;
+  EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now))),
+              SizeIs(1));
+}
+
+// With two gateways that lost each other, what the first had given out was forgotten when the
+// second left a call of its own. Found by the simulation.
+TEST_F(CallControlTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, {"00000000-0000-4000-8000-000000000002", "gateway 60"});
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+}
+
+// Found by the simulation.
+TEST_F(CallControlTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  confirm(request(1));
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  link_up();
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+}
+
+TEST_F(CallControlTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesTheChannel) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  answered_call(1);
+  answered_call(2);
+  EXPECT_THAT(all<Withdraw>(sut->release({"cnc", 1}, "served by another gateway", now)), SizeIs(1));
+  EXPECT_THAT(all<Withdraw>(sut->on_link_dropped("cnc", "stood still", now)), IsEmpty());
+  now.steady += 2 * control::AnsweredRequests::quiet;
+  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), SizeIs(1));
+}
+
+// A gateway that had left a channel to another one, which died before it took it, gave its own
+// at-most-once call out again. Found by the simulation.
+TEST_F(CallControlTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  confirm(request(1));
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  link_up();
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
+}
+
+TEST_F(CallControlTest, StillHoldsAnInheritedCallAfterARestart) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  confirm(request(1));
+  start();
+  sut->on_instance_ready(once, now);
+  link_up();
+  sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 0, ""}, now);
+  ASSERT_TRUE(sut->next_time());
+  now.steady = *sut->next_time();
+  EXPECT_THAT(all<Publish>(confirm(sut->on_time(now))), IsEmpty());
+}
+
+TEST_F(CallControlTest, RunsAnInheritedCallThatMayRunTwice) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CallControlTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
+  EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+TEST_F(CallControlTest, AppliesNewPoliciesToRequestsThatWait) {
+  start();
+  link_up();
+  request(1);
+  now.steady += 5s;
+  EXPECT_THAT(all<Read>(sut->change({}, {.everywhere = {.unserved = Rule{1s, 901}}}, now)),
+              SizeIs(1));
+  request(1);
+  sut->on_wake({"cnc", 1}, now);
+  const auto records = all<Record>(request(1));
+  ASSERT_THAT(records, testing::Not(IsEmpty()));
+  EXPECT_EQ(std::get<AnsweredEntry>(records.back().entry).answer.state, 901U);
+}
+
+TEST_F(CallControlTest, KeepsThePolicyUnderWhichACallWasAccepted) {
+  start({.policies = {.everywhere = {.deadline = Rule{10s, 0}}}});
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  sut->change({}, {.everywhere = {.deadline = Rule{1s, 902}}}, now);
+  now.steady += 5s;
+  EXPECT_THAT(all<Record>(sut->on_wake({"cnc", 1}, now)), IsEmpty());
+}
+
+// The deadline of one call had passed, its instance got the call of another channel, which then
+// looked at the link that was gone: the gateway crashed. Found by the simulation.
+TEST_F(CallControlTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
+  start({.policies = {.everywhere = {.deadline = Rule{1s, 902}}}});
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  confirm(request(1));
+  now.steady += 800ms;
+  confirm(request(2));
+  now.steady += 500ms;
+  const auto actions = sut->on_link_dropped("cnc", "this gateway stood still", now);
+  EXPECT_THAT(all<Record>(actions), SizeIs(2)) << "one is answered, one is given out";
+  EXPECT_THAT(all<Read>(actions), IsEmpty());
+}
+
+}  // namespace
+}  // namespace millrace::gateway

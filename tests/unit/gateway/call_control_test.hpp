@@ -1,0 +1,108 @@
+// A core with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/control/call_control.hpp"
+
+namespace millrace::gateway {
+
+class CallControlTest : public testing::Test {
+ protected:
+  inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+  static fabric::InstanceIdentity instance(std::uint8_t number) {
+    fabric::InstanceIdentity one;
+    one.id.bytes.fill(number);
+    one.uuid = uuid;
+    return one;
+  }
+
+  CallControlTest() { ledger.apply(NumbersEntry{7, 1000}); }
+
+  void start(control::CallControlOptions options = {}) { sut.emplace(std::move(options), ledger); }
+
+  /// A request as the session finds it: state, texts, state again.
+  control::ChannelActions request(std::uint16_t channel, const std::string& wanted = uuid,
+                                  std::uint32_t state = 1) {
+    const fabric::ChannelKey key{"cnc", channel};
+    sut->on_read(key, {ReadSet::state, "", "", state, 0, ""}, now);
+    sut->on_read(key, {ReadSet::texts, wanted, "2", 0, 0, ""}, now);
+    return sut->on_read(key, {ReadSet::request, wanted, "2", state, 0, ""}, now);
+  }
+
+  /// Confirms the records in `actions`; returns what comes of it.
+  control::ChannelActions confirm(const control::ChannelActions& actions) {
+    control::ChannelActions all;
+    for (const control::ChannelAction& one : actions) {
+      if (const auto* record = std::get_if<Record>(&one.action)) {
+        ledger.apply(record->entry);
+        std::ranges::copy(sut->on_recorded(one.key, record->ticket, now), std::back_inserter(all));
+      }
+    }
+    return all;
+  }
+
+  /// A call from its request to the look after its answer; returns what came of all steps.
+  control::ChannelActions answered_call(std::uint16_t channel) {
+    const fabric::ChannelKey key{"cnc", channel};
+    std::uint32_t state = 1;
+    control::ChannelActions todo = request(channel);
+    for (std::size_t next = 0; next < todo.size(); ++next) {
+      const Action action = todo[next].action;
+      control::ChannelActions more;
+      if (const auto* record = std::get_if<Record>(&action)) {
+        ledger.apply(record->entry);
+        more = sut->on_recorded(key, record->ticket, now);
+      } else if (const auto* given = std::get_if<Publish>(&action)) {
+        more = sut->on_reply(answer_to(given->request), now);
+      } else if (const auto* write = std::get_if<Write>(&action)) {
+        state = write->variable == Variable::request_state ? 0 : state;
+        more = sut->on_write(key, WriteOutcome::written, "", now);
+      } else if (const auto* read = std::get_if<Read>(&action)) {
+        const bool texts = read->look != ReadSet::state;
+        more =
+            sut->on_read(key, {read->look, texts ? uuid : "", texts ? "2" : "", state, 0, ""}, now);
+      }
+      std::ranges::copy(more, std::back_inserter(todo));
+    }
+    return todo;
+  }
+
+  static fabric::Reply answer_to(const fabric::Request& request) {
+    fabric::Reply reply;
+    reply.key = request.key;
+    reply.call = request.call;
+    reply.attempt = request.attempt;
+    reply.instance = request.assigned;
+    reply.text = "1.414";
+    reply.state = 1;
+    return reply;
+  }
+
+  template <typename Wanted>
+  static std::vector<Wanted> all(const control::ChannelActions& actions) {
+    std::vector<Wanted> found;
+    for (const control::ChannelAction& one : actions) {
+      if (const auto* wanted = std::get_if<Wanted>(&one.action)) {
+        found.push_back(*wanted);
+      }
+    }
+    return found;
+  }
+
+  void link_up() { confirm(sut->on_link_up("cnc", {1, 2}, now)); }
+
+  journal::Ledger ledger;
+  std::optional<control::CallControl> sut;
+  Moment now{SteadyTime(std::chrono::hours(1)), fabric::Time(std::chrono::hours(1))};
+};
+
+}  // namespace millrace::gateway
