@@ -34,14 +34,6 @@ struct WakeAt {
   bool operator==(const WakeAt&) const = default;
 };
 
-/// A request is there: answer with claim() or leave() before anything else.
-struct Offer {
-  PendingRequest request;
-  /// It was left before, and its policy's patience with unserved requests is over.
-  bool out_of_patience = false;
-  bool operator==(const Offer&) const = default;
-};
-
 /// Journal this and answer with on_recorded(ticket) once it is as safe as the journal's policy
 /// promises. Nobody waits for ticket 0.
 struct Record {
@@ -61,25 +53,6 @@ struct Withdraw {
   /// Of the call: what another gateway asks of the channel stays.
   std::uint64_t epoch = 0;
   bool operator==(const Withdraw&) const = default;
-};
-
-/// The instance that had the call has answered it: nobody needs to be told, and the call control
-/// takes the request back when the channel is quiet.
-struct LeaveBe {
-  std::string uuid;
-  bool operator==(const LeaveBe&) const = default;
-};
-
-/// A call of an earlier run still waits for its answer: the dispatcher takes it up again.
-struct Resume {
-  fabric::CallId call;
-  bool operator==(const Resume&) const = default;
-};
-
-/// The instance has answered: it is free for the next call.
-struct Freed {
-  fabric::CallId call;
-  bool operator==(const Freed&) const = default;
 };
 
 struct Tell {
@@ -105,9 +78,39 @@ struct Say {
   bool operator==(const Say&) const = default;
 };
 
-using Action = std::variant<Read, Write, WakeAt, Offer, Record, Publish, Withdraw, LeaveBe, Resume,
-                            Freed, Tell, Show, Hide, Say>;
-using Actions = std::vector<Action>;
+/// What leaves the core: somebody with hands carries it out.
+using Action = std::variant<Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say>;
+
+/// A request is there: answer with claim() or leave() before anything else.
+struct Offer {
+  PendingRequest request;
+  /// It was left before, and its policy's patience with unserved requests is over.
+  bool out_of_patience = false;
+  bool operator==(const Offer&) const = default;
+};
+
+/// The instance that had the call has answered it: nobody needs to be told, and the core takes the
+/// request back when the channel is quiet.
+struct LeaveBe {
+  std::string uuid;
+  bool operator==(const LeaveBe&) const = default;
+};
+
+/// A call of an earlier run still waits for its answer: the dispatcher takes it up again.
+struct Resume {
+  fabric::CallId call;
+  bool operator==(const Resume&) const = default;
+};
+
+/// The instance has answered: it is free for the next call.
+struct Freed {
+  fabric::CallId call;
+  bool operator==(const Freed&) const = default;
+};
+
+/// What a session wants: of the world, or of the core, which keeps the last four to itself.
+using SessionAction = std::variant<Action, Offer, LeaveBe, Resume, Freed>;
+using SessionActions = std::vector<SessionAction>;
 
 /// Room for the actions of most steps, in a piece of memory that is small enough to be had cheaply:
 /// above 1 KiB the allocator of the GNU C library tidies up first.

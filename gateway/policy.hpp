@@ -1,5 +1,6 @@
 // What a program gets when its call cannot be answered, where somebody has configured that. The
-// default is to wait, as the vendor's manual does.
+// default is to wait, as the vendor's manual does; only an answer that cannot be written is
+// replaced by an error at once.
 #pragma once
 
 #include <chrono>
@@ -26,7 +27,9 @@ struct Policy {
   std::optional<Rule> deadline{};
   /// The instance of an at-most-once call is lost.
   std::optional<Rule> lost{};
-  /// The service's answer cannot be written: too long, or of state 0.
+  /// The service's answer cannot be written (gateway/response.hpp). Without a rule the program gets
+  /// an error of state 500; with one of state 0 the call is held for an operator. At once, whatever
+  /// `after` says.
   std::optional<Rule> refused{};
   bool operator==(const Policy&) const = default;
 

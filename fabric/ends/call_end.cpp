@@ -1,7 +1,10 @@
 #include "fabric/ends/call_end.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include <boost/asio/post.hpp>
@@ -29,9 +32,10 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   void flush();
   void open_requests(const std::string& uuid);
   void drain_discovery();
+  void look_around();
   void drain_replies();
-  void announce(const std::vector<std::string>& ignored,
-                const registry::Registry::Changes& changes);
+  void take(const wire::Taken<Reply>& taken);
+  void announce(const registry::Registry::Changes& changes);
   [[nodiscard]] std::set<registry::EndpointHandle> matched() const;
   [[nodiscard]] const std::string& fabric() const { return participant.options().fabric; }
 
@@ -54,6 +58,10 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   std::optional<dds::PostOnce> board_post;
   dds::ReaderCount event_readers;
   std::optional<Discovery> discovery;
+  /// What discovery has told and nobody was told yet.
+  std::vector<std::string> ignored;
+  /// Writers that have spoken in the name of an instance that is not theirs: said once of each.
+  std::set<registry::EndpointHandle> strangers;
   std::optional<wire::Reader<Reply>> replies;
   /// By canonical UUID. They stay when the last instance leaves, because a pending call waits in
   /// them for the next one.
@@ -148,19 +156,24 @@ void CallEnd::Impl::drain_discovery() {
   if (listener == nullptr) {
     return;
   }
-  const Discovery::News news = discovery->drain(registry);
-  for (const std::string& uuid : news.uuids) {
-    open_requests(uuid);
-  }
+  look_around();
   registry.set_matched(matched());
   // An instance that leaves may have answered just before.
   drain_replies();
-  announce(news.ignored, registry.changes());
+  announce(registry.changes());
 }
 
-void CallEnd::Impl::announce(const std::vector<std::string>& ignored,
-                             const registry::Registry::Changes& changes) {
-  for (const std::string& reason : ignored) {
+void CallEnd::Impl::look_around() {
+  Discovery::News news = discovery->drain(registry);
+  for (const std::string& uuid : news.uuids) {
+    open_requests(uuid);
+  }
+  ignored.insert(ignored.end(), std::make_move_iterator(news.ignored.begin()),
+                 std::make_move_iterator(news.ignored.end()));
+}
+
+void CallEnd::Impl::announce(const registry::Registry::Changes& changes) {
+  for (const std::string& reason : std::exchange(ignored, {})) {
     tell([&] { listener->on_ignored(reason); });
   }
   for (const InstanceId& instance : changes.gone) {
@@ -181,10 +194,34 @@ void CallEnd::Impl::drain_replies() {
       return;
     }
     for (const wire::Taken<Reply>& taken : batch) {
-      if (taken.valid) {
-        tell([&] { listener->on_reply(taken.value); });
+      if (taken.valid && listener != nullptr) {
+        take(taken);
       }
     }
+  }
+}
+
+/// Which instance a reply is from is not for the reply to say.
+void CallEnd::Impl::take(const wire::Taken<Reply>& taken) {
+  const Reply& reply = taken.value;
+  if (!registry.speaks_for(taken.writer, reply.instance)) {
+    // It may be here before anybody has looked who has come. That is announced in its own turn.
+    look_around();
+    discovery_post->post();
+  }
+  if (registry.speaks_for(taken.writer, reply.instance)) {
+    listener->on_reply(reply);
+    return;
+  }
+  constexpr std::size_t most_remembered = 256;
+  if (strangers.size() >= most_remembered) {
+    strangers.clear();
+  }
+  if (strangers.insert(taken.writer).second) {
+    listener->on_ignored(fmt::format(
+        "{}: a reply to call {} in the name of instance {} is dropped: it does not come "
+        "from that instance's writer",
+        reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
   }
 }
 

@@ -28,9 +28,11 @@ class CallEndListener {
   /// It left, or its lease ran out. A hint, no proof of death: it may come back with the same id.
   virtual void on_instance_gone(const InstanceId& instance) = 0;
   /// Repeats are delivered as they come: a call end that lost an instance for a moment sees the
-  /// instance's last reply on each channel again.
+  /// instance's last reply on each channel again. It is the word of `reply.instance`, whose writer
+  /// has sent it; everything else in it is as the instance, or another DDS, has put it there.
   virtual void on_reply(const Reply& reply) = 0;
-  /// Somebody looks like an instance but cannot be one; `reason` says who and why, for the log.
+  /// Somebody looks like an instance but cannot be one, or speaks in the name of one; `reason` says
+  /// who and why, for the log.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 

@@ -94,15 +94,15 @@ void Discovery::drain_readers(registry::Registry& registry, News& news) {
 
 void Discovery::drain_writers(registry::Registry& registry) {
   const auto seen = [&](const Endpoint& endpoint, const dds_sample_info_t& info) {
+    if (info.valid_data && endpoint.topic_name == std::string_view(wire::reply_topic.name)) {
+      if (const auto instance = registry::parse_instance(user_data(endpoint))) {
+        registry.writer_seen(info.instance_handle,
+                             {*instance, endpoint.participant_instance_handle});
+      }
+    }
+    // One that has come and gone meanwhile was there: its last words may be untaken.
     if (!info.valid_data || wire::presence_of(info) != wire::Presence::alive) {
       registry.endpoint_gone(info.instance_handle);
-      return;
-    }
-    if (endpoint.topic_name != std::string_view(wire::reply_topic.name)) {
-      return;
-    }
-    if (const auto instance = registry::parse_instance(user_data(endpoint))) {
-      registry.writer_seen(info.instance_handle, {*instance, endpoint.participant_instance_handle});
     }
   };
   while (wire::take_lent<Endpoint>(writers_.handle(), seen) > 0) {

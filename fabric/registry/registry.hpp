@@ -7,9 +7,12 @@
 //   registry.changes().ready   // identity
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "fabric/messages.hpp"
@@ -45,6 +48,11 @@ class Registry {
   /// For who only watches and has nothing to match: every endpoint that is seen counts as matched.
   void match_all() { match_all_ = true; }
 
+  /// Whether what this writer says is the word of `instance`: it is that instance's reply writer,
+  /// of the process that reads its requests, if one is known to. It may have left meanwhile; what
+  /// it had said before may still be untaken.
+  [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
+
   /// What is different since the last call. An instance is ready when a request reader and a reply
   /// writer of its id, both of one participant, are matched.
   Changes changes();
@@ -55,8 +63,18 @@ class Registry {
     return match_all_ || matched_.contains(handle);
   }
 
+  /// Far more writers than leave before their last words are taken.
+  static constexpr std::size_t most_departed = 256;
+
+  void forget_reader(EndpointHandle handle);
+  [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
+
   std::map<EndpointHandle, Reader> readers_;
   std::map<EndpointHandle, Writer> writers_;
+  /// Where requests are read in the name of an instance: the reader and its participant.
+  std::map<InstanceId, std::map<EndpointHandle, EndpointHandle>> homes_;
+  /// The writers that left last; handles are not used twice.
+  std::deque<std::pair<EndpointHandle, Writer>> departed_;
   std::set<EndpointHandle> matched_;
   bool match_all_ = false;
   std::map<InstanceId, InstanceIdentity> announced_;

@@ -30,6 +30,9 @@ struct Taken {
   /// False if only the key of `value` means something: news of its presence.
   bool valid = false;
   Presence presence = Presence::alive;
+  /// Who has sent it, as in the samples of DCPSPublication: what DDS says, whatever the sample
+  /// does.
+  dds_instance_handle_t writer = DDS_HANDLE_NIL;
 };
 
 /// RAII; the constructor throws std::runtime_error with Cyclone's reason.
@@ -105,7 +108,8 @@ std::vector<Taken<Value>> Reader<Value>::take() {
   std::vector<Taken<Value>> taken;
   take_lent<typename Codec<Value>::Sample>(
       reader_, [&](const auto& sample, const dds_sample_info_t& info) {
-        taken.push_back({Codec<Value>::decode(sample), info.valid_data, presence_of(info)});
+        taken.push_back({Codec<Value>::decode(sample), info.valid_data, presence_of(info),
+                         info.publication_handle});
       });
   return taken;
 }

@@ -106,9 +106,14 @@ inline Time get(std::int64_t field) {
   return Time(std::chrono::nanoseconds(field));
 }
 
-inline std::string get(const millrace_CncText& field) {
-  const std::span bytes(field._buffer, field._length);
+inline std::string get(std::span<const std::uint8_t> bytes) {
   return {bytes.begin(), bytes.end()};
+}
+inline std::string get(const millrace_CncText& field) {
+  return get(std::span(field._buffer, field._length));
+}
+inline std::string get(const millrace_ForeignText& field) {
+  return get(std::span(field._buffer, field._length));
 }
 
 inline std::vector<std::uint16_t> get(const millrace_ChannelList& field) {

@@ -5,13 +5,8 @@
 
 namespace millrace::gateway::channel {
 
-AnswerWriter::AnswerWriter(Kind kind, std::string text, std::uint32_t state)
-    : kind_(kind), text_(std::move(text)), state_(state) {
-  assert(state != 0 && "state 0 answers nothing");
-}
-
-AnswerWriter AnswerWriter::resumed(std::string text, std::uint32_t state, bool clearing) {
-  AnswerWriter writer(Kind::final, std::move(text), state);
+AnswerWriter AnswerWriter::resumed(Response response, bool clearing) {
+  AnswerWriter writer(Kind::final, std::move(response));
   writer.unsure_ = true;
   writer.clearing_ = clearing;
   writer.clear_tried_ = clearing;
@@ -23,10 +18,10 @@ AnswerWriter::Step AnswerWriter::on_look(const Snapshot& snapshot, Standing stan
                                          const PendingRequest& request) {
   assert(next_ == Step::look && snapshot.look == look());
   if (snapshot.has(Variable::response)) {
-    response_written_ = snapshot.response == text_;
+    response_written_ = snapshot.response == text();
   }
   request_state_zero_ = snapshot.request_state == 0;
-  const bool complete = unsure_ && response_written_ && snapshot.response_state == state_;
+  const bool complete = unsure_ && response_written_ && snapshot.response_state == state();
   if (kind_ == Kind::interim) {
     const bool shown = complete && standing == Standing::pending;
     next_ =

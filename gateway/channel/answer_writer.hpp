@@ -1,6 +1,6 @@
 // Brings one answer into a channel: which step comes next, decided from what the channel shows.
 //
-//   AnswerWriter writer(AnswerWriter::Kind::final, answer.text, answer.state);
+//   AnswerWriter writer(AnswerWriter::Kind::final, response);
 //   writer.next()                       → Step::look
 //   writer.on_look(snapshot, standing)   → Step::write_response
 //   writer.on_written()                 → Step::record_clearing → clear → write_state → done
@@ -18,7 +18,9 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 
+#include "gateway/response.hpp"
 #include "gateway/snapshot.hpp"
 
 namespace millrace::gateway::channel {
@@ -41,15 +43,15 @@ class AnswerWriter {
     dropped,
   };
 
-  AnswerWriter(Kind kind, std::string text, std::uint32_t state);
+  AnswerWriter(Kind kind, Response response) : kind_(kind), response_(std::move(response)) {}
   /// A final answer an earlier run of the gateway may have begun to write; `clearing` if the
   /// journal says that it was about to clear REQUEST_STATE.
-  static AnswerWriter resumed(std::string text, std::uint32_t state, bool clearing);
+  static AnswerWriter resumed(Response response, bool clearing);
 
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] Step next() const { return next_; }
-  [[nodiscard]] const std::string& text() const { return text_; }
-  [[nodiscard]] std::uint32_t state() const { return state_; }
+  [[nodiscard]] const std::string& text() const { return response_.text(); }
+  [[nodiscard]] std::uint32_t state() const { return response_.state(); }
   /// What a look must take in: all, once a write of unknown outcome may have changed the channel,
   /// or RESPONSE is written and must still be there.
   [[nodiscard]] ReadSet look() const {
@@ -75,8 +77,7 @@ class AnswerWriter {
   [[nodiscard]] Step after_response() const;
 
   Kind kind_;
-  std::string text_;
-  std::uint32_t state_;
+  Response response_;
   Step next_ = Step::look;
   /// REQUEST_STATE already reads 0 (a kernel that cleared it after an interim answer).
   bool request_state_zero_ = false;

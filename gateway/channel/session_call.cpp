@@ -1,4 +1,5 @@
-// The call of a channel: given to instances, settled without them, over.
+// The call of a channel, as its session sees it: claimed, answered into the channel, over.
+#include <cassert>
 #include <utility>
 
 #include <fmt/format.h>
@@ -8,127 +9,196 @@
 
 namespace millrace::gateway::channel {
 
-namespace {
-
-std::string after(std::chrono::nanoseconds time) {
-  return fmt::format(" after {:.1f} ms", std::chrono::duration<double, std::milli>(time).count());
+template <typename Act>
+SessionActions ChannelSession::with_call(Moment now, Act act) {
+  if (call_) {
+    ask_call(now, act);
+  }
+  return finish(now);
 }
 
-}  // namespace
+void ChannelSession::resume(Call call, const Policy& policy) {
+  assert(!link_up_ && !call_);
+  call_ = OpenCall::resumed(std::move(call), policy);
+}
 
-Actions ChannelSession::assign(const Assignment& assignment, Moment now) {
-  if (!active_ || active_->call.answer) {
+SessionActions ChannelSession::claim(fabric::CallId id, const Policy& policy, Moment now) {
+  assert(offered_ && !call_);
+  left_.out_of_patience = false;
+  Call call;
+  call.id = id;
+  call.key = key();
+  call.request = *std::exchange(offered_, std::nullopt);
+  call.seen = now.wall;
+  ++out_.counters().calls;
+  whole_due_ = now.steady + pace_.whole;
+  fabric::Event event;
+  event.kind = fabric::EventKind::seen;
+  event.call = id;
+  event.uuid = call.request.uuid;
+  event.text = call.request.text;
+  event.state = call.request.state;
+  out_.tell(std::move(event), now);
+  out_.say(Level::debug, fmt::format("call {} seen: {} \"{}\", state {}", id.to_string(),
+                                     printable(call.request.uuid), printable(call.request.text),
+                                     call.request.state));
+  call_ = OpenCall::accepted(std::move(call), policy, now.steady);
+  return finish(now);
+}
+
+SessionActions ChannelSession::on_recorded(Ticket ticket, Moment now) {
+  if (!call_ || ticket == 0) {
     return {};
   }
-  Active& active = *active_;
-  Call& call = active.call;
-  const bool repeated = !call.attempts.empty() && call.attempts.back() == assignment.attempt;
-  active.assignment = assignment;
-  active.held = false;
-  active.lost_since.reset();
-  active.lost_told = false;
-  active.reason.clear();
-  if (repeated) {
-    if (active.dispatch_ticket == 0) {
-      publish(now);
-    }
-    return finish(now);
-  }
-  call.attempts.push_back(assignment.attempt);
-  call.delivery = assignment.delivery;
-  if (call.attempts.size() > 1) {
-    ++status_.repeated;
-  }
-  active.dispatch_ticket =
-      record(DispatchedEntry{call.id, key_, call.request, call.seen, call.delivery,
-                             assignment.attempt.number, assignment.attempt.instance});
-  return finish(now);
+  const bool fresh = now.steady - looked_at_ <= pace_.fresh;
+  return with_call(now, [&](OpenCall& call) { call.on_recorded(ticket, fresh, out_, now); });
 }
 
-Actions ChannelSession::suspend(const std::string& reason, bool held, Moment now) {
-  if (!active_ || active_->call.answer) {
-    return {};
-  }
-  tell(fabric::EventKind::lost, reason, now);
-  if (held) {
-    tell(fabric::EventKind::held, reason, now);
-  }
-  say(Level::warn, fmt::format("call {}: {}", active_->call.id.to_string(), reason));
-  active_->assignment.reset();
-  active_->dispatch_ticket = 0;
-  active_->held = held;
-  if (held) {
-    active_->lost_since = now.steady;
-  }
-  active_->reason = reason;
-  return finish(now);
+SessionActions ChannelSession::assign(const Assignment& assignment, Moment now) {
+  return with_call(now, [&](OpenCall& call) { call.assign(assignment, out_, now); });
 }
 
-Actions ChannelSession::hold(const std::string& reason, Moment now) {
-  Call& call = active_->call;
-  call.delivery = fabric::Delivery::at_most_once;
-  // Opens the call in the journal; nobody was asked by us.
-  record(DispatchedEntry{call.id, key_, call.request, call.seen, call.delivery, 0, {}});
-  return suspend(reason, true, now);
+SessionActions ChannelSession::suspend(const std::string& reason, bool held, Moment now) {
+  return with_call(now, [&](OpenCall& call) { call.suspend(reason, held, out_, now); });
 }
 
-Actions ChannelSession::explain(const std::string& reason, Moment now) {
-  if (active_ && !active_->assignment && !active_->held) {
-    active_->reason = reason;
-  }
-  return finish(now);
+SessionActions ChannelSession::hold(const std::string& reason, Moment now) {
+  return with_call(now, [&](OpenCall& call) { call.hold(reason, out_, now); });
 }
 
-void ChannelSession::publish(Moment now) {
-  const Active& active = *active_;
-  fabric::Request request;
-  request.key = key_;
-  request.call = active.call.id;
-  request.attempt = active.assignment->attempt.number;
-  request.assigned = active.assignment->attempt.instance;
-  request.uuid = active.call.request.uuid;
-  request.text = active.call.request.text;
-  request.state = active.call.request.state;
-  if (policy_.deadline) {
-    request.deadline = active.call.seen + policy_.deadline->after;
-  }
-  request.seen = active.call.seen;
-  request.dispatched = now.wall;
-  put(Publish{std::move(request)});
-  tell(fabric::EventKind::dispatched, active.assignment->name, now);
-  say(Level::debug, fmt::format("call {} given to {}, attempt {}", active.call.id.to_string(),
-                                active.assignment->name, active.assignment->attempt.number));
+SessionActions ChannelSession::explain(const std::string& reason, Moment now) {
+  return with_call(now, [&](OpenCall& call) { call.explain(reason); });
 }
 
-void ChannelSession::end(bool answered, const std::string& detail, Moment now) {
-  const Call& call = active_->call;
-  put(Record{0, EndedEntry{call.id}});
-  tell(answered ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, now);
-  if (!call.attempts.empty()) {
-    // Who else was given it may be running it still.
-    const bool nobody_runs_it = answered && call.attempts.size() == 1 &&
-                                call.answer->instance == call.attempts.front().instance;
-    nobody_runs_it ? put(LeaveBe{call.request.uuid})
-                   : put(Withdraw{call.request.uuid, call.id.epoch});
-  }
-  put(Freed{call.id});
-  const std::string took =
-      active_->age_known ? after(std::chrono::nanoseconds(now.steady - active_->since)) : "";
-  if (answered) {
-    ++status_.answered;
-    say(Level::info, fmt::format("call {} of {} answered with state {}{}", call.id.to_string(),
-                                 printable(call.request.uuid), call.answer->state, took));
+SessionActions ChannelSession::settle(const Settlement& settlement, Moment now) {
+  return with_call(now, [&](OpenCall& call) { call.settle(settlement, out_, now); });
+}
+
+SessionActions ChannelSession::retry(const std::string& by, Moment now) {
+  return with_call(now, [&](OpenCall& call) { call.retry(by, out_); });
+}
+
+SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) {
+  if (!call_ || reply.call != call_->id()) {
+    late(reply, now);
+  } else if (!call_->call().asked(reply.instance)) {
+    out_.say(Level::warn,
+             fmt::format("call {}: instance {} answers a call that was not given to it; its reply "
+                         "is dropped",
+                         reply.call.to_string(), reply.instance.to_string()));
   } else {
-    ++status_.withdrawn;
-    say(Level::info, fmt::format("call {} of {} is over{}: {}", call.id.to_string(),
-                                 printable(call.request.uuid), took, detail));
+    ask_call(now, [&](OpenCall& call) {
+      if (!call.take(reply, out_, now)) {
+        late(reply, now);
+      }
+    });
   }
-  past_ = Past{call.id, answered, answered ? call.answer->instance : fabric::InstanceId{}};
-  active_.reset();
+  return finish(now);
+}
+
+void ChannelSession::late(const fabric::Reply& reply, Moment now) {
+  const bool in_hand = call_ && reply.call == call_->id();
+  if (!in_hand && (!past_ || past_->call != reply.call ||
+                   (past_->answered && past_->answered_by == reply.instance))) {
+    // The history of a service that answered long ago, or the same reply delivered twice.
+    return;
+  }
+  ++out_.counters().late;
+  fabric::Event event;
+  event.kind = fabric::EventKind::late;
+  event.call = reply.call;
+  event.attempt = reply.attempt;
+  event.instance = reply.instance;
+  if (const auto response = Response::of(reply.text, reply.state)) {
+    event.text = response->text();
+    event.state = response->state();
+  }
+  event.detail = in_hand || past_->answered ? "the call is answered already"
+                                            : "the program waits for this answer no more";
+  out_.say(Level::info,
+           fmt::format("call {}: the reply of instance {} comes too late: {}",
+                       reply.call.to_string(), reply.instance.to_string(), event.detail));
+  out_.tell(std::move(event), now);
+}
+
+bool ChannelSession::drive_writer(Moment now) {
+  if (!call_) {
+    return false;
+  }
+  call_->begin_writing(out_);
+  const AnswerWriter* const writer = call_->writer();
+  if (writer == nullptr) {
+    return false;
+  }
+  switch (writer->next()) {
+    case AnswerWriter::Step::look:
+      read(writer->look(), Io::answer);
+      return true;
+    case AnswerWriter::Step::write_response:
+      write(Variable::response, writer->text());
+      return true;
+    case AnswerWriter::Step::clear:
+      write(Variable::request_state, std::uint32_t{0});
+      return true;
+    case AnswerWriter::Step::write_state:
+      write(Variable::response_state, writer->state());
+      return true;
+    case AnswerWriter::Step::record_clearing:
+      if (call_->record_clearing(out_)) {
+        due_ = now.steady + pace_.idle;
+      }
+      return false;
+    case AnswerWriter::Step::done:
+    case AnswerWriter::Step::dropped:
+      return false;
+  }
+  return false;
+}
+
+void ChannelSession::answer_looked(const Snapshot& snapshot, Moment now) {
+  looked_at_ = now.steady;
+  if (other_can_see(snapshot)) {
+    leave_to_the_other(now);
+    return;
+  }
+  const Call& call = call_->call();
+  const Standing standing = judge(snapshot, call.request, call.shown);
+  if (call_->on_look(snapshot, standing, out_) == AnswerWriter::Step::dropped) {
+    end(false, why_over(standing, snapshot), now);
+  } else {
+    writer_finished(now);
+  }
+}
+
+void ChannelSession::writer_finished(Moment now) {
+  const AnswerWriter& writer = *call_->writer();
+  if (writer.next() != AnswerWriter::Step::done) {
+    return;
+  }
+  if (writer.kind() == AnswerWriter::Kind::final) {
+    end(true, "", now);
+  } else {
+    call_->interim_written(out_, now);
+  }
+}
+
+void ChannelSession::end(bool written, const std::string& detail, Moment now) {
+  past_ = call_->close(written, detail, out_, now);
+  call_.reset();
   idle_seen_ = true;
   watch_.restart();
   due_ = now.steady;
   active_until_ = now.steady + pace_.active_for;
+}
+
+bool ChannelSession::other_can_see(const Snapshot& snapshot) const {
+  return !released_.empty() && !call_->call().clearing && snapshot.has(Variable::request_state) &&
+         snapshot.request_state != 0;
+}
+
+void ChannelSession::leave_to_the_other(Moment now) {
+  last_word_ = may_be_given();
+  end(false, released_, now);
 }
 
 }  // namespace millrace::gateway::channel

@@ -112,33 +112,37 @@ channel::ChannelSession* CallControl::find(const fabric::ChannelKey& key) {
   return found == index_.end() ? nullptr : found->second;
 }
 
-void CallControl::run(channel::ChannelSession& session, Actions actions, Moment now) {
+void CallControl::run(channel::ChannelSession& session, SessionActions actions, Moment now) {
   if (out_.capacity() == 0) {
     out_.reserve(few_actions);
   }
-  for (Action& action : actions) {
-    if (const auto* offer = std::get_if<Offer>(&action)) {
+  for (SessionAction& wanted : actions) {
+    if (auto* action = std::get_if<Action>(&wanted)) {
+      pass_on(session, std::move(*action));
+    } else if (const auto* offer = std::get_if<Offer>(&wanted)) {
       answer_offer(session, *offer, now);
-    } else if (std::holds_alternative<Resume>(action)) {
+    } else if (std::holds_alternative<Resume>(wanted)) {
       carry_out(dispatcher_.resume(*session.call(), now.steady), now);
-    } else if (const auto* freed = std::get_if<Freed>(&action)) {
+    } else if (const auto* freed = std::get_if<Freed>(&wanted)) {
       carry_out(dispatcher_.remove(freed->call), now);
-    } else if (const auto* left = std::get_if<LeaveBe>(&action)) {
+    } else if (const auto* left = std::get_if<LeaveBe>(&wanted)) {
       answered_.keep(session.key(), left->uuid, now.steady);
-    } else {
-      if (const auto* next = std::get_if<Publish>(&action)) {
-        if (auto old = answered_.replace(session.key(), next->request.uuid)) {
-          out_.push_back({session.key(), Withdraw{std::move(*old), epoch_}});
-        }
-      }
-      const auto* tell = std::get_if<Tell>(&action);
-      if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {
-        // What the program asks next is new. Whatever else is left here came after this call.
-        forget_inherited(session.key(), tell->event.call);
-      }
-      out_.push_back({session.key(), std::move(action)});
     }
   }
+}
+
+void CallControl::pass_on(const channel::ChannelSession& session, Action action) {
+  if (const auto* next = std::get_if<Publish>(&action)) {
+    if (auto old = answered_.replace(session.key(), next->request.uuid)) {
+      out_.push_back({session.key(), Withdraw{std::move(*old), epoch_}});
+    }
+  }
+  const auto* tell = std::get_if<Tell>(&action);
+  if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {
+    // What the program asks next is new. Whatever else is left here came after this call.
+    forget_inherited(session.key(), tell->event.call);
+  }
+  out_.push_back({session.key(), std::move(action)});
 }
 
 void CallControl::carry_out(const dispatch::Decisions& decisions, Moment now) {

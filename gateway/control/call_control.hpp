@@ -45,7 +45,15 @@ struct Inheritance {
   fabric::CallId call{};
 };
 
-/// One of Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say, for one channel.
+/// What an operator wants a program to get.
+struct OperatorAnswer {
+  std::string text;
+  std::uint32_t state = 0;
+  /// For people: "operator@host".
+  std::string by;
+};
+
+/// For one channel.
 struct ChannelAction {
   fabric::ChannelKey key;
   Action action;
@@ -91,9 +99,10 @@ class CallControl {
   ChannelActions on_instance_gone(const fabric::InstanceId& instance, Moment now);
   ChannelActions on_reply(const fabric::Reply& reply, Moment now);
 
-  /// An operator answers a channel's call, or has it given out again. `call` must still be pending.
+  /// An operator answers a channel's call, or has it given out again. `call` must still be pending,
+  /// and the answer be one that a channel can take.
   ChannelActions on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
-                           const channel::Settlement& settlement, Verdict& verdict, Moment now);
+                           const OperatorAnswer& answer, Verdict& verdict, Moment now);
   ChannelActions on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
                           const std::string& by, Verdict& verdict, Moment now);
   [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return sessions_.contains(key); }
@@ -122,7 +131,8 @@ class CallControl {
   ChannelActions step(const fabric::ChannelKey& key, Moment now, Step step);
   [[nodiscard]] Pace pace_of(const std::string& machine) const;
   void lose_link(const std::string& machine);
-  void run(channel::ChannelSession& session, Actions actions, Moment now);
+  void run(channel::ChannelSession& session, SessionActions actions, Moment now);
+  void pass_on(const channel::ChannelSession& session, Action action);
   void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
   bool hold_inherited(channel::ChannelSession& session, const Offer& offer, const Policy& policy,
                       Moment now);

@@ -1,13 +1,17 @@
 // What an operator wants of a channel's call.
+#include <utility>
+
 #include "gateway/control/call_control.hpp"
 
 namespace millrace::gateway::control {
 
 ChannelActions CallControl::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
-                                      const channel::Settlement& settlement, Verdict& verdict,
-                                      Moment now) {
-  if (channel::ChannelSession* session = find_pending(key, call, verdict)) {
-    run(*session, session->settle(settlement, now), now);
+                                      const OperatorAnswer& answer, Verdict& verdict, Moment now) {
+  auto response = Response::of(answer.text, answer.state);
+  if (!response) {
+    verdict = {false, "the answer " + response.error() + "; nothing is written"};
+  } else if (channel::ChannelSession* session = find_pending(key, call, verdict)) {
+    run(*session, session->settle({*std::move(response), answer.by}, now), now);
     verdict = {true, "the answer is on its way to the program"};
   }
   return finish();

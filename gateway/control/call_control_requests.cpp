@@ -50,9 +50,9 @@ void CallControl::answer_offer(channel::ChannelSession& session, const Offer& of
     carry_out(dispatcher_.add(*session.call()), now);
   } else if (settled_here) {
     run(session, session.claim(next_id(session.key()), policy, now), now);
-    const channel::Settlement settlement{"millrace: served by nobody",
-                                         policy.unserved->response_state, "the gateway"};
-    run(session, session.settle(settlement, now), now);
+    const auto answer =
+        Response::in_words("millrace: served by nobody", policy.unserved->response_state);
+    run(session, session.settle({answer, "the gateway"}, now), now);
   } else {
     run(session, session.leave(*unserved, policy, now), now);
   }

@@ -138,8 +138,6 @@ control::Verdict Gateway::Impl::obey(const fabric::Command& command) {
     carry_out(control.on_retry(command.key, command.call, command.issuer, verdict, now()));
   } else if (command.kind == fabric::CommandKind::ping) {
     verdict = {true, "serves it"};
-  } else if (command.state == 0) {
-    verdict.detail = "state 0 releases no program; name another one";
   } else {
     carry_out(control.on_answer(command.key, command.call,
                                 {command.text, command.state, command.issuer}, verdict, now()));

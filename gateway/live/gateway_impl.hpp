@@ -99,11 +99,6 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void carry_out(const fabric::ChannelKey& key, const Show& action);
   void carry_out(const fabric::ChannelKey& key, const Hide&);
   void carry_out(const fabric::ChannelKey& key, const Say& action);
-  // Call control keeps these to itself.
-  void carry_out(const fabric::ChannelKey&, const Offer&) {}
-  void carry_out(const fabric::ChannelKey&, const LeaveBe&) {}
-  void carry_out(const fabric::ChannelKey&, const Resume&) {}
-  void carry_out(const fabric::ChannelKey&, const Freed&) {}
 
   boost::asio::any_io_executor executor;
   SpinAfterPublish& spin;

@@ -71,7 +71,7 @@ class Reader {
       to.lost = rule(from.lost(), path, "lost", true);
     }
     if (from.has_refused()) {
-      to.refused = rule(from.refused(), path, "refused", true);
+      to.refused = refused(from.refused(), path);
     }
     return to;
   }
@@ -113,6 +113,19 @@ class Reader {
       fail(path, fmt::format("{} has no after_ms; expected after_ms: 30000 or another time", name));
     }
     return {std::chrono::milliseconds(from.after_ms()), from.response_state()};
+  }
+
+  [[nodiscard]] Rule refused(const config::Refused& from, std::vector<Places::Step> path) const {
+    path.push_back({"refused"});
+    if (from.hold() && from.has_response_state()) {
+      fail(path, "refused has a response_state and hold, which writes none; expected one of them");
+    }
+    if (from.response_state() == 0) {
+      fail(path,
+           "refused has response_state: 0, which releases no program; expected another number, or "
+           "hold: true, which keeps the call for an operator");
+    }
+    return {std::chrono::milliseconds(0), from.hold() ? 0 : from.response_state()};
   }
 
   [[nodiscard]] Pace pace(const config::Poll& from, const Places::Step& step) const {

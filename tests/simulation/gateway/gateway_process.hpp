@@ -129,11 +129,6 @@ class GatewayProcess final : public Member,
   void carry_out(const Key& key, const gateway::Show& action);
   void carry_out(const Key& key, const gateway::Say& action);
   void carry_out(const Key& key, const gateway::Hide& action);
-  // The core keeps these to itself.
-  void carry_out(const Key&, const gateway::Offer&) {}
-  void carry_out(const Key&, const gateway::LeaveBe&) {}
-  void carry_out(const Key&, const gateway::Resume&) {}
-  void carry_out(const Key&, const gateway::Freed&) {}
   void arm_timer();
 
   void tick();

@@ -90,5 +90,37 @@ TEST_F(RegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
   EXPECT_THAT(sut.changes().ready, IsEmpty());
 }
 
+TEST_F(RegistryTest, TakesTheWordOfAnInstanceFromItsOwnWriterOnly) {
+  see_both();
+  sut.writer_seen(3, {InstanceId::random(), participant});
+  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  EXPECT_FALSE(sut.speaks_for(3, identity.id)) << "another instance's writer";
+  EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a writer that says nothing of itself";
+}
+
+TEST_F(RegistryTest, TakesNoWordFromAWriterThatOnlyCallsItselfTheInstances) {
+  see_both();
+  sut.writer_seen(3, {identity.id, other_participant});
+  EXPECT_FALSE(sut.speaks_for(3, identity.id));
+  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+}
+
+TEST_F(RegistryTest, TakesTheWordOfAWriterWhoseReaderIsNotSeenYet) {
+  sut.writer_seen(writer, {identity.id, participant});
+  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+}
+
+TEST_F(RegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
+  see_both();
+  sut.endpoint_gone(reader);
+  sut.endpoint_gone(writer);
+  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  for (registry::EndpointHandle other = 1'000; other < 2'000; ++other) {
+    sut.writer_seen(other, {InstanceId::random(), participant});
+    sut.endpoint_gone(other);
+  }
+  EXPECT_FALSE(sut.speaks_for(writer, identity.id)) << "not for ever";
+}
+
 }  // namespace
 }  // namespace millrace::fabric

@@ -22,7 +22,7 @@ class AnswerWriterTest : public testing::Test {
   const PendingRequest request{"560aacbf-6335-44a9-895a-8b27f3ed5e47", "2", 1};
   /// As the gateway has left it, if its last write did not take place.
   const Snapshot unreleased{ReadSet::all, request.uuid, "2", 0, 0, "1.4"};
-  channel::AnswerWriter sut{channel::AnswerWriter::Kind::final, "1.4", 1};
+  channel::AnswerWriter sut{channel::AnswerWriter::Kind::final, Response::of("1.4", 1).value()};
 };
 
 TEST_F(AnswerWriterTest, ReleasesAProgramThatTwoLooksFindWaiting) {

@@ -24,6 +24,11 @@ inline fabric::InstanceId instance(std::uint8_t number) {
   return id;
 }
 
+/// An answer that can be written.
+inline Response response(const std::string& text, std::uint32_t state) {
+  return Response::of(text, state).value();
+}
+
 /// What becomes of one write.
 struct Fate {
   WriteOutcome outcome = WriteOutcome::written;
@@ -39,12 +44,12 @@ class Desk {
   }
 
   /// Carries out all that can be done without waiting.
-  void feed(const Actions& actions) {
-    for (const Action& action : actions) {
+  void feed(const SessionActions& actions) {
+    for (const SessionAction& action : actions) {
       todo_.push_back(action);
     }
     while (!todo_.empty() && !stop) {
-      const Action action = todo_.front();
+      const SessionAction action = todo_.front();
       todo_.pop_front();
       std::visit([this](const auto& one) { carry_out(one); }, action);
     }
@@ -158,6 +163,9 @@ class Desk {
     return stop;
   }
 
+  void carry_out(const Action& action) {
+    std::visit([this](const auto& one) { carry_out(one); }, action);
+  }
   void carry_out(const Read& one) {
     if (!interrupted()) {
       ++reads;
@@ -213,9 +221,11 @@ class Desk {
   void carry_out(const Hide&) {}
   void carry_out(const Say& one) { said.push_back(one.text); }
 
-  void append(const Actions& actions) { todo_.insert(todo_.end(), actions.begin(), actions.end()); }
+  void append(const SessionActions& actions) {
+    todo_.insert(todo_.end(), actions.begin(), actions.end());
+  }
 
-  std::deque<Action> todo_;
+  std::deque<SessionAction> todo_;
 };
 
 }  // namespace millrace::gateway

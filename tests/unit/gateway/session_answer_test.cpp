@@ -80,7 +80,7 @@ TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
 
 TEST_F(ChannelAnswer, OfAnOperatorIsToldToTheInstanceThatHasTheCall) {
   desk.dispatched_call();
-  desk.feed(sut().settle({"by hand", 7, "an operator"}, desk.now));
+  desk.feed(sut().settle({response("by hand", 7), "an operator"}, desk.now));
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
 }
@@ -185,19 +185,6 @@ TEST_F(ChannelAnswer, OfSomeOtherTimeIsHistoryAndIgnored) {
   reply(old);
   EXPECT_THAT(desk.events, IsEmpty());
   EXPECT_EQ(sut().status().late, 0U);
-}
-
-TEST_F(ChannelAnswer, OfState0OrTooLongIsRefusedAndHeld) {
-  for (const auto& [text, state] : {std::pair(std::string("x"), 0U), {std::string(128, 'x'), 1U}}) {
-    desk = Desk();
-    desk.dispatched_call();
-    reply(desk.reply(text, state));
-    EXPECT_THAT(desk.writes, IsEmpty());
-    EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, refused));
-    EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
-    EXPECT_EQ(sut().status().failed, 1U);
-    EXPECT_EQ(desk.freed, 1U);
-  }
 }
 
 TEST_F(ChannelAnswer, OfAHandlerThatFailedIsWrittenAsTheServiceSays) {

@@ -135,19 +135,11 @@ TEST_F(Patience, WithALostCallIsForgottenWhenItsInstanceComesBack) {
   EXPECT_THAT(desk.writes, IsEmpty());
 }
 
-TEST_F(Patience, WithAnAnswerThatCannotBeWrittenEndsAtOnce) {
-  desk.policy.refused = Rule{0s, 904};
-  desk.dispatched_call();
-  desk.feed(sut().on_reply(desk.reply(std::string(128, 'x'), 1), desk.now));
-  EXPECT_EQ(desk.writes.back(), "RESPONSE_STATE=904");
-  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
-}
-
 TEST_F(Patience, IsNotNeededByAnOperatorWhoAnswers) {
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
   desk.feed(sut().suspend("lost", true, desk.now));
-  desk.feed(sut().settle({"go on", 7, "ann@hmi"}, desk.now));
+  desk.feed(sut().settle({response("go on", 7), "ann@hmi"}, desk.now));
   expect_answer("go on", 7);
   desk.feed(sut().on_reply(desk.reply("1.414", 1), desk.now));
   EXPECT_EQ(sut().status().late, 1U);
@@ -157,7 +149,7 @@ TEST_F(Patience, LetsTheFirstOfTwoAnswersWin) {
   desk.dispatched_call();
   desk.journal_works = false;
   desk.feed(sut().on_reply(desk.reply("1.414", 1), desk.now));
-  desk.feed(sut().settle({"go on", 7, "ann@hmi"}, desk.now));
+  desk.feed(sut().settle({response("go on", 7), "ann@hmi"}, desk.now));
   EXPECT_EQ(sut().call()->answer->text, "1.414");
 }
 

@@ -242,8 +242,8 @@ TEST_F(ChannelRequest, SurvivesALinkThatIsDownForAWhile) {
 }
 
 TEST_F(ChannelRequest, ThatCannotBeReadIsTriedAgainAndTheReasonShown) {
-  const Actions actions = sut().on_link_up(desk.now);
-  ASSERT_TRUE(std::holds_alternative<Read>(actions.front()));
+  const SessionActions actions = sut().on_link_up(desk.now);
+  ASSERT_TRUE(std::holds_alternative<Read>(std::get<Action>(actions.front())));
   desk.feed(sut().on_read_failed("0x710 symbol not found", desk.now));
   EXPECT_EQ(sut().status().reason, "0x710 symbol not found");
   EXPECT_EQ(desk.reads, 0U);

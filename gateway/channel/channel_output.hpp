@@ -1,0 +1,69 @@
+// What a channel gives out: actions in the order in which they are to be carried out, and what
+// people and tools see of it.
+//
+//   ChannelOutput out({"cnc", 1});
+//   const Ticket ticket = out.record(AnsweredEntry{…});     // on_recorded(ticket) follows
+//   out.say(Level::info, "call … answered");
+//   return out.take();
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "gateway/action.hpp"
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway::channel {
+
+/// Of an entry that the journal has not confirmed yet; 0 = none.
+using Ticket = std::uint64_t;
+
+/// What a channel shows at the moment, beside its counters.
+struct ChannelView {
+  fabric::ChannelState state = fabric::ChannelState::link_down;
+  std::string_view reason{};
+  std::string_view uuid{};
+  fabric::CallId call{};
+  std::uint32_t attempt = 0;
+  /// Who has the call, or has answered it.
+  fabric::InstanceId instance{};
+};
+
+class ChannelOutput {
+ public:
+  explicit ChannelOutput(fabric::ChannelKey key) { status_.key = std::move(key); }
+
+  void put(SessionAction action);
+  /// on_recorded(ticket) is to follow.
+  [[nodiscard]] Ticket record(JournalEntry entry);
+  /// The same, and nobody waits for it.
+  void note(JournalEntry entry) { put(Record{0, std::move(entry)}); }
+  /// Adds the channel and the time.
+  void tell(fabric::Event event, Moment now);
+  void say(Level level, std::string text) { put(Say{level, std::move(text)}); }
+  /// Shows what is new in it; `view` refers to nothing of this object.
+  void show(const ChannelView& view, Moment now);
+  /// Shows an idle channel, for the last time and whatever stands in it.
+  void show_idle(const std::string& reason, Moment now);
+
+  /// All that was put since.
+  SessionActions take() { return std::exchange(actions_, {}); }
+
+  [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
+  /// As it was shown last, with the counters as of now.
+  [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }
+  /// To count calls, answers and so on.
+  fabric::ChannelStatus& counters() { return status_; }
+
+ private:
+  SessionActions actions_;
+  fabric::ChannelStatus status_;
+  /// What was shown last.
+  std::optional<fabric::ChannelStatus> shown_;
+  Ticket last_ticket_ = 0;
+};
+
+}  // namespace millrace::gateway::channel

@@ -1,0 +1,294 @@
+#include "gateway/channel/open_call.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/words.hpp"
+
+namespace millrace::gateway::channel {
+
+namespace {
+
+std::string after(std::chrono::nanoseconds time) {
+  return fmt::format(" after {:.1f} ms", std::chrono::duration<double, std::milli>(time).count());
+}
+
+/// One function for each phase that matters, and one for all others.
+template <typename... Functions>
+struct Phases : Functions... {
+  using Functions::operator()...;
+};
+template <typename... Functions>
+Phases(Functions...) -> Phases<Functions...>;
+
+}  // namespace
+
+OpenCall OpenCall::accepted(Call call, const Policy& policy, SteadyTime now) {
+  OpenCall open(std::move(call), policy, phase::Waiting{});
+  open.since_ = now;
+  open.age_known_ = true;
+  return open;
+}
+
+OpenCall OpenCall::resumed(Call call, const Policy& policy) {
+  Phase phase = phase::Unverified{};
+  if (call.answer) {
+    if (auto response = Response::of(call.answer->text, call.answer->state)) {
+      // Its own looks find out whether the program still waits.
+      phase = phase::Answering{AnswerWriter::resumed(*std::move(response), call.clearing)};
+    } else {
+      phase = phase::Unverified{std::exchange(call.answer, std::nullopt)};
+      call.clearing = false;
+    }
+  }
+  OpenCall open(std::move(call), policy, std::move(phase));
+  open.reason_ = "resumed from the journal";
+  return open;
+}
+
+void OpenCall::enter(Phase phase, std::string reason) {
+  phase_ = std::move(phase);
+  reason_ = std::move(reason);
+}
+
+bool OpenCall::may_be_given() const {
+  // What is held was given out by an earlier gateway, if not by us.
+  return !call_.attempts.empty() || std::holds_alternative<phase::Held>(phase_) ||
+         call_.delivery == fabric::Delivery::at_most_once;
+}
+
+const Assignment* OpenCall::assignment() const {
+  if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
+    return &assigned->to;
+  }
+  const auto* given = std::get_if<phase::Given>(&phase_);
+  return given != nullptr ? &given->to : nullptr;
+}
+
+ChannelView OpenCall::view() const {
+  using enum fabric::ChannelState;
+  ChannelView view;
+  view.state = std::visit(Phases{
+                              [](const phase::Unverified&) { return waiting; },
+                              [](const phase::Waiting&) { return waiting; },
+                              [](const phase::Assigned&) { return running; },
+                              [](const phase::Given&) { return running; },
+                              [](const phase::Held&) { return held; },
+                              [](const phase::Answered&) { return answering; },
+                              [](const phase::Answering&) { return answering; },
+                          },
+                          phase_);
+  view.reason = reason_;
+  view.uuid = call_.request.uuid;
+  view.call = call_.id;
+  view.attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
+  if (call_.answer) {
+    view.instance = call_.answer->instance;
+  } else if (const Assignment* const to = assignment()) {
+    view.instance = to->attempt.instance;
+  }
+  return view;
+}
+
+void OpenCall::on_link_up(Moment now) {
+  if (!since_) {
+    // The wall clock may have been set since; a call is never older than the gateway's clock.
+    const std::chrono::nanoseconds age = now.wall - call_.seen;
+    since_ = now.steady - std::max(age, std::chrono::nanoseconds(0));
+    age_known_ = age >= std::chrono::nanoseconds(0);
+  }
+}
+
+bool OpenCall::verify(ChannelOutput& out, Moment now) {
+  auto* const unverified = std::get_if<phase::Unverified>(&phase_);
+  if (unverified == nullptr) {
+    return true;
+  }
+  if (call_.attempts.back().number == 0 && call_.delivery == fabric::Delivery::at_least_once) {
+    // It was about to be answered in the service's place.
+    return false;
+  }
+  const auto unwritable = std::move(unverified->unwritable);
+  phase_ = phase::Waiting{};
+  if (unwritable) {
+    const std::string what =
+        "the answer in the journal " + Response::of(unwritable->text, unwritable->state).error();
+    refuse({unwritable->instance, unwritable->attempt}, what,
+           Response::in_words("ERROR: " + what, refused_state), out, now);
+  } else {
+    out.put(Resume{call_.id});
+  }
+  return true;
+}
+
+Ticket OpenCall::unconfirmed_attempt() const {
+  return std::visit(Phases{
+                        [](const phase::Waiting& waiting) { return waiting.entry; },
+                        [](const phase::Assigned& assigned) { return assigned.entry; },
+                        [](const phase::Held& held) { return held.entry; },
+                        [](const auto&) { return Ticket{0}; },
+                    },
+                    phase_);
+}
+
+void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
+  if (answered()) {
+    return;
+  }
+  Ticket entry = unconfirmed_attempt();
+  if (call_.attempts.empty() || call_.attempts.back() != to.attempt) {
+    call_.attempts.push_back(to.attempt);
+    call_.delivery = to.delivery;
+    out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
+    entry = out.record(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
+                                       call_.delivery, to.attempt.number, to.attempt.instance});
+  }
+  if (entry != 0) {
+    enter(phase::Assigned{to, entry}, "");
+  } else {
+    enter(phase::Given{to}, "");
+    publish(to, out, now);
+  }
+}
+
+void OpenCall::suspend(const std::string& reason, bool held, ChannelOutput& out, Moment now) {
+  if (answered()) {
+    return;
+  }
+  tell(fabric::EventKind::lost, reason, out, now);
+  if (held) {
+    tell(fabric::EventKind::held, reason, out, now);
+  }
+  out.say(Level::warn, fmt::format("{}: {}", name(), reason));
+  const Ticket entry = unconfirmed_attempt();
+  held ? enter(phase::Held{entry, now.steady}, reason) : enter(phase::Waiting{entry}, reason);
+}
+
+void OpenCall::hold(const std::string& reason, ChannelOutput& out, Moment now) {
+  call_.delivery = fabric::Delivery::at_most_once;
+  note_unasked(out);
+  suspend(reason, true, out, now);
+}
+
+void OpenCall::explain(const std::string& reason) {
+  if (std::holds_alternative<phase::Waiting>(phase_)) {
+    reason_ = reason;
+  }
+}
+
+void OpenCall::retry(const std::string& by, ChannelOutput& out) {
+  if (answered()) {
+    return;
+  }
+  enter(phase::Waiting{unconfirmed_attempt()}, fmt::format("given out again by {}", by));
+  out.say(Level::info, fmt::format("{}: {}", name(), reason_));
+}
+
+void OpenCall::on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out, Moment now) {
+  if (auto* const interim = std::get_if<Interim>(&interim_);
+      interim != nullptr && interim->entry == ticket) {
+    interim->entry = 0;
+    return;
+  }
+  const auto confirm = [ticket](Ticket& entry) { entry = entry == ticket ? 0 : entry; };
+  if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
+    if (assigned->entry == ticket) {
+      const Assignment to = assigned->to;
+      enter(phase::Given{to}, "");
+      publish(to, out, now);
+    }
+  } else if (auto* const waiting = std::get_if<phase::Waiting>(&phase_)) {
+    confirm(waiting->entry);
+  } else if (auto* const held = std::get_if<phase::Held>(&phase_)) {
+    confirm(held->entry);
+  } else if (auto* const known = std::get_if<phase::Answered>(&phase_)) {
+    if (known->entry == ticket) {
+      enter(phase::Answering{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer))},
+            "");
+    }
+  } else if (auto* const answering = std::get_if<phase::Answering>(&phase_)) {
+    if (answering->clearing == ticket) {
+      answering->clearing = 0;
+      call_.clearing = true;
+      if (answering->writer.next() == AnswerWriter::Step::record_clearing) {
+        answering->writer.on_recorded(look_is_fresh);
+      }
+    }
+  }
+}
+
+void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) const {
+  fabric::Request request;
+  request.key = call_.key;
+  request.call = call_.id;
+  request.attempt = to.attempt.number;
+  request.assigned = to.attempt.instance;
+  request.uuid = call_.request.uuid;
+  request.text = call_.request.text;
+  request.state = call_.request.state;
+  if (policy_.deadline) {
+    request.deadline = call_.seen + policy_.deadline->after;
+  }
+  request.seen = call_.seen;
+  request.dispatched = now.wall;
+  out.put(Publish{std::move(request)});
+  tell(fabric::EventKind::dispatched, to.name, out, now);
+  out.say(Level::debug,
+          fmt::format("{} given to {}, attempt {}", name(), to.name, to.attempt.number));
+}
+
+EndedCall OpenCall::close(bool written, const std::string& detail, ChannelOutput& out, Moment now) {
+  assert(!written || answered());
+  out.note(EndedEntry{call_.id});
+  tell(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out, now);
+  if (!call_.attempts.empty()) {
+    // Who else was given it may be running it still.
+    const bool nobody_runs_it = written && call_.attempts.size() == 1 &&
+                                call_.answer->instance == call_.attempts.front().instance;
+    nobody_runs_it ? out.put(LeaveBe{call_.request.uuid})
+                   : out.put(Withdraw{call_.request.uuid, call_.id.epoch});
+  }
+  out.put(Freed{call_.id});
+  const std::string took =
+      age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
+  if (written) {
+    ++out.counters().answered;
+    out.say(Level::info, fmt::format("{} of {} answered with state {}{}", name(),
+                                     printable(call_.request.uuid), call_.answer->state, took));
+  } else {
+    ++out.counters().withdrawn;
+    out.say(Level::info, fmt::format("{} of {} is over{}: {}", name(),
+                                     printable(call_.request.uuid), took, detail));
+  }
+  return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{}};
+}
+
+void OpenCall::note_unasked(ChannelOutput& out) const {
+  out.note(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery, 0,
+                           fabric::InstanceId{}});
+}
+
+void OpenCall::tell(fabric::EventKind kind, const std::string& detail, ChannelOutput& out,
+                    Moment now) const {
+  fabric::Event event;
+  event.kind = kind;
+  event.detail = detail;
+  event.call = call_.id;
+  event.uuid = call_.request.uuid;
+  if (!call_.attempts.empty()) {
+    event.attempt = call_.attempts.back().number;
+    event.instance = call_.attempts.back().instance;
+  }
+  if (kind == fabric::EventKind::written) {
+    event.attempt = call_.answer->attempt;
+    event.instance = call_.answer->instance;
+    event.text = call_.answer->text;
+    event.state = call_.answer->state;
+  }
+  out.tell(std::move(event), now);
+}
+
+}  // namespace millrace::gateway::channel

@@ -1,0 +1,199 @@
+// A call that the gateway has accepted and not brought to its end, and in which phase it is. Pure:
+// says what is to be done through the channel's output.
+//
+//      accepted           from the journal ─── with an answer ───┐
+//         │                      │                               │
+//      Waiting ◄── verify ── Unverified                          │
+//         │ assign                                               │
+//      Assigned ── recorded ──► Given                            │
+//         │                                                      │
+//         └── suspend ──► Waiting, or Held for an operator       │
+//                                                                ▼
+//      each of these ── take, settle ──► Answered ── recorded ──► Answering ──► close
+//
+// A phase has what only it needs, tickets of the journal among them: a ticket whose phase is over
+// is nobody's. Interim answers have a way of their own beside the phases.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "gateway/call.hpp"
+#include "gateway/channel/answer_writer.hpp"
+#include "gateway/channel/channel_output.hpp"
+#include "gateway/policy.hpp"
+#include "gateway/response.hpp"
+
+namespace millrace::gateway::channel {
+
+/// An answer that no service gave.
+struct Settlement {
+  Response response;
+  /// For people: "the gateway", "operator@host".
+  std::string by;
+};
+
+/// How a call ended, for the replies that come after it.
+struct EndedCall {
+  fabric::CallId call;
+  bool answered = false;
+  fabric::InstanceId answered_by;
+};
+
+namespace phase {
+
+/// Of an earlier run; the channel has not shown yet that its program still waits.
+struct Unverified {
+  /// What the journal has for an answer, and a channel cannot take: an earlier version took it.
+  std::optional<Answer> unwritable{};
+};
+/// Nobody has it.
+struct Waiting {
+  /// Of the last attempt, while the journal has not confirmed it.
+  Ticket entry = 0;
+};
+/// The journal is being told who gets it.
+struct Assigned {
+  Assignment to;
+  Ticket entry = 0;
+};
+/// An instance has it.
+struct Given {
+  Assignment to;
+};
+/// An operator must say what becomes of it.
+struct Held {
+  /// As in Waiting.
+  Ticket entry = 0;
+  /// Since when it has no instance, until the rule for that has been applied; nothing if it is held
+  /// for another reason.
+  std::optional<SteadyTime> lost_since{};
+};
+/// It has its answer, and the journal is being told.
+struct Answered {
+  Response answer;
+  Ticket entry = 0;
+};
+/// The answer is on its way into the channel.
+struct Answering {
+  AnswerWriter writer;
+  /// Of the entry that says that REQUEST_STATE is about to be cleared.
+  Ticket clearing = 0;
+};
+
+}  // namespace phase
+
+class OpenCall {
+ public:
+  /// A call for a request that was found just now.
+  static OpenCall accepted(Call call, const Policy& policy, SteadyTime now);
+  /// A call of an earlier run, from the journal.
+  static OpenCall resumed(Call call, const Policy& policy);
+
+  [[nodiscard]] const Call& call() const { return call_; }
+  [[nodiscard]] const fabric::CallId& id() const { return call_.id; }
+  /// It has its final answer; nothing else becomes of it.
+  [[nodiscard]] bool answered() const { return call_.answer.has_value(); }
+  [[nodiscard]] bool verified() const { return !std::holds_alternative<phase::Unverified>(phase_); }
+  /// An instance may have it, or have had it.
+  [[nodiscard]] bool may_be_given() const;
+  /// What people see of it.
+  [[nodiscard]] ChannelView view() const;
+
+  /// The age of a call of an earlier run is counted from the first link on.
+  void on_link_up(Moment now);
+  /// The program still waits. False if nobody was ever asked: the request is better found anew.
+  bool verify(ChannelOutput& out, Moment now);
+
+  // open_call.cpp: who gets it. Nothing happens to a call that is answered.
+
+  /// Gives it to an instance; the same attempt again only repeats it on the fabric.
+  void assign(const Assignment& to, ChannelOutput& out, Moment now);
+  /// Takes it from its instance. It waits for another one, or, if `held`, for an operator.
+  void suspend(const std::string& reason, bool held, ChannelOutput& out, Moment now);
+  /// Keeps it for an operator although nobody was asked by us: it may have run already.
+  void hold(const std::string& reason, ChannelOutput& out, Moment now);
+  /// Why it still waits.
+  void explain(const std::string& reason);
+  /// Takes it from wherever it is, to be given out again.
+  void retry(const std::string& by, ChannelOutput& out);
+  void on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out, Moment now);
+  /// The last word of the call, whose answer stands in the channel or whose program has moved on.
+  EndedCall close(bool written, const std::string& detail, ChannelOutput& out, Moment now);
+
+  // open_call_answer.cpp: what it is answered with.
+
+  /// An instance that was asked says something. False if the call has the answer of another one.
+  bool take(const fabric::Reply& reply, ChannelOutput& out, Moment now);
+  /// Answers it in the service's place.
+  void settle(const Settlement& settlement, ChannelOutput& out, Moment now);
+  /// Applies the rules whose time has come.
+  void check_patience(ChannelOutput& out, Moment now);
+
+  /// Lets the next interim answer begin its way, if it is its turn.
+  void begin_writing(ChannelOutput& out);
+  /// What is on its way into the channel now, or nullptr.
+  [[nodiscard]] AnswerWriter* writer();
+  /// The writer's own look, which `standing` judges.
+  AnswerWriter::Step on_look(const Snapshot& snapshot, Standing standing, ChannelOutput& out);
+  /// Has the journal told that REQUEST_STATE is about to be cleared; false if it is told already.
+  bool record_clearing(ChannelOutput& out);
+  /// An interim answer stands in the channel.
+  void interim_written(ChannelOutput& out, Moment now);
+
+ private:
+  using Phase = std::variant<phase::Unverified, phase::Waiting, phase::Assigned, phase::Given,
+                             phase::Held, phase::Answered, phase::Answering>;
+
+  /// An interim answer of which the journal is told; ticket 0 once it has it.
+  struct Interim {
+    Response response;
+    Ticket entry = 0;
+  };
+
+  OpenCall(Call call, const Policy& policy, Phase phase)
+      : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
+
+  void enter(Phase phase, std::string reason);
+  [[nodiscard]] Ticket unconfirmed_attempt() const;
+  [[nodiscard]] const Assignment* assignment() const;
+  void publish(const Assignment& to, ChannelOutput& out, Moment now) const;
+  void take_interim(const fabric::Reply& reply, ChannelOutput& out);
+  void take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now);
+  /// `what` says what is wrong; `instead` is what the program gets, as far as no rule says
+  /// otherwise.
+  void refuse(const Attempt& of, const std::string& what, Response instead, ChannelOutput& out,
+              Moment now);
+  void take_answer(const Attempt& of, Response response, const std::string& detail,
+                   ChannelOutput& out, Moment now);
+  void give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now);
+  /// Opens the call in the journal although nobody was asked.
+  void note_unasked(ChannelOutput& out) const;
+  void tell(fabric::EventKind kind, const std::string& detail, ChannelOutput& out,
+            Moment now) const;
+  [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
+
+  /// What the journal knows of it.
+  Call call_;
+  /// The one under which it was accepted.
+  Policy policy_;
+  Phase phase_;
+  /// Why it is where it is, for people; empty if that needs no words.
+  std::string reason_;
+  /// When it was accepted; for a call of an earlier run not known before the first link.
+  std::optional<SteadyTime> since_;
+  /// False for one that the wall clock, set back since, calls younger than new.
+  bool age_known_ = false;
+  /// The deadline is over and was told.
+  bool overdue_ = false;
+  /// The newest interim answer, while another one is on its way.
+  std::optional<Response> next_interim_;
+  std::variant<std::monostate, Interim, AnswerWriter> interim_;
+  bool interim_refused_ = false;
+  /// Attempts whose answer was refused; it may be delivered again.
+  std::vector<Attempt> refused_;
+};
+
+}  // namespace millrace::gateway::channel

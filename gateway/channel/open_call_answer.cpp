@@ -1,0 +1,214 @@
+// What an open call is answered with: by its service, in its place, and on the way to that.
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/channel/open_call.hpp"
+#include "gateway/words.hpp"
+
+namespace millrace::gateway::channel {
+
+namespace {
+
+/// "30 s", "1.5 s"
+std::string seconds(std::chrono::milliseconds time) {
+  return fmt::format("{:g} s", std::chrono::duration<double>(time).count());
+}
+
+bool over(const std::optional<Rule>& rule, const std::optional<SteadyTime>& since, Moment now) {
+  return rule && since && now.steady - *since >= rule->after;
+}
+
+/// A RESPONSE_STATE that stands beside the request, and so does not answer it, although we have not
+/// written it: an interim state of another gateway, or what an earlier call has left.
+bool stands_beside(const Snapshot& snapshot, const Call& call) {
+  return snapshot.request_state != 0 && snapshot.response_state != 0 &&
+         std::ranges::count(call.shown, snapshot.response_state) == 0;
+}
+
+}  // namespace
+
+bool OpenCall::take(const fabric::Reply& reply, ChannelOutput& out, Moment now) {
+  if (call_.answer) {
+    return call_.answer->instance == reply.instance;
+  }
+  reply.kind == fabric::ReplyKind::interim ? take_interim(reply, out) : take_final(reply, out, now);
+  return true;
+}
+
+void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
+  const Assignment* const to = assignment();
+  if (to == nullptr || to->attempt.instance != reply.instance) {
+    return;
+  }
+  if (auto response = Response::of(reply.text, reply.state)) {
+    next_interim_ = *std::move(response);
+  } else {
+    // A service that reports progress does so often.
+    out.say(std::exchange(interim_refused_, true) ? Level::debug : Level::warn,
+            fmt::format("{}: an interim answer {}; it is not written", name(), response.error()));
+  }
+}
+
+void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now) {
+  const Attempt attempt{reply.instance, reply.attempt};
+  if (std::ranges::count(refused_, attempt) > 0) {
+    return;
+  }
+  auto response = Response::of(reply.text, reply.state);
+  if (!response) {
+    const std::string what = "the service's answer " + response.error();
+    refuse(attempt, what, Response::in_words("ERROR: " + what, refused_state), out, now);
+    return;
+  }
+  if (reply.code == fabric::ServiceCode::refused) {
+    // The service's library has seen what is wrong, and put an error in place of the answer.
+    refuse(attempt, "the service's answer cannot be written: " + printable(reply.text), *response,
+           out, now);
+    return;
+  }
+  if (reply.code == fabric::ServiceCode::failed) {
+    ++out.counters().failed;
+    out.say(Level::warn, fmt::format("{}: the service failed: {}", name(), printable(reply.text)));
+  }
+  take_answer(attempt, *std::move(response), "", out, now);
+}
+
+void OpenCall::refuse(const Attempt& of, const std::string& what, Response instead,
+                      ChannelOutput& out, Moment now) {
+  ++out.counters().failed;
+  refused_.push_back(of);
+  const bool hold = policy_.refused && policy_.refused->response_state == 0;
+  if (policy_.refused && !hold) {
+    instead = Response::in_words(instead.text(), policy_.refused->response_state);
+  }
+  const std::string said =
+      hold ? fmt::format("{}; an operator must answer or retry it", what)
+           : fmt::format("{}; the program gets state {}", what, instead.state());
+  tell(fabric::EventKind::refused, said, out, now);
+  out.say(Level::error, fmt::format("{}: {}", name(), said));
+  if (hold) {
+    enter(phase::Held{unconfirmed_attempt(), {}}, said);
+    out.put(Freed{call_.id});
+  } else {
+    take_answer(of, std::move(instead), said, out, now);
+  }
+}
+
+void OpenCall::take_answer(const Attempt& of, Response response, const std::string& detail,
+                           ChannelOutput& out, Moment now) {
+  fabric::Event event;
+  event.kind = fabric::EventKind::replied;
+  event.call = call_.id;
+  event.attempt = of.number;
+  event.instance = of.instance;
+  event.uuid = call_.request.uuid;
+  event.text = response.text();
+  event.state = response.state();
+  event.detail = detail;
+  out.tell(std::move(event), now);
+  call_.answer = Answer{of.instance, of.number, response.text(), response.state()};
+  next_interim_.reset();
+  if (std::holds_alternative<Interim>(interim_)) {
+    // One that is half written comes to its end first.
+    interim_ = std::monostate{};
+  }
+  const Ticket entry = out.record(AnsweredEntry{call_.id, *call_.answer});
+  enter(phase::Answered{std::move(response), entry}, "");
+  out.put(Freed{call_.id});
+}
+
+void OpenCall::settle(const Settlement& settlement, ChannelOutput& out, Moment now) {
+  if (answered()) {
+    return;
+  }
+  if (call_.attempts.empty()) {
+    note_unasked(out);
+  }
+  const Response& response = settlement.response;
+  out.say(Level::warn, fmt::format("{} is answered by {} with state {}: {}", name(), settlement.by,
+                                   response.state(), printable(response.text())));
+  const std::uint32_t attempt = call_.attempts.empty() ? 0 : call_.attempts.back().number;
+  take_answer({fabric::InstanceId{}, attempt}, response,
+              fmt::format("answered by {}", settlement.by), out, now);
+}
+
+void OpenCall::check_patience(ChannelOutput& out, Moment now) {
+  if (answered() || !verified()) {
+    return;
+  }
+  auto* const held = std::get_if<phase::Held>(&phase_);
+  if (held != nullptr && over(policy_.lost, held->lost_since, now)) {
+    held->lost_since.reset();
+    give_up(*policy_.lost, "its instance is lost, and it must not run twice", out, now);
+  } else if (!overdue_ && over(policy_.deadline, since_, now)) {
+    overdue_ = true;
+    give_up(*policy_.deadline, fmt::format("no answer within {}", seconds(policy_.deadline->after)),
+            out, now);
+  }
+}
+
+void OpenCall::give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now) {
+  if (rule.response_state != 0) {
+    settle({Response::in_words("millrace: " + why, rule.response_state), "the gateway"}, out, now);
+    return;
+  }
+  reason_ = fmt::format("{}; the program waits on", why);
+  tell(fabric::EventKind::late, reason_, out, now);
+  out.say(Level::warn, fmt::format("{}: {}", name(), reason_));
+}
+
+void OpenCall::begin_writing(ChannelOutput& out) {
+  if (auto* const interim = std::get_if<Interim>(&interim_)) {
+    if (interim->entry == 0) {
+      call_.shown.push_back(interim->response.state());
+      interim_ = AnswerWriter(AnswerWriter::Kind::interim, std::move(interim->response));
+    }
+  } else if (next_interim_ && std::holds_alternative<std::monostate>(interim_)) {
+    const Ticket entry = out.record(InterimEntry{call_.id, next_interim_->state()});
+    interim_ = Interim{*std::exchange(next_interim_, std::nullopt), entry};
+  }
+}
+
+AnswerWriter* OpenCall::writer() {
+  if (auto* const interim = std::get_if<AnswerWriter>(&interim_)) {
+    return interim;
+  }
+  auto* const answering = std::get_if<phase::Answering>(&phase_);
+  return answering != nullptr ? &answering->writer : nullptr;
+}
+
+AnswerWriter::Step OpenCall::on_look(const Snapshot& snapshot, Standing standing,
+                                     ChannelOutput& out) {
+  if (standing == Standing::pending && stands_beside(snapshot, call_)) {
+    // Once REQUEST_STATE is cleared it must not be taken for somebody's answer.
+    call_.shown.push_back(snapshot.response_state);
+    out.note(InterimEntry{call_.id, snapshot.response_state});
+  }
+  return writer()->on_look(snapshot, standing, call_.request);
+}
+
+bool OpenCall::record_clearing(ChannelOutput& out) {
+  auto* const answering = std::get_if<phase::Answering>(&phase_);
+  if (answering == nullptr || answering->clearing != 0) {
+    return false;
+  }
+  answering->clearing = out.record(ClearingEntry{call_.id});
+  return true;
+}
+
+void OpenCall::interim_written(ChannelOutput& out, Moment now) {
+  const auto& writer = std::get<AnswerWriter>(interim_);
+  fabric::Event event;
+  event.kind = fabric::EventKind::interim;
+  event.call = call_.id;
+  event.uuid = call_.request.uuid;
+  event.text = writer.text();
+  event.state = writer.state();
+  out.tell(std::move(event), now);
+  call_.shown.assign(1, writer.state());
+  interim_ = std::monostate{};
+}
+
+}  // namespace millrace::gateway::channel

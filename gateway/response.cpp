@@ -1,0 +1,38 @@
+#include "gateway/response.hpp"
+
+#include <cassert>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "fabric/messages.hpp"
+#include "gateway/words.hpp"
+
+namespace millrace::gateway {
+
+tl::expected<Response, std::string> Response::of(std::string text, std::uint32_t state) {
+  if (state == 0) {
+    return tl::unexpected(std::string("has state 0, which releases no program"));
+  }
+  if (text.size() > fabric::max_text) {
+    return tl::unexpected(
+        fmt::format("has {} bytes, at most {} fit", text.size(), fabric::max_text));
+  }
+  if (const auto nul = text.find('\0'); nul != std::string::npos) {
+    return tl::unexpected(fmt::format("has a NUL at byte {}, where a CNC string would end", nul));
+  }
+  return Response(std::move(text), state);
+}
+
+Response Response::in_words(std::string_view words, std::uint32_t state) {
+  assert(state != 0);
+  constexpr std::string_view more = "...";
+  std::string text = printable(words);
+  if (text.size() > fabric::max_text) {
+    text.resize(fabric::max_text - more.size());
+    text += more;
+  }
+  return {std::move(text), state};
+}
+
+}  // namespace millrace::gateway

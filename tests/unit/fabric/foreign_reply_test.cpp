@@ -1,0 +1,152 @@
+// What arrives at a gateway that no end of ours has written: another DDS does not keep our limits,
+// and a stranger may say that it is somebody else.
+#include <dds/dds.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/ends/call_end.hpp"
+#include "fabric/ends/reply_end.hpp"
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/sample_fields.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/recording_listeners.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::SizeIs;
+using tests::run_until;
+
+const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+const std::string partition = wire::service_partition("millrace", square_root);
+
+InstanceIdentity identity() {
+  return {.id = InstanceId::random(), .uuid = square_root, .name = "square_root"};
+}
+
+Reply reply(const InstanceId& instance, std::uint64_t number) {
+  return {.key = {.machine = "cnc", .channel = static_cast<std::uint16_t>(number)},
+          .instance = instance,
+          .call = {.epoch = 7, .number = number},
+          .text = "2.000000",
+          .state = 1};
+}
+
+/// A writer of replies without our limits.
+class RawWriter {
+ public:
+  RawWriter(const dds::Participant& participant, const std::string& user_data)
+      : topic_(wire::create_topic(participant, wire::reply_topic)),
+        publisher_(wire::create_publisher(participant, partition)),
+        writer_(dds_create_writer(publisher_.handle(), topic_.handle(),
+                                  wire::writer_qos(wire::reply_topic, user_data).get(), nullptr)) {
+    EXPECT_GT(writer_, 0);
+  }
+
+  void write(Reply reply) {
+    const std::string text = std::exchange(reply.text, "");
+    auto sample = *wire::Codec<Reply>::encode(reply);
+    // Only read; see Filler::text.
+    sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
+    sample.text._length = static_cast<std::uint32_t>(text.size());
+    sample.text._maximum = sample.text._length;
+    EXPECT_EQ(dds_write(writer_, &sample), DDS_RETCODE_OK);
+  }
+
+ private:
+  dds::Entity topic_;
+  dds::Entity publisher_;
+  dds_entity_t writer_;
+};
+
+class AForeignReply : public testing::Test {
+ protected:
+  bool until(const std::function<bool()>& done) { return run_until(context, done); }
+  bool until_replies(std::size_t count) {
+    return until([&] { return gateway.replies.size() == count; });
+  }
+
+  TwoProcesses processes;
+  boost::asio::io_context context;
+  dds::Participant here{processes.here()};
+  dds::Participant there{processes.there()};
+  RecordingGateway gateway;
+  ends::CallEnd sut{here, context.get_executor(), gateway};
+};
+
+// It was dropped on its way, and the call hung without a word.
+TEST_F(AForeignReply, ThatIsTooLongArrivesAsItIs) {
+  const InstanceId instance = InstanceId::random();
+  RawWriter service(there, registry::format_instance(instance));
+  Reply sent = reply(instance, 1);
+  sent.text.assign(200, 'x');
+  service.write(sent);
+  sent.call.number = 2;
+  sent.key.channel = 2;
+  sent.text.assign(100'000, 'y');
+  service.write(sent);
+  ASSERT_TRUE(until_replies(2));
+  EXPECT_EQ(gateway.replies[0].text, std::string(200, 'x'));
+  EXPECT_EQ(gateway.replies[1].text, sent.text);
+}
+
+TEST_F(AForeignReply, WithANulArrivesWithIt) {
+  const InstanceId instance = InstanceId::random();
+  RawWriter service(there, registry::format_instance(instance));
+  Reply sent = reply(instance, 1);
+  sent.text = std::string("1\0 4", 4);
+  service.write(sent);
+  ASSERT_TRUE(until_replies(1));
+  EXPECT_EQ(gateway.replies.front().text, sent.text);
+}
+
+TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
+  const InstanceId instance = InstanceId::random();
+  const InstanceId other = InstanceId::random();
+  RawWriter service(there, registry::format_instance(instance));
+  RawWriter nobody(there, "");
+  service.write(reply(other, 1));
+  service.write(reply(other, 2));
+  nobody.write(reply(instance, 3));
+  service.write(reply(instance, 4));
+  ASSERT_TRUE(until([&] { return gateway.replies.size() == 1 && gateway.ignored.size() == 2; }));
+  EXPECT_EQ(gateway.replies.front().call.number, 4U);
+  EXPECT_THAT(gateway.ignored, testing::Each(HasSubstr("in the name of instance")));
+}
+
+TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
+  RecordingInstance heard;
+  const ends::ReplyEnd service(here, context.get_executor(), identity(), heard);
+  const InstanceId instance = service.identity().id;
+  ASSERT_TRUE(until([&] { return gateway.ready.contains(instance); }));
+  RawWriter stranger(there, registry::format_instance(instance));
+  stranger.write(reply(instance, 1));
+  ASSERT_TRUE(until([&] { return !gateway.ignored.empty(); }));
+  EXPECT_THAT(gateway.replies, SizeIs(0));
+}
+
+TEST_F(AForeignReply, OrOneOfOursThatAnInstanceLeftBehindIsTaken) {
+  const InstanceIdentity who = identity();
+  RecordingGateway late_gateway;
+  // Looks at nothing while the instance answers and leaves.
+  boost::asio::io_context asleep;
+  const ends::CallEnd late(here, asleep.get_executor(), late_gateway);
+  {
+    RecordingInstance heard;
+    ends::ReplyEnd service(here, context.get_executor(), who, heard);
+    ASSERT_TRUE(until([&] { return gateway.ready.contains(who.id); }));
+    ASSERT_TRUE(service.publish(reply(who.id, 1)));
+    ASSERT_TRUE(until_replies(1));
+  }
+  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
+  EXPECT_TRUE(run_until(asleep, [&] { return late_gateway.replies.size() == 1; }));
+  EXPECT_THAT(late_gateway.ignored, SizeIs(0));
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,209 @@
+// What a channel cannot take is refused where it arrives, and the program is told.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/response.hpp"
+#include "tests/unit/gateway/desk.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using testing::StartsWith;
+using enum fabric::EventKind;
+using namespace std::chrono_literals;
+
+const std::string with_nul("1.4\0 14", 7);
+const std::string too_long(128, 'x');
+
+TEST(AResponse, OfWhatAChannelTakesIsTakenAsItIs) {
+  const auto sut = Response::of(std::string(127, '\xe4'), 7);
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->text(), std::string(127, '\xe4'));
+  EXPECT_EQ(sut->state(), 7U);
+}
+
+TEST(AResponse, SaysWhyAChannelCannotTakeIt) {
+  EXPECT_EQ(Response::of(too_long, 1).error(), "has 128 bytes, at most 127 fit");
+  EXPECT_THAT(Response::of(with_nul, 1).error(), HasSubstr("a NUL at byte 3"));
+  EXPECT_THAT(Response::of("x", 0).error(), HasSubstr("state 0"));
+}
+
+TEST(AResponse, InWordsOfOursAlwaysFits) {
+  EXPECT_EQ(Response::in_words(with_nul, 1).text(), "1.4? 14");
+  EXPECT_EQ(Response::in_words(too_long, 1).text(), std::string(124, 'x') + "...");
+}
+
+class RefusedAnswer : public testing::Test {
+ protected:
+  channel::ChannelSession& sut() { return *desk.sut; }
+  void reply(const fabric::Reply& reply) { desk.feed(sut().on_reply(reply, desk.now)); }
+  void expect_told(const std::string& text, std::uint32_t state) {
+    EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=" + text, "REQUEST_STATE=0",
+                                         fmt::format("RESPONSE_STATE={}", state)));
+    EXPECT_EQ(sut().call(), nullptr);
+    EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
+  }
+  Desk desk;
+};
+
+TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
+  for (const auto& [text, state, error] :
+       {std::tuple(std::string("x"), 0U, "has state 0, which releases no program"),
+        {too_long, 1U, "has 128 bytes, at most 127 fit"},
+        {with_nul, 1U, "has a NUL at byte 3, where a CNC string would end"}}) {
+    desk = Desk();
+    desk.dispatched_call();
+    reply(desk.reply(text, state));
+    expect_told(fmt::format("ERROR: the service's answer {}", error), 500);
+    EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
+    EXPECT_EQ(sut().status().failed, 1U);
+    EXPECT_THAT(desk.left_be, SizeIs(1)) << "its instance has answered, as badly as it may be";
+  }
+}
+
+TEST_F(RefusedAnswer, OfAServiceThatSaysSoItselfIsWrittenAsItSays) {
+  desk.dispatched_call();
+  auto said = desk.reply("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
+  said.code = fabric::ServiceCode::refused;
+  reply(said);
+  expect_told("ERROR: the service's answer has 200 bytes, at most 127 fit", 99);
+}
+
+TEST_F(RefusedAnswer, IsWrittenWithTheStateOfAPolicy) {
+  desk.policy.refused = Rule{0s, 904};
+  desk.dispatched_call();
+  reply(desk.reply(too_long, 1));
+  expect_told("ERROR: the service's answer has 128 bytes, at most 127 fit", 904);
+}
+
+TEST_F(RefusedAnswer, IsHeldForAnOperatorWhereAPolicySaysSo) {
+  desk.policy.refused = Rule{};
+  desk.dispatched_call();
+  reply(desk.reply(too_long, 1));
+  desk.wait(1h);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
+  EXPECT_THAT(sut().status().reason, HasSubstr("an operator must answer or retry it"));
+  EXPECT_EQ(desk.freed, 1U) << "its instance is free for another call";
+  desk.feed(sut().settle({response("go on", 7), "ann@hmi"}, desk.now));
+  expect_told("go on", 7);
+}
+
+TEST_F(RefusedAnswer, ThatIsDeliveredAgainChangesNothing) {
+  desk.policy.refused = Rule{};
+  desk.dispatched_call();
+  reply(desk.reply(too_long, 1));
+  desk.feed(sut().retry("ann@hmi", desk.now));
+  reply(desk.reply(too_long, 1));
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
+  EXPECT_EQ(sut().status().failed, 1U);
+  auto again = desk.reply(too_long, 1);
+  again.attempt = 2;
+  desk.feed(sut().assign(desk.assignment(1, 2), desk.now));
+  reply(again);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
+}
+
+// The gateway was killed by its own assertion. Found by the simulation, seed 918109 and others.
+TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
+  for (const auto& policy : {std::optional<Rule>(), std::optional(Rule{})}) {
+    desk = Desk();
+    desk.policy.refused = policy;
+    desk.dispatched_call();
+    desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
+    desk.journal_works = false;
+    desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+    reply(desk.reply("x", 0, 1));
+    ASSERT_FALSE(desk.unconfirmed.empty());
+    desk.journal_works = true;
+    const auto records = desk.unconfirmed;
+    for (const Record& record : records) {
+      desk.ledger.apply(record.entry);
+      desk.feed(sut().on_recorded(record.ticket, desk.now));
+    }
+    EXPECT_THAT(desk.published, SizeIs(1)) << "the next attempt is not given out any more";
+    EXPECT_EQ(sut().call() == nullptr, !policy) << "answered, or held";
+  }
+}
+
+// It was given out before the journal knew of it.
+TEST_F(RefusedAnswer, OrNoneAnAttemptThatIsRepeatedWaitsForTheJournal) {
+  desk.link_up();
+  desk.call();
+  desk.wait(20ms);
+  desk.delivery = fabric::Delivery::at_most_once;
+  desk.journal_works = false;
+  desk.feed(sut().assign(desk.assignment(), desk.now));
+  desk.feed(sut().suspend("lost", true, desk.now));
+  desk.feed(sut().assign(desk.assignment(), desk.now));
+  EXPECT_THAT(desk.published, IsEmpty());
+  ASSERT_THAT(desk.unconfirmed, SizeIs(1));
+  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  EXPECT_THAT(desk.published, SizeIs(1));
+}
+
+TEST_F(RefusedAnswer, OnTheWayToTheAnswerIsLeftOutAndSaidOnce) {
+  desk.dispatched_call();
+  for (const std::string& text : {with_nul, too_long}) {
+    reply(desk.interim(text, 5));
+  }
+  desk.wait(1s);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
+  reply(desk.interim("half way", 5));
+  reply(desk.reply("done", 1));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=5", "RESPONSE=done",
+                                       "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+}
+
+/// A journal that an earlier version has written, which took such answers.
+class AJournalWithAnAnswerThatCannotBeWritten : public RefusedAnswer {
+ protected:
+  void restart_with(const Answer& answer) {
+    desk.dispatched_call();
+    desk.ledger.apply(AnsweredEntry{{0x5f3a, 1}, answer});
+    desk.restart();
+  }
+};
+
+TEST_F(AJournalWithAnAnswerThatCannotBeWritten, FreesTheChannelAfterARestart) {
+  restart_with({instance(1), 1, with_nul, 1});
+  desk.link_up();
+  desk.wait(20ms);
+  expect_told("ERROR: the answer in the journal has a NUL at byte 3, where a CNC string would end",
+              500);
+  EXPECT_EQ(desk.resumed, 0U) << "nobody is asked anew";
+}
+
+TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsNotWrittenOnceTheProgramHasMovedOn) {
+  restart_with({instance(1), 1, with_nul, 1});
+  desk.channel.set_request_state(0);
+  desk.link_up();
+  desk.wait(1s);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
+}
+
+TEST_F(AJournalWithAnAnswerThatCannotBeWritten, MayBeAnsweredBeforeTheLinkIsUp) {
+  restart_with({instance(1), 1, with_nul, 1});
+  desk.feed(sut().settle({response("go on", 7), "ann@hmi"}, desk.now));
+  desk.link_up();
+  desk.wait(20ms);
+  expect_told("go on", 7);
+}
+
+TEST_F(AJournalWithAnAnswerThatCannotBeWritten, IsHeldWhereAPolicySaysSo) {
+  desk.policy.refused = Rule{};
+  restart_with({instance(1), 1, with_nul, 1});
+  desk.link_up();
+  desk.wait(1s);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
+}
+
+}  // namespace
+}  // namespace millrace::gateway
