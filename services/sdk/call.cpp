@@ -9,8 +9,9 @@
 
 namespace millrace::services::sdk {
 
-Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink)
-    : request_(std::move(request)), sink_(std::move(sink)) {}
+Call::Call(fabric::Request request, std::weak_ptr<CallSink> sink,
+           std::shared_ptr<const std::atomic<bool>> cancelled)
+    : request_(std::move(request)), sink_(std::move(sink)), cancelled_(std::move(cancelled)) {}
 
 Call::~Call() {
   fail("the service let go of the call without an answer");
@@ -19,6 +20,10 @@ Call::~Call() {
 void Call::interim(const Response& response) const {
   if (const std::string refusal = check_text(response.text); !refusal.empty()) {
     throw std::invalid_argument(refusal);
+  }
+  if (ended_ || cancelled()) {
+    // The call may run anew, under the same id.
+    return;
   }
   if (const auto sink = sink_.lock()) {
     sink->interim(id(), response);

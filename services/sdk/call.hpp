@@ -17,7 +17,9 @@ class CallSink;
 /// the error state. All functions may be called from any thread.
 class Call {
  public:
-  Call(fabric::Request request, std::weak_ptr<CallSink> sink);
+  /// Who sets `cancelled` says that nobody waits any more.
+  Call(fabric::Request request, std::weak_ptr<CallSink> sink,
+       std::shared_ptr<const std::atomic<bool>> cancelled);
   ~Call();
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
@@ -40,8 +42,9 @@ class Call {
   [[nodiscard]] bool replayed() const { return request_.replayed; }
 
   /// True once nobody waits for the answer any more: the program was reset or calls something else.
-  /// A handler that takes long looks at it from time to time and may return anything then.
-  [[nodiscard]] bool cancelled() const { return cancelled_; }
+  /// A handler that takes long looks at it from time to time and may return anything then: nothing
+  /// of it is sent. For good: if the call is wanted again, it is handled anew, as another Call.
+  [[nodiscard]] bool cancelled() const { return *cancelled_; }
 
   /// Shows the program an intermediate text and state (V.G.SERVICE.RESPONSE_STATE); the call goes
   /// on, as does an NC program that waits with SysServiceWait for another state than this one. A
@@ -55,13 +58,11 @@ class Call {
   void fail(const std::string& reason) const;
 
  private:
-  friend class Runner;
-
   void end(const Result& result) const;
 
   fabric::Request request_;
   std::weak_ptr<CallSink> sink_;
-  std::atomic<bool> cancelled_ = false;
+  std::shared_ptr<const std::atomic<bool>> cancelled_;
   mutable std::atomic<bool> ended_ = false;
 };
 

@@ -81,24 +81,21 @@ Actions CallDesk::on_request(const Request& request, Moment now) {
   supersede(request, actions);
   std::optional<CallId>& current = asked_[key_of(request)].call;
   const bool ours = request.assigned == options_.instance;
-  if (const auto answered = answered_.find(request.call); answered != answered_.end()) {
-    if (ours) {
-      repeat(answered->second, request, actions);
-    }
-  } else if (const auto running = running_.find(request.call); running != running_.end()) {
-    // Given to another one, it may still be we who answer first.
-    if (ours) {
-      running->second.request.attempt = request.attempt;
-      running->second.wanted = true;
-      current = request.call;
-    }
-  } else if (const auto waiting = find_waiting(request.call); waiting != waiting_.end()) {
+  if (const auto waiting = find_waiting(request.call); waiting != waiting_.end()) {
     if (ours) {
       waiting->request = request;
     } else {
       give_up(request.call, actions);
     }
-  } else if (ours) {
+  } else if (!ours) {
+    // If it runs here all the same, it may still be we who answer first.
+  } else if (const auto running = running_.find(request.call);
+             running != running_.end() && !running->second.cancelled) {
+    running->second.request.attempt = request.attempt;
+    current = request.call;
+  } else if (const Ended* ended = answer_for(request)) {
+    repeat(ended->reply, request, actions);
+  } else {
     waiting_.push_back({.request = request, .received = now});
     current = request.call;
     counters_.last_call = now.wall;
@@ -132,7 +129,7 @@ Actions CallDesk::on_orphaned(const RequestKey& key) {
 
 Actions CallDesk::on_interim(CallId call, const Response& response, Moment now) {
   const auto running = running_.find(call);
-  if (running == running_.end() || !running->second.wanted) {
+  if (running == running_.end() || running->second.cancelled) {
     return {};
   }
   Reply reply = reply_to(running->second.request, response);
@@ -148,26 +145,28 @@ Actions CallDesk::on_result(CallId call, const Result& result, Moment now) {
   if (running == running_.end()) {
     return {};
   }
-  const Under& under = running->second;
-  Reply reply = final_reply(under.request, result, options_.error_state);
-  reply.received = under.received.wall;
-  reply.started = under.started;
-  reply.answered = counted_from(under.received, now.steady);
-  remember(reply);
-  in_handlers_ += reply.answered - reply.started;
-  ++counters_.answered;
-  counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
-
   Actions actions;
-  if (under.wanted) {
-    forget_call(key_of(under.request));
-    actions.emplace_back(Send{std::move(reply)});
-  } else {
+  if (running->second.cancelled) {
     actions.emplace_back(Drop{call});
+  } else {
+    actions.emplace_back(Send{end(running->second, result, now.steady)});
   }
   running_.erase(running);
   start_waiting(now.steady, actions);
   return actions;
+}
+
+Reply CallDesk::end(const Under& under, const Result& result, SteadyTime now) {
+  Reply reply = final_reply(under.request, result, options_.error_state);
+  reply.received = under.received.wall;
+  reply.started = under.started;
+  reply.answered = counted_from(under.received, now);
+  in_handlers_ += reply.answered - reply.started;
+  ++counters_.answered;
+  counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
+  forget_call(key_of(under.request));
+  remember({reply});
+  return reply;
 }
 
 fabric::InstanceStatus CallDesk::status() const {
@@ -225,10 +224,35 @@ void CallDesk::give_up(CallId call, Actions& actions) {
     waiting_.erase(waiting);
   } else if (const auto running = running_.find(call); running != running_.end()) {
     forget_call(key_of(running->second.request));
-    running->second.wanted = false;
+    cancel(running->second);
   }
   ++counters_.cancelled;
   actions.emplace_back(Cancel{call});
+}
+
+/// Whoever asks for the call again has it run anew, unless that must not be.
+void CallDesk::cancel(Under& running) {
+  running.cancelled = true;
+  if (options_.delivery == fabric::Delivery::at_least_once) {
+    return;
+  }
+  const std::string reason = "the call was given up while it ran, and it must not run twice";
+  Reply reply = final_reply(running.request, tl::unexpected(reason), options_.error_state);
+  reply.received = running.received.wall;
+  reply.started = running.started;
+  reply.answered = running.started;
+  remember({std::move(reply), true});
+}
+
+/// An answer from memory, if `request` is to get it: a new attempt of a call that was given up is
+/// an operator's decision to have it run again.
+const CallDesk::Ended* CallDesk::answer_for(const Request& request) const {
+  const auto ended = ended_.find(request.call);
+  if (ended == ended_.end() ||
+      (ended->second.cancelled && request.attempt > ended->second.reply.attempt)) {
+    return nullptr;
+  }
+  return &ended->second;
 }
 
 void CallDesk::repeat(const Reply& answered, const Request& request, Actions& actions) {
@@ -243,21 +267,30 @@ void CallDesk::repeat(const Reply& answered, const Request& request, Actions& ac
 }
 
 void CallDesk::start_waiting(SteadyTime now, Actions& actions) {
-  while (running_.size() < options_.concurrency && !waiting_.empty()) {
-    Under under = std::move(waiting_.front());
-    waiting_.pop_front();
-    under.started = counted_from(under.received, now);
-    actions.emplace_back(Start{under.request});
-    running_.emplace(under.request.call, std::move(under));
+  for (auto next = waiting_.begin();
+       next != waiting_.end() && running_.size() < options_.concurrency;) {
+    const CallId call = next->request.call;
+    if (running_.contains(call)) {
+      // Its cancelled run has not ended yet.
+      ++next;
+      continue;
+    }
+    next->started = counted_from(next->received, now);
+    actions.emplace_back(Start{next->request});
+    running_.emplace(call, std::move(*next));
+    next = waiting_.erase(next);
   }
 }
 
-void CallDesk::remember(const Reply& reply) {
-  answered_.insert_or_assign(reply.call, reply);
-  answered_order_.push_back(reply.call);
-  if (answered_order_.size() > options_.memory) {
-    answered_.erase(answered_order_.front());
-    answered_order_.pop_front();
+void CallDesk::remember(Ended ended) {
+  const CallId call = ended.reply.call;
+  if (!ended_.insert_or_assign(call, std::move(ended)).second) {
+    return;
+  }
+  ended_order_.push_back(call);
+  if (ended_order_.size() > options_.memory) {
+    ended_.erase(ended_order_.front());
+    ended_order_.pop_front();
   }
 }
 

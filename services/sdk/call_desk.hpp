@@ -3,8 +3,12 @@
 //
 //   for (const Action& action : desk.on_request(request, now)) …
 //
-// A call runs at most once per instance: a repeat of a running one only raises the attempt that its
-// reply names, a repeat of an answered one gets the same answer from memory.
+// A call runs once per instance: a repeat of a running one only raises the attempt that its reply
+// names, a repeat of an answered one gets the same answer from memory. But what a handler returns
+// after it was told that nobody waits is no answer, whatever it is: a call that is wanted again is
+// run anew, once the run that was given up has ended. One that may run at most once is answered
+// with an error instead, unless its attempt is a new one: then an operator has decided to have it
+// run again.
 //
 // The times of a reply are those of the wall clock when its call came, and what went by since: a
 // clock that is set meanwhile does not change how long a call took.
@@ -48,6 +52,7 @@ using Actions = std::vector<Action>;
 struct DeskOptions {
   fabric::InstanceId instance{};
   std::size_t concurrency = 1;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
   /// State of the answer that replaces one which failed or cannot be sent.
   std::uint32_t error_state = 500;
   /// Answered calls that are remembered. More than channels call at a time is enough.
@@ -78,8 +83,16 @@ class CallDesk {
     fabric::Request request;
     fabric::Moment received{};
     fabric::Time started{};
-    /// Somebody waits for the answer.
-    bool wanted = true;
+    /// The handler was told that nobody waits: its result is no answer any more. For good, also if
+    /// the call is wanted again meanwhile.
+    bool cancelled = false;
+  };
+
+  /// How a call ended that is remembered.
+  struct Ended {
+    fabric::Reply reply;
+    /// It was given up while it ran, and may run only once; the reply says so.
+    bool cancelled = false;
   };
 
   /// What a gateway asks of a channel, as long as its request stands or a call of it is here.
@@ -93,18 +106,22 @@ class CallDesk {
   [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
   void give_up(fabric::CallId call, Actions& actions);
   void forget_call(const fabric::RequestKey& key);
+  fabric::Reply end(const Under& under, const Result& result, fabric::SteadyTime now);
+  void cancel(Under& running);
+  [[nodiscard]] const Ended* answer_for(const fabric::Request& request) const;
   void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
   void start_waiting(fabric::SteadyTime now, Actions& actions);
-  void remember(const fabric::Reply& reply);
+  void remember(Ended ended);
   std::deque<Under>::iterator find_waiting(fabric::CallId call);
 
   DeskOptions options_;
   std::map<fabric::CallId, Under> running_;
-  /// In the order of arrival; at most one of each channel and gateway.
+  /// In the order of arrival; at most one of each channel and gateway. A call whose cancelled run
+  /// has not ended yet may wait here to be run anew.
   std::deque<Under> waiting_;
   std::map<fabric::RequestKey, Asked> asked_;
-  std::map<fabric::CallId, fabric::Reply> answered_;
-  std::deque<fabric::CallId> answered_order_;
+  std::map<fabric::CallId, Ended> ended_;
+  std::deque<fabric::CallId> ended_order_;
   fabric::InstanceStatus counters_;
   std::chrono::nanoseconds in_handlers_{};
 };

@@ -59,6 +59,7 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options) {
 DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceIdentity& identity) {
   return {.instance = identity.id,
           .concurrency = options.concurrency,
+          .delivery = options.delivery,
           .error_state = options.error_state};
 }
 
@@ -72,7 +73,7 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
           .configuration = options.configuration};
 }
 
-struct Instance::Impl : fabric::ends::InstanceCommandsListener {
+struct Instance::Impl final : fabric::ends::InstanceCommandsListener {
   Impl(const ServiceOptions& options, Service::Log own_log, LaterHandler prompt)
       : log(std::move(own_log)),
         identity(make_identity(options)),
@@ -81,6 +82,10 @@ struct Instance::Impl : fabric::ends::InstanceCommandsListener {
                                         Prompt{std::move(prompt)})),
         grace(context),
         status_timer(context) {}
+  /// Also where start() has failed half way.
+  ~Impl() override { leave(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   void start();
   void leave();
@@ -120,12 +125,11 @@ void Instance::Impl::start() {
 }
 
 void Instance::Impl::leave() {
-  if (!thread.joinable()) {
-    return;
-  }
   runner->close();
   context.stop();
-  thread.join();
+  if (thread.joinable()) {
+    thread.join();
+  }
   // Without a thread that runs it, the end may go anywhere.
   runner->set_end(nullptr);
   commands.reset();
@@ -176,9 +180,7 @@ Instance::Instance(const ServiceOptions& options, Service::Log log, LaterHandler
   impl_->start();
 }
 
-Instance::~Instance() {
-  leave();
-}
+Instance::~Instance() = default;
 
 void Instance::leave() {
   impl_->leave();

@@ -81,7 +81,7 @@ void Runner::interim(fabric::CallId call, const Response& response) {
 
 void Runner::finished(fabric::CallId call, const Result& result) {
   Lock lock(lock_);
-  running_.erase(call);
+  cancelled_.erase(call);
   const Actions actions = desk_.on_result(call, result, now());
   perform(std::move(lock), actions);
   if (!result) {
@@ -187,9 +187,9 @@ void Runner::announce(const Call& call) const {
 }
 
 void Runner::perform(const Start& start) {
-  const auto call = std::make_shared<Call>(start.request, weak_from_this());
-  running_.insert_or_assign(call->id(), call);
-  work_.push_back(call);
+  const auto cancelled = std::make_shared<std::atomic<bool>>(false);
+  cancelled_.insert_or_assign(start.request.call, cancelled);
+  work_.push_back(std::make_shared<Call>(start.request, weak_from_this(), cancelled));
 }
 
 void Runner::perform(const Send& send) {
@@ -202,10 +202,8 @@ void Runner::perform(const Send& send) {
 }
 
 void Runner::perform(const Cancel& cancel) {
-  if (const auto running = running_.find(cancel.call); running != running_.end()) {
-    if (const auto call = running->second.lock()) {
-      call->cancelled_ = true;
-    }
+  if (const auto call = cancelled_.find(cancel.call); call != cancelled_.end()) {
+    *call->second = true;
   }
 }
 

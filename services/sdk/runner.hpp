@@ -2,6 +2,7 @@
 // replies to the fabric, one log line for each.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <map>
@@ -73,8 +74,9 @@ class Runner : public CallSink,
   CallDesk desk_;
   fabric::ends::ReplyEnd* end_ = nullptr;
   std::deque<std::shared_ptr<const Call>> work_;
-  /// Calls that run, to be told of their cancellation.
-  std::map<fabric::CallId, std::weak_ptr<Call>> running_;
+  /// How calls that run, or wait for a thread, are told of their cancellation. Not the calls
+  /// themselves: whoever lets go of one last ends it, and that takes the lock.
+  std::map<fabric::CallId, std::shared_ptr<std::atomic<bool>>> cancelled_;
   const Prompt prompt_;
   /// Calls run where they arrive. Of the thread that brings requests alone.
   bool prompt_enough_ = prompt_.handler != nullptr;

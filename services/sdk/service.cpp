@@ -27,8 +27,14 @@ LaterHandler guarded(LaterHandler handler) {
 struct Service::Impl {
   Impl(const ServiceOptions& options, LaterHandler own_handler, Log log)
       : handler(guarded(std::move(own_handler))),
-        instance(options, std::move(log), options.prompt ? handler : nullptr) {
-    for (std::uint32_t i = 0; i < options.concurrency; ++i) {
+        instance(options, std::move(log), options.prompt ? handler : nullptr) {}
+  /// Ends the threads, also where one of them could not be started: no call comes any more.
+  ~Impl() { instance.leave(); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void start(std::uint32_t threads) {
+    for (std::uint32_t i = 0; i < threads; ++i) {
       workers.emplace_back([this] {
         while (const auto call = instance.next()) {
           handler(call);
@@ -46,7 +52,9 @@ Service::Service(const ServiceOptions& options, Handler handler, Log log)
     : Service(options, answer_at_once(std::move(handler)), std::move(log)) {}
 
 Service::Service(const ServiceOptions& options, LaterHandler handler, Log log)
-    : impl_(std::make_unique<Impl>(options, std::move(handler), std::move(log))) {}
+    : impl_(std::make_unique<Impl>(options, std::move(handler), std::move(log))) {
+  impl_->start(options.concurrency);
+}
 
 Service::~Service() {
   stop();

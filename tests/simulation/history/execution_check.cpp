@@ -147,7 +147,8 @@ void ExecutionCheck::on(const Started& fact) {
   const std::string call = found->first.to_string();
   expect(fact.request.assigned == fact.instance, "I9: {} runs at an instance that does not have it",
          call);
-  expect(story.instances.insert(fact.instance).second, "I9: an instance runs {} twice", call);
+  expect(story.chances.try_emplace(fact.instance, 1).first->second-- > 0,
+         "I9: an instance runs {} twice", call);
   expect(fact.request.text == story.request.text && fact.request.state == story.request.state,
          "{} is run with \"{}\", not with \"{}\"", call, fact.request.text, story.request.text);
   ++story.starts;
@@ -161,6 +162,12 @@ void ExecutionCheck::on(const Started& fact) {
              "I4: the handler starts {} times for \"{}\", now as {}", question.once_starts,
              question.request.text, call);
     }
+  }
+}
+
+void ExecutionCheck::on(const Cancelled& fact) {
+  if (const auto found = calls_.find(fact.call); found != calls_.end()) {
+    ++found->second.chances.try_emplace(fact.instance, 1).first->second;
   }
 }
 

@@ -1,7 +1,8 @@
 // I4 The handler of an at-most-once call starts at most once per call, across instances and
 //    restarts, unless an operator has it given out again; and at most once per request of the
 //    program, unless a journal was lost.
-// I9 An attempt is run by the one instance it was given to, and no instance runs a call twice.
+// I9 An attempt is run by the one instance it was given to, and no instance runs a call twice, but
+//    anew after it was told that nobody waits for it.
 // And: a call id is given once, what a service is asked is what the program asked, and a call that
 //      was accepted is not forgotten as long as its program waits for it.
 //
@@ -39,7 +40,8 @@ class ExecutionCheck final : public Check {
     std::size_t question = 0;
     unsigned starts = 0;
     unsigned retries = 0;
-    std::set<fabric::InstanceId> instances;
+    /// How often each instance may still start it.
+    std::map<fabric::InstanceId, int> chances;
   };
   struct Question {
     gateway::PendingRequest request;
@@ -61,6 +63,7 @@ class ExecutionCheck final : public Check {
   void on(const Heard& fact);
   void on(const Refused& fact);
   void on(const Started& fact);
+  void on(const Cancelled& fact);
   void on(const Retried& fact);
   void on(const JournalLost& fact);
   template <typename Other>

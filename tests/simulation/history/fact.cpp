@@ -95,6 +95,10 @@ struct Words {
   std::string operator()(const Finished& one) const {
     return fmt::format("instance {} has finished {}", short_of(one.instance), one.call.to_string());
   }
+  std::string operator()(const Cancelled& one) const {
+    return fmt::format("instance {} is told that nobody waits for {}", short_of(one.instance),
+                       one.call.to_string());
+  }
   std::string operator()(const Retried& one) const {
     return fmt::format("operator: retry {}", one.call.to_string());
   }

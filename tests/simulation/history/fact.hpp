@@ -130,6 +130,11 @@ struct Finished {
   fabric::InstanceId instance;
   fabric::CallId call;
 };
+/// Its handler, if it runs, is told that nobody waits.
+struct Cancelled {
+  fabric::InstanceId instance;
+  fabric::CallId call;
+};
 /// An operator has the call given out again.
 struct Retried {
   fabric::CallId call;
@@ -146,7 +151,7 @@ struct Note {
 
 using Fact = std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked, Answered,
                           WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused, Started,
-                          Finished, Retried, JournalLost, Note>;
+                          Finished, Cancelled, Retried, JournalLost, Note>;
 
 /// One line, without the time.
 std::string to_string(const Fact& fact);

@@ -38,7 +38,7 @@ void ServiceProcess::start() {
   if (const auto born = process().agenda().meaning(identity_.id.to_string(), random_.state())) {
     process().agenda().becomes(process().parties() | process().outbox(), *born);
   }
-  desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
+  open_desk();
   asked_.clear();
   desk_knows_ = 0;
   closing_ = false;
@@ -46,6 +46,11 @@ void ServiceProcess::start() {
   stuck_ = false;
   note("starts as instance " + identity_.id.to_string().substr(0, 8));
   joined(fabric().join(process(), *this, identity_));
+}
+
+void ServiceProcess::open_desk() {
+  desk_.emplace(sdk::DeskOptions{
+      .instance = identity_.id, .concurrency = plan_.concurrency, .delivery = plan_.delivery});
 }
 
 void ServiceProcess::kill() {
@@ -112,7 +117,7 @@ void ServiceProcess::on_request(const fabric::Request& request) {
     return;
   }
   if (plan_.bug == Bug::desk_without_memory) {
-    desk_.emplace(sdk::DeskOptions{.instance = identity_.id, .concurrency = plan_.concurrency});
+    open_desk();
   }
   told(fmt::format("{} {} {}", request.call.to_string(), request.attempt,
                    request.assigned.to_string()));
@@ -159,7 +164,7 @@ void ServiceProcess::perform(const sdk::Send& send) {
 }
 
 void ServiceProcess::perform(const sdk::Cancel& cancel) {
-  note("call is withdrawn: " + cancel.call.to_string());
+  history().add(Cancelled{identity_.id, cancel.call});
 }
 
 void ServiceProcess::handle(const fabric::Request& request) {

@@ -66,6 +66,7 @@ class ServiceProcess final : public Member, private InstanceEars {
   void perform(const services::sdk::Drop&) {}
   void handle(const fabric::Request& request);
   void finish(const fabric::Request& request);
+  void open_desk();
   void told(const std::string& what);
   void close_when_idle();
   void leave_soon();

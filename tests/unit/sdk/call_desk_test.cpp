@@ -13,6 +13,7 @@ using fabric::Request;
 using fabric::RequestKey;
 using fabric::ServiceCode;
 using testing::EndsWith;
+using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
@@ -209,11 +210,98 @@ TEST_F(CallDeskTest, LeavesAWaitingCallToTheOneItIsGivenTo) {
   EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
 }
 
-TEST_F(CallDeskTest, AnswersAWithdrawnCallThatIsAskedForAgainWhileItRuns) {
+// What the handler returned because it was told to stop went to the program as its answer.
+TEST_F(CallDeskTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) {
   started(request(1));
   sut.on_withdrawn(asked_by(1));
   EXPECT_EQ(started(again(request(1), 2)), 0U);
+  const Actions actions = sut.on_result(call(1), Response{.text = "anything"}, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  ASSERT_THAT(only<Start>(actions), SizeIs(1));
+  EXPECT_EQ(only<Start>(actions).front().request.attempt, 2U);
+  const Reply reply = answered(1, answer);
+  EXPECT_EQ(reply.attempt, 2U);
+  EXPECT_EQ(reply.text, "2.000000");
+}
+
+TEST_F(CallDeskTest, RunsAWithdrawnCallAnewThatIsAskedForAgainAfterItHasEnded) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  sut.on_result(call(1), Response{.text = "anything"}, now);
+  EXPECT_EQ(started(request(1)), 1U);
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, RunsOtherCallsWhileOneWaitsForTheEndOfItsCancelledRun) {
+  CallDesk two({.instance = self, .concurrency = 2});
+  two.on_request(request(1), now);
+  two.on_withdrawn(asked_by(1));
+  EXPECT_THAT(only<Start>(two.on_request(request(1), now)), IsEmpty());
+  EXPECT_THAT(only<Start>(two.on_request(request(2, 2), now)), SizeIs(1));
+  EXPECT_THAT(only<Start>(two.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, ShowsNothingOfACancelledRunWhileItsCallIsWantedAgain) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  started(request(1));
+  EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
+}
+
+TEST_F(CallDeskTest, RunsACallThatIsWithdrawnAgainNotAnew) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallDeskTest, CountsNoAnswerOfACancelledRun) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  sut.on_result(call(1), answer, later(4));
+  EXPECT_EQ(sut.status().answered, 0U);
+  EXPECT_EQ(sut.status().cancelled, 1U);
+}
+
+class OnceDeskTest : public CallDeskTest {
+ protected:
+  OnceDeskTest() { sut = CallDesk({.instance = self, .delivery = fabric::Delivery::at_most_once}); }
+
+  static void expect_refused(const Actions& actions) {
+    EXPECT_THAT(only<Start>(actions), IsEmpty());
+    const auto sent = only<Send>(actions);
+    ASSERT_THAT(sent, SizeIs(1));
+    EXPECT_EQ(sent.front().reply.code, ServiceCode::failed);
+    EXPECT_EQ(sent.front().reply.state, 500U);
+    EXPECT_THAT(sent.front().reply.text, HasSubstr("must not run twice"));
+  }
+};
+
+TEST_F(OnceDeskTest, AnswersAWithdrawnCallThatIsWantedAgainWithAnError) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  expect_refused(sut.on_request(request(1), now));
+  EXPECT_THAT(only<Send>(sut.on_result(call(1), answer, now)), IsEmpty());
+  expect_refused(sut.on_request(request(1), now));
+}
+
+TEST_F(OnceDeskTest, RunsAWithdrawnCallAnewThatAnOperatorGivesOutAgain) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_EQ(started(again(request(1), 2)), 0U);
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
   EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+TEST_F(OnceDeskTest, RunsACallThatWasWithdrawnBeforeItRan) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_withdrawn(asked_by(1, 2));
+  started(request(2, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
 }
 
 // The one that let go of its call cancelled the other's too, and a program waited for ever. Found
@@ -283,6 +371,12 @@ TEST_F(CallDeskTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
   sut.on_orphaned(asked_by(1));
   sut.on_request(of_another_gateway(1), now);
   sut.on_request(again(request(1), 2), now);
+  const auto next = only<Start>(sut.on_result(call(1), answer, now));
+  ASSERT_THAT(next, SizeIs(1));
+  ASSERT_EQ(next.front().request.call, of_another_gateway(1).call);
+  const auto after = only<Start>(sut.on_result(of_another_gateway(1).call, answer, now));
+  ASSERT_THAT(after, SizeIs(1));
+  EXPECT_EQ(after.front().request.call, call(1));
   EXPECT_EQ(answered(1, answer).attempt, 2U);
 }
 

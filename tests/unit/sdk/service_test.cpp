@@ -10,7 +10,9 @@
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
+#include "tests/support/await.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
+#include "tests/unit/sdk/thread_shortage.hpp"
 
 namespace millrace::services::sdk {
 namespace {
@@ -108,9 +110,7 @@ TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
       [&](const Call& call) -> Response {
         if (call.id().number == 1) {
           entered.set_value();
-          while (!call.cancelled()) {
-            std::this_thread::yield();
-          }
+          tests::await("the cancellation of the call", [&] { return call.cancelled(); });
         }
         return echo(call);
       },
@@ -124,6 +124,39 @@ TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
   EXPECT_EQ(next_reply().call.number, 2U);
 }
 
+TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
+  std::promise<void> entered;
+  std::promise<void> told;
+  Door door;
+  const Service sut(
+      options(),
+      [&](const Call& call) -> Response {
+        if (call.attempt() > 1) {
+          EXPECT_FALSE(call.cancelled());
+          return {.text = "answer"};
+        }
+        entered.set_value();
+        tests::await("the cancellation of the call", [&] { return call.cancelled(); });
+        told.set_value();
+        door.pass();
+        call.interim({.text = "stopping", .state = 50});
+        return {.text = "stopped"};
+      },
+      base::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  Request sent = request(sut, 1);
+  call(sent);
+  ASSERT_EQ(entered.get_future().wait_for(tests::await_limit), std::future_status::ready);
+  end.withdraw(key_of(sent), uuid);
+  ASSERT_EQ(told.get_future().wait_for(tests::await_limit), std::future_status::ready);
+  sent.attempt = 2;
+  call(sent);
+  door.open();
+  const Reply reply = next_reply();
+  EXPECT_EQ(reply.text, "answer");
+  EXPECT_EQ(reply.attempt, 2U);
+}
+
 TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasItsChannelAfterItsOwnIsGone) {
   std::promise<void> entered;
   const Service sut(
@@ -131,9 +164,7 @@ TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasItsChannelAfterItsO
       [&](const Call& call) -> Response {
         if (call.id().epoch == 2) {
           entered.set_value();
-          while (!call.cancelled()) {
-            std::this_thread::yield();
-          }
+          tests::await("the cancellation of the call", [&] { return call.cancelled(); });
         }
         return echo(call);
       },
@@ -326,6 +357,20 @@ TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
   EXPECT_THROW(with([](auto& sut) { sut.concurrency = 0; }), std::invalid_argument);
   EXPECT_THROW(with([](auto& sut) { sut.concurrency = 1000; }), std::invalid_argument);
   EXPECT_THROW(with([](auto& sut) { sut.error_state = 0; }), std::invalid_argument);
+}
+
+// One that had started its loop, or some of its threads, waited for ever for those that ran.
+TEST_F(ServiceTest, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
+  constexpr int workers = 3;
+  constexpr int threads = 1 + workers;
+  for (int started = 0; started < threads; ++started) {
+    const tests::ThreadShortage shortage(started);
+    EXPECT_THROW(Service(options(workers), echo, base::program::no_log()), std::system_error);
+  }
+  const tests::ThreadShortage enough(threads);
+  const Service sut(options(workers), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(sut));
+  EXPECT_TRUE(until([&] { return gateway.ready.size() == 1; }));
 }
 
 }  // namespace

@@ -1,0 +1,99 @@
+// The runner without a fabric: who holds what while calls begin and end.
+#include "services/sdk/runner.hpp"
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <future>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/program/log.hpp"
+#include "tests/support/await.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+using testing::IsNull;
+using testing::NotNull;
+
+class RunnerTest : public testing::Test {
+ protected:
+  [[nodiscard]] fabric::Request request(std::uint64_t number, std::uint32_t attempt = 1) const {
+    return {.key = {.machine = "cnc", .channel = 1},
+            .call = {.epoch = 1, .number = number},
+            .attempt = attempt,
+            .assigned = self};
+  }
+  void withdraw() { sut->on_withdrawn({{.machine = "cnc", .channel = 1}, 1}); }
+  /// The call that waits for a thread, if there is one.
+  std::shared_ptr<const Call> next() { return sut->next(std::chrono::steady_clock::now()); }
+
+  const fabric::InstanceId self = fabric::InstanceId::random();
+  const std::shared_ptr<Runner> sut =
+      std::make_shared<Runner>(DeskOptions{.instance = self}, base::program::no_log(), Prompt{});
+};
+
+TEST_F(RunnerTest, HandsOutACallAnewThatIsWantedAgainOnceItsCancelledRunHasEnded) {
+  sut->on_request(request(1));
+  const auto first = next();
+  ASSERT_THAT(first, NotNull());
+  withdraw();
+  EXPECT_TRUE(first->cancelled());
+  sut->on_request(request(1, 2));
+  EXPECT_THAT(next(), IsNull());
+  first->answer({.text = "stopped"});
+  const auto second = next();
+  ASSERT_THAT(second, NotNull());
+  EXPECT_EQ(second->attempt(), 2U);
+  EXPECT_FALSE(second->cancelled());
+  EXPECT_TRUE(first->cancelled());
+}
+
+// The runner held a reference to the call, and its lock, while it told the call that nobody waits.
+// If the handler let go of the call in that moment, the runner's reference was the last one: the
+// end of the call asked for the lock that its own thread held. The moment is short, so it is tried
+// often.
+TEST_F(RunnerTest, LetsAHandlerDropItsCallInTheMomentItIsCancelled) {
+  constexpr std::uint64_t most = 20'000;
+  constexpr auto enough = std::chrono::seconds(2);
+  auto all = std::async(std::launch::async, [&] {
+    std::shared_ptr<const Call> call;
+    std::atomic<std::uint64_t> ready = 0;
+    std::atomic<std::uint64_t> go = 0;
+    std::atomic<std::uint64_t> dropped = 0;
+    std::atomic<bool> over = false;
+    const std::jthread handler([&] {
+      for (std::uint64_t number = 1; !over; ++number) {
+        ready = number;
+        ready.notify_one();
+        while (go.load() < number) {
+        }
+        for (std::atomic<std::uint64_t> later = number % 256; later > 0; --later) {
+        }
+        call.reset();
+        dropped = number;
+        dropped.notify_one();
+      }
+    });
+    const auto end = std::chrono::steady_clock::now() + enough;
+    for (std::uint64_t number = 1; !over; ++number) {
+      ready.wait(number - 1);
+      sut->on_request(request(number));
+      call = next();
+      over = number == most || std::chrono::steady_clock::now() > end;
+      go = number;
+      withdraw();
+      dropped.wait(number - 1);
+    }
+  });
+  if (all.wait_for(tests::await_limit) != std::future_status::ready) {
+    std::fputs("the runner waits for a lock that it holds itself\n", stderr);
+    std::abort();
+  }
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk
