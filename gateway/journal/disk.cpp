@@ -28,6 +28,10 @@ Descriptor open_or_fail(const std::filesystem::path& path, int flags, std::strin
   return Descriptor(number);
 }
 
+std::filesystem::path draft_of(const std::filesystem::path& file) {
+  return file.string() + ".new";
+}
+
 }  // namespace
 
 Descriptor::~Descriptor() {
@@ -79,10 +83,6 @@ std::string read_file(const std::filesystem::path& file) {
   }
 }
 
-Descriptor open_to_append(const std::filesystem::path& file) {
-  return open_or_fail(file, O_WRONLY | O_APPEND | O_CREAT, "opened");
-}
-
 void write_all(const Descriptor& file, std::string_view bytes, const std::filesystem::path& name) {
   while (!bytes.empty()) {
     const ssize_t put = ::write(file.number(), bytes.data(), bytes.size());
@@ -99,12 +99,17 @@ void force(const Descriptor& file, const std::filesystem::path& name) {
   }
 }
 
-void replace_file(const std::filesystem::path& file, std::string_view bytes) {
-  const std::filesystem::path fresh = file.string() + ".new";
-  const Descriptor out = open_or_fail(fresh, O_WRONLY | O_CREAT | O_TRUNC, "opened");
-  write_all(out, bytes, fresh);
-  force(out, fresh);
-  std::filesystem::rename(fresh, file);
+Descriptor begin_draft(const std::filesystem::path& file, std::string_view bytes) {
+  const std::filesystem::path name = draft_of(file);
+  Descriptor draft = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_TRUNC, "opened");
+  write_all(draft, bytes, name);
+  return draft;
+}
+
+void exchange(const Descriptor& draft, const std::filesystem::path& file) {
+  const std::filesystem::path name = draft_of(file);
+  force(draft, name);
+  std::filesystem::rename(name, file);
   const std::filesystem::path parent = file.parent_path();
   const Descriptor folder = open_or_fail(parent, O_RDONLY | O_DIRECTORY, "opened");
   if (::fsync(folder.number()) != 0) {

@@ -28,16 +28,17 @@ Descriptor lock_folder(const std::filesystem::path& folder);
 /// The whole file; empty if there is none.
 std::string read_file(const std::filesystem::path& file);
 
-/// Opens for appending.
-Descriptor open_to_append(const std::filesystem::path& file);
-
 /// Writes all of it.
 void write_all(const Descriptor& file, std::string_view bytes, const std::filesystem::path& name);
 
 /// Forces the file to the disk.
 void force(const Descriptor& file, const std::filesystem::path& name);
 
-/// Replaces `file` by these bytes, in one step even if the power fails meanwhile.
-void replace_file(const std::filesystem::path& file, std::string_view bytes);
+/// Begins FILE.new, which is to take the place of `file`, with these bytes; open for appending.
+Descriptor begin_draft(const std::filesystem::path& file, std::string_view bytes);
+
+/// Forces the draft to the disk and has it take the place of `file`, in one step even if the power
+/// fails meanwhile.
+void exchange(const Descriptor& draft, const std::filesystem::path& file);
 
 }  // namespace millrace::gateway::journal

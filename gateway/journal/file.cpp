@@ -8,6 +8,7 @@
 
 #include "gateway/journal/disk.hpp"
 #include "gateway/journal/epoch.hpp"
+#include "gateway/journal/format.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/journal/keeper.hpp"
 
@@ -27,7 +28,11 @@ tl::expected<void, std::string> attempt(Do todo) {
   return {};
 }
 
-/// Appends on the executor, forces on a thread of its own.
+std::string failure_of(const tl::expected<void, std::string>& done) {
+  return done ? std::string() : done.error();
+}
+
+/// Appends on the executor; what waits for the disk is done on a thread of its own.
 class File final : public Journal, private Storage {
  public:
   File(asio::any_io_executor executor, FileOptions options, base::program::Log log)
@@ -69,7 +74,7 @@ class File final : public Journal, private Storage {
     if (!damage->empty()) {
       log_->warn("journal {}: {}", path_.string(), *damage);
     }
-    if (const auto written = keeper_.rewrite(); !written) {
+    if (const auto written = keeper_.begin(); !written) {
       throw std::runtime_error(written.error());
     }
   }
@@ -84,23 +89,56 @@ class File final : public Journal, private Storage {
     });
   }
 
+  tl::expected<void, std::string> begin(std::string_view bytes) override {
+    return attempt([&] {
+      file_ = std::make_shared<Descriptor>(begin_draft(path_, bytes));
+      exchange(*file_, path_);
+    });
+  }
+
   tl::expected<void, std::string> append(std::string_view bytes) override {
     return attempt([&] { write_all(*file_, bytes, path_); });
   }
 
-  tl::expected<void, std::string> replace(std::string_view bytes) override {
-    return attempt([&] {
-      replace_file(path_, bytes);
-      file_ = std::make_shared<Descriptor>(open_to_append(path_));
-    });
+  tl::expected<void, std::string> append_to_draft(std::string_view bytes) override {
+    return attempt([&] { write_all(*draft_, bytes, path_); });
   }
 
   void start_force() override {
-    asio::post(pool_, [this, file = file_, alive = std::weak_ptr(alive_)] {
-      const auto forced = attempt([&] { journal::force(*file, path_); });
-      asio::post(executor_, [this, alive, failure = forced ? std::string() : forced.error()] {
+    on_disk([this, file = file_] { return attempt([&] { force(*file, path_); }); },
+            [this](const auto& done) { keeper_.on_forced(failure_of(done)); });
+  }
+
+  void start_draft(std::vector<JournalEntry> entries) override {
+    on_disk(
+        [this, entries = std::move(entries), draft = draft_ = std::make_shared<Descriptor>()] {
+          const std::string bytes = encode_file(entries);
+          return attempt([&] { *draft = begin_draft(path_, bytes); }).map([&] {
+            return bytes.size();
+          });
+        },
+        [this](const auto& length) { keeper_.on_drafted(length); });
+  }
+
+  void start_exchange() override {
+    on_disk([this, draft = draft_] { return attempt([&] { exchange(*draft, path_); }); },
+            [this](const auto& done) {
+              if (done) {
+                // To close the last descriptor of a file is to delete it, which may take its time.
+                asio::post(pool_, [old = std::exchange(file_, draft_)] {});
+              }
+              keeper_.on_exchanged(failure_of(done));
+            });
+  }
+
+  /// Does `work` on the journal's thread, then calls `then` with what it returned, on the executor.
+  template <typename Work, typename Then>
+  void on_disk(Work work, Then then) {
+    asio::post(pool_, [this, work = std::move(work), then = std::move(then),
+                       alive = std::weak_ptr(alive_)]() mutable {
+      asio::post(executor_, [done = work(), then = std::move(then), alive = std::move(alive)] {
         if (!alive.expired()) {
-          keeper_.on_forced(failure);
+          then(done);
         }
       });
     });
@@ -131,6 +169,8 @@ class File final : public Journal, private Storage {
   std::filesystem::path path_;
   Descriptor lock_;
   std::shared_ptr<Descriptor> file_;
+  /// Of the thread until the draft is begun.
+  std::shared_ptr<Descriptor> draft_;
   Keeper keeper_;
   std::function<void(const std::string&)> handler_;
   asio::steady_timer timer_;

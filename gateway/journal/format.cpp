@@ -182,6 +182,14 @@ std::string encode(const JournalEntry& entry) {
   return length + u32(checksum(length, message)) + message;
 }
 
+std::string encode_file(const std::vector<JournalEntry>& entries) {
+  std::string file(magic);
+  for (const JournalEntry& entry : entries) {
+    file += encode(entry);
+  }
+  return file;
+}
+
 Contents decode(std::string_view file) {
   Contents contents;
   if (file.empty()) {

@@ -1,6 +1,6 @@
 // The journal's bytes: a magic word, then records of length, CRC-32 and protobuf message.
 //
-//   std::string file = std::string(magic) + encode(entry) + encode(entry);
+//   std::string file = encode_file({entry, entry}) + encode(entry);
 //   Contents contents = decode(file);      // all entries up to the first damage
 //
 //   offset 0  "MRJRNL01"
@@ -25,6 +25,9 @@ inline constexpr std::string_view magic = "MRJRNL01";
 
 /// One record. The longest is under 1 KiB.
 std::string encode(const JournalEntry& entry);
+
+/// A file of these entries, which others can be appended to.
+std::string encode_file(const std::vector<JournalEntry>& entries);
 
 struct Contents {
   std::vector<JournalEntry> entries;

@@ -24,8 +24,9 @@ class Journal {
   virtual ~Journal() = default;
   /// All that is remembered, with the entries just appended.
   [[nodiscard]] virtual const Ledger& ledger() const = 0;
-  /// `recorded` is called on the executor, never from within append(), in the order of the entries.
-  /// While nothing can be written it waits. It may be empty.
+  /// `recorded` is called on the executor, never from within append(). While nothing can be written
+  /// it waits, and one that has to wait for the disk may come after those of later entries that
+  /// need not. It may be empty.
   virtual void append(const JournalEntry& entry, std::function<void()> recorded) = 0;
   /// Told when the journal cannot write any more, with the reason, and with an empty text when it
   /// can again.

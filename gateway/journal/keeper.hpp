@@ -2,15 +2,23 @@
 // own: the disk is a Storage, time comes as ticks.
 //
 //   Keeper keeper(storage, options);
-//   if (auto loaded = keeper.load(bytes); !loaded) …    // the file is none of ours
+//   if (auto loaded = keeper.load(bytes, epoch); !loaded) …    // the file is none of ours
+//   if (auto written = keeper.begin(); !written) …             // the folder cannot be used
 //   keeper.append(entry, [] { /* as safe as the policy promises */ });
-//   keeper.on_tick();                                   // once a period
+//   keeper.on_tick();                                          // once a period
 //
-// When anything fails, the whole journal is written anew once a period until that works: what a
-// disk kept of a failed write is not known.
+// The file grows until it is several times as long as the open calls need; then a draft is written
+// beside it, with those only, and takes its place. Until it has done so the file holds everything,
+// and from the moment it may have done so the draft does: what is appended meanwhile goes into
+// both. So calls go on, and whoever kills the process or cuts the power finds one or the other,
+// whole.
+//
+// When anything fails, a draft is written once a period until that works: what a disk kept of a
+// failed write is not known.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -27,15 +35,25 @@ namespace millrace::gateway::journal {
 /// Empty if nobody waits for it.
 using Recorded = std::function<void()>;
 
-/// One file on a disk. Errors are words that go after "the journal ".
+/// One file on a disk, and the draft of the next one. Errors are words that go after "the journal
+/// ". What waits for the disk is only started here, one thing at a time, and answered by the
+/// keeper's function of that name, never from within.
 class Storage {
  public:
   virtual ~Storage() = default;
+  /// Writes the file anew and forces it to the disk. At the start only: it waits.
+  virtual tl::expected<void, std::string> begin(std::string_view bytes) = 0;
+  /// To the end of the file, as the operating system has it: a crash of the process loses nothing.
   virtual tl::expected<void, std::string> append(std::string_view bytes) = 0;
-  /// In one step, even if the power fails meanwhile; forced to the disk.
-  virtual tl::expected<void, std::string> replace(std::string_view bytes) = 0;
-  /// Forces what was appended to the disk; answered by one Keeper::on_forced, never from within.
+  /// The same to the end of the draft.
+  virtual tl::expected<void, std::string> append_to_draft(std::string_view bytes) = 0;
+  /// Forces what was appended to the disk: Keeper::on_forced.
   virtual void start_force() = 0;
+  /// Begins a draft with these entries, in the place of an earlier one: Keeper::on_drafted.
+  virtual void start_draft(std::vector<JournalEntry> entries) = 0;
+  /// Forces the draft to the disk and has it take the file's place, in one step even if the power
+  /// fails meanwhile; from then on it is the file: Keeper::on_exchanged.
+  virtual void start_exchange() = 0;
   /// Calls these soon, in their order, never from within.
   virtual void confirm(std::vector<Recorded> recorded) = 0;
   /// The journal cannot write any more, with the reason; or, with an empty text, can again.
@@ -45,37 +63,64 @@ class Storage {
 class Keeper {
  public:
   /// `storage` must outlive the keeper.
-  Keeper(Storage& storage, FileOptions options) : storage_(storage), options_(std::move(options)) {}
+  Keeper(Storage& storage, FileOptions options);
 
   /// What the file holds when the gateway starts, and an epoch for a new journal. The damage that
   /// was cut off in words, empty if there was none; an error if the file is no journal of ours.
   tl::expected<std::string, std::string> load(std::string_view bytes, std::uint64_t new_epoch);
-  /// Writes the file anew, as short as it can be.
-  tl::expected<void, std::string> rewrite();
+  /// Has the file begin anew, as short as it can be; before anything is appended.
+  tl::expected<void, std::string> begin();
 
+  /// What has to wait for the disk may be confirmed after later entries that need not.
   void append(const JournalEntry& entry, Recorded recorded);
   /// Once a period: forces, shortens, or tries again after trouble.
   void on_tick();
-  /// The answer to start_force; `failure` is empty if it worked.
+
+  /// The answers to what was started; `failure` is empty if it worked.
   void on_forced(const std::string& failure);
+  /// The length of the draft.
+  void on_drafted(const tl::expected<std::size_t, std::string>& length);
+  void on_exchanged(const std::string& failure);
 
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
 
  private:
-  void recover();
-  void shorten();
-  void start_forcing();
+  /// What the disk is doing for us.
+  enum class Job : std::uint8_t { none, force, draft, exchange };
+
+  void write(const std::string& bytes);
+  void write_to_draft(const std::string& bytes);
+  void proceed();
+  void start_force();
+  void start_draft();
+  void start_exchange();
+  void cover();
+  void uncover();
+  void fit(std::size_t needed);
   void fail(const std::string& reason);
 
   Storage& storage_;
   FileOptions options_;
   Ledger ledger_;
+  Job job_ = Job::none;
+  /// Of the file; a longer one than the limit is written anew.
   std::size_t size_ = 0;
+  std::size_t limit_ = 0;
+  /// Something was appended that no force or exchange has covered.
   bool dirty_ = false;
-  bool forcing_ = false;
-  /// Covered by the force under way, and by the next one.
+  /// To be started when the disk has nothing else to do.
+  bool force_due_ = false;
+  bool draft_due_ = false;
+  /// Covered by the force or exchange under way, and by the next one.
   std::vector<Recorded> batch_;
   std::vector<Recorded> waiting_;
+  /// What the draft was begun with needs so much; with all that came since it is so long.
+  std::size_t draft_needs_ = 0;
+  std::size_t draft_size_ = 0;
+  /// What came while the draft was begun, and is not in it yet.
+  std::string tail_;
+  /// Something could not be appended to the draft.
+  bool spoiled_ = false;
   std::string trouble_;
 };
 

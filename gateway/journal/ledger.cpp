@@ -1,5 +1,8 @@
 #include "gateway/journal/ledger.hpp"
 
+#include <algorithm>
+#include <ranges>
+#include <set>
 #include <type_traits>
 
 namespace millrace::gateway::journal {
@@ -60,11 +63,14 @@ void Ledger::open(const DispatchedEntry& entry) {
 
 std::vector<Call> Ledger::open_calls() const {
   std::vector<Call> calls;
-  for (const auto& [id, call] : calls_) {
-    // A channel has one call at a time: a later one means that the end of the earlier one was lost.
-    std::erase_if(calls, [&call](const Call& earlier) { return earlier.key == call.key; });
-    calls.push_back(call);
+  std::set<fabric::ChannelKey> seen;
+  // A channel has one call at a time: a later one means that the end of the earlier one was lost.
+  for (const auto& [id, call] : std::views::reverse(calls_)) {
+    if (seen.insert(call.key).second) {
+      calls.push_back(call);
+    }
   }
+  std::ranges::reverse(calls);
   return calls;
 }
 

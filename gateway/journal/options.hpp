@@ -24,7 +24,8 @@ struct FileOptions {
   Sync sync = Sync::interval;
   /// How often `interval` forces, and how often a full disk is tried again.
   std::chrono::milliseconds period{1000};
-  /// A longer file is written anew, with open calls only.
+  /// A longer file is written anew, with open calls only, once it has several times the length that
+  /// these need.
   std::size_t compact_at = std::size_t{1} << 20U;
   bool operator==(const FileOptions&) const = default;
 };

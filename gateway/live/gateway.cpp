@@ -56,27 +56,31 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       command_end(participant, executor, *this),
       watch(participant, executor, *this),
       machines(own, *this, *this) {
-  journal->on_trouble(
-      [this](const std::string& trouble) { carry_out(control.set_obstacle(trouble, now())); });
+  journal->on_trouble([this](const std::string& trouble) {
+    begin_event();
+    carry_out(control.set_obstacle(trouble, now()));
+  });
 }
 
-Moment Gateway::Impl::moment() const {
+Moment Gateway::Impl::now() const {
   return {std::chrono::steady_clock::now(),
           std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
 }
 
-Moment Gateway::Impl::now() {
-  const Moment moment = this->moment();
-  if (const auto late = stall.late(moment.steady)) {
-    if (machines.stood_still() || *late > settings.join.lease) {
-      log->warn("this gateway stood still for {:.1f} s",
-                std::chrono::duration<double>(*late).count());
-    }
+void Gateway::Impl::begin_event() {
+  if (const auto late = stall.late(now().steady)) {
+    on_stall(*late);
   }
-  return moment;
+}
+
+void Gateway::Impl::on_stall(std::chrono::nanoseconds late) {
+  if (machines.stood_still() || late > settings.join.lease) {
+    log->warn("this gateway stood still for {:.1f} s", std::chrono::duration<double>(late).count());
+  }
 }
 
 void Gateway::Impl::beat() {
+  begin_event();
   stall_timer.expires_at(stall.beat(now().steady));
   stall_timer.async_wait([this](boost::system::error_code error) {
     if (!error) {
@@ -90,6 +94,7 @@ void Gateway::Impl::tell_load() {
   load_timer.expires_after(period);
   load_timer.async_wait([this](boost::system::error_code error) {
     if (!error) {
+      begin_event();
       machines.tell_load();
       tell_load();
     }
@@ -98,8 +103,10 @@ void Gateway::Impl::tell_load() {
 
 void Gateway::Impl::after(std::chrono::nanoseconds delay, std::function<void()> act) {
   auto wait = std::make_shared<asio::steady_timer>(executor, delay);
-  wait->async_wait([wait, act = std::move(act)](boost::system::error_code error) {
-    if (!error) {
+  wait->async_wait([this, wait, act = std::move(act),
+                    alive = std::weak_ptr(life)](boost::system::error_code error) {
+    if (!error && !alive.expired()) {
+      begin_event();
       act();
     }
   });
@@ -107,7 +114,10 @@ void Gateway::Impl::after(std::chrono::nanoseconds delay, std::function<void()> 
 
 std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSettings& machine,
                                                        machines::LinkEvents& events) {
-  auto link = std::make_unique<MachineLink>(executor, machine, events, log);
+  if (!gate) {
+    gate.emplace([this] { begin_event(); }, events);
+  }
+  auto link = std::make_unique<MachineLink>(executor, machine, *gate, log);
   link->start();
   return link;
 }
@@ -131,6 +141,7 @@ void Gateway::Impl::start() {
 }
 
 void Gateway::Impl::change(const settings::Settings& wanted) {
+  begin_event();
   if (wanted.journal != settings.journal) {
     log->warn("the journal stays as it is until this gateway is started anew");
   }
@@ -142,7 +153,7 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
 
 void Gateway::Impl::end() {
   const std::function<void()> then = std::exchange(finished, {});
-  carry_out(control.take_back(moment()));
+  carry_out(control.take_back(now()));
   then();
 }
 
@@ -152,10 +163,12 @@ void Gateway::Impl::finish(std::function<void()> then) {
   last_chance.expires_after(patience);
   last_chance.async_wait([this](boost::system::error_code error) {
     if (!error && finished) {
+      begin_event();
       log->warn("ending with an answer half written; the journal knows how to go on");
       end();
     }
   });
+  begin_event();
   carry_out(control.set_obstacle("the gateway is ending", now()));
 }
 
@@ -173,6 +186,7 @@ void Gateway::Impl::arm_timer() {
   timer.async_wait([this](boost::system::error_code error) {
     if (!error) {
       armed.reset();
+      begin_event();
       carry_out(control.on_time(now()));
     }
   });

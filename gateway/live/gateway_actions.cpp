@@ -39,6 +39,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Write& action
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
   timers.try_emplace(key, executor).first->second.set(action.at, [this, key] {
+    begin_event();
     carry_out(control.on_wake(key, now()));
   });
 }
@@ -49,6 +50,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Record& actio
     return;
   }
   journal->append(action.entry, [this, key, ticket = action.ticket] {
+    begin_event();
     carry_out(control.on_recorded(key, ticket, now()));
   });
 }

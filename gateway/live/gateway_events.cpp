@@ -26,23 +26,23 @@ std::string_view word_for(fabric::CommandKind kind) {
 
 void Gateway::Impl::on_link_up(const std::string& machine,
                                const std::vector<std::uint16_t>& channels) {
-  carry_out(control.on_link_up(machine, channels, moment()));
+  carry_out(control.on_link_up(machine, channels, now()));
 }
 
 void Gateway::Impl::on_link_down(const std::string& machine, const std::string& reason) {
-  carry_out(control.on_link_down(machine, reason, moment()));
+  carry_out(control.on_link_down(machine, reason, now()));
 }
 
 void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
-  carry_out(control.on_link_dropped(machine, reason, moment()));
+  carry_out(control.on_link_dropped(machine, reason, now()));
 }
 
 void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
-  carry_out(control.retire(key, moment()));
+  carry_out(control.retire(key, now()));
 }
 
 void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(control.release(key, reason, moment()));
+  carry_out(control.release(key, reason, now()));
 }
 
 void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
@@ -68,48 +68,55 @@ void Gateway::Impl::on_machine_left(const fabric::MachineStatus& status) {
 }
 
 void Gateway::Impl::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
-  carry_out(control.on_read(key, snapshot, moment()));
+  carry_out(control.on_read(key, snapshot, now()));
 }
 
 void Gateway::Impl::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(control.on_read_failed(key, reason, moment()));
+  carry_out(control.on_read_failed(key, reason, now()));
 }
 
 void Gateway::Impl::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                              const std::string& reason) {
-  carry_out(control.on_write(key, outcome, reason, moment()));
+  carry_out(control.on_write(key, outcome, reason, now()));
 }
 
 void Gateway::Impl::on_machine(const fabric::MachineStatus& status) {
+  begin_event();
   machines.on_machine(status);
 }
 
 void Gateway::Impl::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
+  begin_event();
   machines.on_machine_gone(machine, gateway);
 }
 
 void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
+  begin_event();
   machines.on_channel(status);
 }
 
 void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
+  begin_event();
   log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(), instance.uuid,
             instance.name, instance.host, instance.pid);
   carry_out(control.on_instance_ready(instance, now()));
 }
 
 void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance) {
+  begin_event();
   log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
             instance.draining ? ": it is draining" : "");
   carry_out(control.on_instance_ready(instance, now()));
 }
 
 void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
+  begin_event();
   log->info("instance {} is gone", instance.to_string());
   carry_out(control.on_instance_gone(instance, now()));
 }
 
 void Gateway::Impl::on_reply(const fabric::Reply& reply) {
+  begin_event();
   carry_out(control.on_reply(reply, now()));
 }
 
@@ -118,6 +125,7 @@ void Gateway::Impl::on_ignored(const std::string& reason) {
 }
 
 void Gateway::Impl::on_command(const fabric::Command& command) {
+  begin_event();
   if (command.kind == fabric::CommandKind::drain || !control.serves(command.key)) {
     return;
   }
@@ -126,7 +134,7 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
            "{}: {} by {}: {}", command.key.to_string(), word_for(command.kind), command.issuer,
            verdict.detail);
   const auto published = command_end.publish(
-      {own.id, command.id, verdict.done, fit_reason(verdict.detail), moment().wall});
+      {own.id, command.id, verdict.done, fit_reason(verdict.detail), now().wall});
   if (!published) {
     log->warn("the outcome of a command cannot be told: {}", published.error());
   }

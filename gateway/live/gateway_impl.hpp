@@ -42,14 +42,17 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void finish(std::function<void()> then);
   void end();
 
+  /// To be called where an event begins. That this gateway stood still is an event of its own and
+  /// comes first: others may have taken its machines over meanwhile.
+  void begin_event();
+  void on_stall(std::chrono::nanoseconds late);
   void beat();
   void tell_load();
   void arm_timer();
 
-  // What the machines need. Machines begin their events with now().
-  Moment now() override;
+  // What the machines need.
   /// The only place of the gateway that reads a clock.
-  [[nodiscard]] Moment moment() const override;
+  [[nodiscard]] Moment now() const override;
   void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
   std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine,
                                           machines::LinkEvents& events) override;
@@ -101,6 +104,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void carry_out(const fabric::ChannelKey& key, const Say& action);
 
   boost::asio::any_io_executor executor;
+  /// What may be called after the gateway's end sees it gone.
+  std::shared_ptr<int> life = std::make_shared<int>(0);
   SpinAfterPublish& spin;
   base::program::Log log;
   settings::Settings settings;
@@ -119,6 +124,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::ends::CallEnd call_end;
   fabric::ends::CommandEnd command_end;
   fabric::ends::GatewayWatch watch;
+  /// Of all links; before the machines, which have them.
+  std::optional<machines::LinkGate> gate;
   machines::Machines machines;
 };
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/action.hpp"
@@ -25,6 +27,40 @@ class LinkEvents {
   virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;
   virtual void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                         const std::string& reason) = 0;
+};
+
+/// Does `first` before each event of a link, and passes the event on to `then`. What `first` finds
+/// may take that very link away; `then` hears of a link that is gone and knows it.
+class LinkGate final : public LinkEvents {
+ public:
+  /// `then` must outlive the gate, and the gate the links.
+  LinkGate(std::function<void()> first, LinkEvents& then) : first_(std::move(first)), then_(then) {}
+
+  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
+    first_();
+    then_.on_link_up(machine, channels);
+  }
+  void on_link_down(const std::string& machine, const std::string& reason) override {
+    first_();
+    then_.on_link_down(machine, reason);
+  }
+  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override {
+    first_();
+    then_.on_read(key, snapshot);
+  }
+  void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override {
+    first_();
+    then_.on_read_failed(key, reason);
+  }
+  void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
+                const std::string& reason) override {
+    first_();
+    then_.on_write(key, outcome, reason);
+  }
+
+ private:
+  std::function<void()> first_;
+  LinkEvents& then_;
 };
 
 /// Its end closes the connection; no event comes after it.

@@ -59,7 +59,7 @@ MachineState& Machines::Impl::add(const settings::MachineSettings& settings) {
   fabric::MachineStatus status;
   status.machine = settings.name;
   status.gateway = own.id;
-  status.claimed = hands.moment().wall;
+  status.claimed = hands.now().wall;
   status.claims = settings.channels;
   status.address = address_of(settings);
   status.poll = settings.pace.idle;
@@ -82,7 +82,7 @@ void Machines::Impl::change(MachineState& one, const settings::MachineSettings& 
     publish(one);
     return;
   }
-  one.report.claim(more ? hands.moment().wall : one.report.status().claimed, settings.channels);
+  one.report.claim(more ? hands.now().wall : one.report.status().claimed, settings.channels);
   say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
   drop_link(one, "the configuration has changed");
   for (const std::uint16_t channel : listener.channels_of(settings.name)) {
@@ -99,7 +99,7 @@ void Machines::Impl::change(MachineState& one, const settings::MachineSettings& 
 void Machines::Impl::connect(MachineState& one) {
   one.link = hands.connect(one.settings, *this);
   if (one.refusal.empty()) {
-    one.report.on_down("connecting", hands.moment());
+    one.report.on_down("connecting", hands.now());
   }
 }
 
@@ -125,12 +125,10 @@ Machines::Machines(GatewayIdentity own, MachinesIo& hands, MachinesListener& lis
 Machines::~Machines() = default;
 
 void Machines::set(const std::vector<settings::MachineSettings>& machines) {
-  impl_->hands.now();
   impl_->set(machines);
 }
 
 void Machines::on_machine(const fabric::MachineStatus& status) {
-  impl_->hands.now();
   impl_->claims.set(status);
   if (impl_->machines.contains(status.machine)) {
     impl_->listener.on_contested();
@@ -139,7 +137,6 @@ void Machines::on_machine(const fabric::MachineStatus& status) {
 }
 
 void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  impl_->hands.now();
   if (const auto* gone = impl_->claims.find(machine, gateway)) {
     impl_->predecessors[machine] = name_of(*gone);
   }
@@ -183,7 +180,7 @@ bool Machines::stood_still() {
 
 void Machines::tell_load() {
   for (auto& [name, one] : impl_->machines) {
-    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, impl_->hands.moment().steady);
+    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, impl_->hands.now().steady);
     impl_->publish(one);
   }
 }

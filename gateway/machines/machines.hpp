@@ -54,16 +54,13 @@ class MachinesListener : public LinkEvents {
       const std::string& machine) const = 0;
 };
 
-/// What the machines have done for them. Calls nothing back from within, but for stood_still(),
-/// which now() may find due.
+/// What the machines have done for them. Calls nothing back from within. That this process stood
+/// still (Machines::stood_still) comes before what a link or after() brings: in the midst of an
+/// event it would take away the link that the rest of the event is about.
 class MachinesIo {
  public:
   virtual ~MachinesIo() = default;
-  /// The time, where an event begins. A process that is found to have stood still in the midst of
-  /// one would lose the link that the rest of the event is about.
-  virtual Moment now() = 0;
-  /// The time, within an event.
-  [[nodiscard]] virtual Moment moment() const = 0;
+  [[nodiscard]] virtual Moment now() const = 0;
   /// `act` may be called when the machines are gone already.
   virtual void after(std::chrono::nanoseconds delay, std::function<void()> act) = 0;
   /// A link that begins to connect.

@@ -30,14 +30,13 @@ bool under_way(const fabric::ChannelStatus& status) {
 
 void Machines::Impl::listen(MachineState& one) {
   if (!one.listens) {
-    one.listens_since = hands.moment().steady;
+    one.listens_since = hands.now().steady;
   }
   one.listens = true;
-  one.report.on_down("listening whether another gateway serves this machine", hands.moment());
+  one.report.on_down("listening whether another gateway serves this machine", hands.now());
   publish(one);
   hands.after(listen_time, [weak = weak_from_this(), machine = one.settings.name,
-                            listening = ++one.listening,
-                            due = hands.moment().steady + listen_time] {
+                            listening = ++one.listening, due = hands.now().steady + listen_time] {
     const auto self = weak.lock();
     if (!self) {
       return;
@@ -68,7 +67,6 @@ void Machines::Impl::listened(MachineState& one) {
 void Machines::Impl::review_soon(const std::string& machine) {
   hands.after({}, [weak = weak_from_this(), machine] {
     if (const auto self = weak.lock()) {
-      self->hands.now();
       self->review(machine);
     }
   });
@@ -125,7 +123,7 @@ bool Machines::Impl::refused_by_all(MachineState& one) {
     refuse(one, channel, refusal);
   }
   one.served.clear();
-  one.report.on_down(refusal, hands.moment());
+  one.report.on_down(refusal, hands.now());
   return true;
 }
 
@@ -162,7 +160,7 @@ void Machines::Impl::serve(MachineState& one) {
   one.served = {ours.begin(), ours.end()};
   one.has_served = one.has_served || !ours.empty();
   if (one.refusal.empty()) {
-    one.report.on_up(ours.size(), refused, hands.moment());
+    one.report.on_up(ours.size(), refused, hands.now());
   }
   listener.on_link_up(name, ours);
   publish(one);

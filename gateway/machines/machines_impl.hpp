@@ -37,8 +37,7 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   Impl(GatewayIdentity the_own, MachinesIo& the_hands, MachinesListener& the_listener)
       : own(std::move(the_own)), hands(the_hands), listener(the_listener), claims(own.id) {}
 
-  // What the links say. The clock comes first: it may find that this process stood still and take
-  // the very link away that speaks.
+  // What the links say, also one that was taken away a moment ago.
   void on_link_up(const std::string& machine, const Channels& channels) override {
     if (MachineState* one = linked(machine)) {
       one->up = true;
@@ -51,7 +50,7 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
       one->up = false;
       one->served.clear();
       if (one->refusal.empty()) {
-        one->report.on_down(reason, hands.moment());
+        one->report.on_down(reason, hands.now());
       }
       listener.on_link_down(machine, reason);
       publish(*one);
@@ -74,7 +73,6 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
     }
   }
   MachineState* linked(const std::string& machine) {
-    hands.now();
     MachineState& one = machines.at(machine);
     return one.link ? &one : nullptr;
   }

@@ -22,9 +22,11 @@ class StallDetector {
     due_ = now + period_;
     return *due_;
   }
-  /// For how long it stood still, once for each time; nothing as long as it has not begun to beat.
+  /// It stood still and nobody has asked for how long; never before it has begun to beat.
+  [[nodiscard]] bool overdue(SteadyTime now) const { return due_ && now - *due_ > period_; }
+  /// For how long it stood still, once for each time; nothing if it did not.
   std::optional<std::chrono::nanoseconds> late(SteadyTime now) {
-    if (!due_ || now - *due_ <= period_) {
+    if (!overdue(now)) {
       return std::nullopt;
     }
     const auto late = now - *due_;

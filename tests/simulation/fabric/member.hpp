@@ -32,7 +32,7 @@ class Member {
 
   [[nodiscard]] Process& process() { return process_; }
   [[nodiscard]] const Process& process() const { return process_; }
-  [[nodiscard]] History& history() { return history_; }
+  [[nodiscard]] History& history() const { return history_; }
   [[nodiscard]] Fabric& fabric() { return fabric_; }
   [[nodiscard]] const Fabric& fabric() const { return fabric_; }
   [[nodiscard]] Time now() const { return process_.agenda().now(); }

@@ -1,69 +1,119 @@
 #include "tests/simulation/gateway/disk.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "gateway/journal/format.hpp"
 
 namespace millrace::tests::simulation {
 
+namespace journal = gateway::journal;
+
 namespace {
 
-tl::unexpected<std::string> no_space() {
-  return tl::unexpected(std::string("cannot be written: No space left on device"));
-}
+const std::string no_space = "cannot be written: No space left on device";
+const std::string broken = "cannot be forced to the disk: Input/output error";
 
 }  // namespace
 
 bool Disk::cut_power() {
-  if (forced_ >= written_.size()) {
+  if (before_ && random_.chance(50)) {
+    named_ = before_;
+  }
+  before_.reset();
+  File& file = *named_;
+  if (file.forced >= file.bytes.size()) {
     return false;
   }
-  const std::size_t kept = forced_ + random_.below(written_.size() - forced_);
-  written_.resize(kept);
-  if (kept > forced_ && random_.chance(30)) {
+  const std::size_t kept = file.forced + random_.below(file.bytes.size() - file.forced);
+  file.bytes.resize(kept);
+  if (kept > file.forced && random_.chance(30)) {
     // A block that the disk had only announced.
-    std::fill(
-        written_.begin() + static_cast<std::ptrdiff_t>(forced_ + random_.below(kept - forced_)),
-        written_.end(), '\0');
+    std::fill(file.bytes.begin() +
+                  static_cast<std::ptrdiff_t>(file.forced + random_.below(kept - file.forced)),
+              file.bytes.end(), '\0');
   }
-  forced_ = written_.size();
+  file.forced = file.bytes.size();
   return true;
 }
 
 void Disk::wipe() {
-  written_.clear();
-  forced_ = 0;
+  named_ = std::make_shared<File>();
+  before_.reset();
+}
+
+tl::expected<void, std::string> Disk::begin(std::string_view bytes) {
+  if (full) {
+    return tl::unexpected(no_space);
+  }
+  named_ = std::make_shared<File>(File{std::string(bytes), bytes.size()});
+  before_.reset();
+  file_ = named_;
+  return {};
+}
+
+tl::expected<void, std::string> Disk::append(File& file, std::string_view bytes) {
+  if (full) {
+    file.bytes += bytes.substr(0, random_.below(bytes.size()));
+    return tl::unexpected(no_space);
+  }
+  file.bytes += bytes;
+  return {};
 }
 
 tl::expected<void, std::string> Disk::append(std::string_view bytes) {
-  if (full) {
-    written_ += bytes.substr(0, random_.below(bytes.size()));
-    return no_space();
-  }
-  written_ += bytes;
-  return {};
+  return append(*file_, bytes);
 }
 
-tl::expected<void, std::string> Disk::replace(std::string_view bytes) {
-  if (full) {
-    return no_space();
+tl::expected<void, std::string> Disk::append_to_draft(std::string_view bytes) {
+  if (bug_ == Bug::draft_not_kept_up) {
+    return {};
   }
-  written_ = bytes;
-  forced_ = written_.size();
-  ++replaced_;
-  return {};
+  return append(*draft_, bytes);
+}
+
+std::string Disk::force(File& file, std::size_t upto) {
+  file.forced = std::max(file.forced, upto);
+  return full && random_.chance(20) ? broken : "";
 }
 
 void Disk::start_force() {
-  process_.after(random_.between(slow_least, slow_most), [this, upto = written_.size(),
-                                                          file = replaced_] {
-    // Of a file that was replaced meanwhile nothing is left.
-    if (file == replaced_) {
-      forced_ = std::max(forced_, upto);
-    }
-    on_forced(full && random_.chance(20) ? "cannot be forced to the disk: Input/output error" : "");
+  process_.after(a_while(), [this, file = file_, upto = file_->bytes.size()] {
+    keeper->on_forced(force(*file, upto));
   });
 }
 
-void Disk::confirm(std::vector<gateway::journal::Recorded> recorded) {
+void Disk::start_draft(std::vector<gateway::JournalEntry> entries) {
+  process_.after(a_while(), [this, entries = std::move(entries)] {
+    draft_ = std::make_shared<File>();
+    const std::string bytes = journal::encode_file(entries);
+    keeper->on_drafted(append(*draft_, bytes).map([&] { return bytes.size(); }));
+  });
+}
+
+void Disk::start_exchange() {
+  // What comes while it is forced may or may not be covered.
+  process_.after(a_while(), [this, upto = draft_->bytes.size()] {
+    if (const std::string failure = force(*draft_, upto); !failure.empty()) {
+      keeper->on_exchanged(failure);
+      return;
+    }
+    process_.after(a_while(), [this] {
+      before_ = std::exchange(named_, draft_);
+      process_.after(a_while(), [this] {
+        if (full && random_.chance(20)) {
+          keeper->on_exchanged(broken);
+          return;
+        }
+        before_.reset();
+        file_ = draft_;
+        keeper->on_exchanged("");
+      });
+    });
+  });
+}
+
+void Disk::confirm(std::vector<journal::Recorded> recorded) {
   for (auto& one : recorded) {
     process_.after(Time{}, std::move(one), 1);
   }

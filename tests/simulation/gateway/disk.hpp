@@ -3,9 +3,12 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "gateway/journal/keeper.hpp"
+#include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/time/process.hpp"
 #include "tests/simulation/time/random.hpp"
 
@@ -13,11 +16,12 @@ namespace millrace::tests::simulation {
 
 class Disk final : public gateway::journal::Storage {
  public:
-  Disk(Process& process, Random random) : process_(process), random_(random) {}
+  Disk(Process& process, Random random, Bug bug) : process_(process), random_(random), bug_(bug) {}
 
   /// What a new process finds.
-  [[nodiscard]] const std::string& file() const { return written_; }
-  /// What was not forced is lost, all or some of it, and its end is torn. True if something is.
+  [[nodiscard]] const std::string& file() const { return named_->bytes; }
+  /// What was not forced is lost, all or some of it, and its end is torn. A name that was not
+  /// forced may lead to the file it led to before. True if something is lost.
   bool cut_power();
   /// The folder is emptied.
   void wipe();
@@ -28,23 +32,40 @@ class Disk final : public gateway::journal::Storage {
   Time slow_most = 5ms;
 
   /// Where the journal's answers go in this life of the process.
-  std::function<void(const std::string&)> on_forced;
+  gateway::journal::Keeper* keeper = nullptr;
   std::function<void(const std::string&)> on_trouble;
 
+  tl::expected<void, std::string> begin(std::string_view bytes) override;
   tl::expected<void, std::string> append(std::string_view bytes) override;
-  tl::expected<void, std::string> replace(std::string_view bytes) override;
+  tl::expected<void, std::string> append_to_draft(std::string_view bytes) override;
   void start_force() override;
+  void start_draft(std::vector<gateway::JournalEntry> entries) override;
+  void start_exchange() override;
   void confirm(std::vector<gateway::journal::Recorded> recorded) override;
   void tell(const std::string& trouble) override;
 
  private:
+  struct File {
+    std::string bytes{};
+    /// So much of it survives a power cut.
+    std::size_t forced = 0;
+  };
+  using Opened = std::shared_ptr<File>;
+
+  tl::expected<void, std::string> append(File& file, std::string_view bytes);
+  /// The disk may break while it is full.
+  std::string force(File& file, std::size_t upto);
+  Time a_while() { return random_.between(slow_least, slow_most); }
+
   Process& process_;
   Random random_;
-  std::string written_;
-  /// So much of it survives a power cut.
-  std::size_t forced_ = 0;
-  /// Counts the files.
-  std::uint64_t replaced_ = 0;
+  Bug bug_;
+  /// Where the name of the journal leads, and where it may lead after a power cut, if elsewhere.
+  Opened named_ = std::make_shared<File>();
+  Opened before_;
+  /// What this life of the process has opened.
+  Opened file_;
+  Opened draft_;
 };
 
 }  // namespace millrace::tests::simulation

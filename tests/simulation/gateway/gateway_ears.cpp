@@ -10,17 +10,20 @@ namespace millrace::tests::simulation {
 using gateway::WriteOutcome;
 
 void GatewayProcess::on_instance_ready(const fabric::InstanceIdentity& instance) {
+  begin_event();
   note("sees instance " + instance.id.to_string().substr(0, 8));
   witness_.on_ready(instance);
   carry_out(core_->on_instance_ready(mistakes_.seen(instance), now()));
 }
 
 void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instance) {
+  begin_event();
   witness_.on_ready(instance);
   carry_out(core_->on_instance_ready(mistakes_.seen(instance), now()));
 }
 
 void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
+  begin_event();
   note("loses instance " + instance.to_string().substr(0, 8));
   witness_.on_gone(instance);
   if (!mistakes_.makes(Bug::instance_loss_ignored)) {
@@ -29,10 +32,12 @@ void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
 }
 
 void GatewayProcess::on_reply(const fabric::Reply& reply) {
+  begin_event();
   carry_out(core_->on_reply(mistakes_.heard(reply, witness_), now()));
 }
 
 void GatewayProcess::on_machine(const fabric::MachineStatus& status) {
+  begin_event();
   if (!mistakes_.makes(Bug::claims_ignored)) {
     machines_->on_machine(status);
   }
@@ -40,11 +45,13 @@ void GatewayProcess::on_machine(const fabric::MachineStatus& status) {
 
 void GatewayProcess::on_machine_gone(const std::string& machine,
                                      const fabric::InstanceId& gateway) {
+  begin_event();
   note(fmt::format("loses another gateway of {}", machine));
   machines_->on_machine_gone(machine, gateway);
 }
 
 void GatewayProcess::on_channel(const fabric::ChannelStatus& status) {
+  begin_event();
   witness_.on_heard(status);
   machines_->on_channel(status);
 }
@@ -67,7 +74,7 @@ void GatewayProcess::on_link_down(const std::string& machine, const std::string&
 void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
   served_no_more(machine);
   note(fmt::format("drops its link to {}: {}", machine, reason));
-  carry_out(core_->on_link_dropped(machine, reason, moment()));
+  carry_out(core_->on_link_dropped(machine, reason, now()));
 }
 
 void GatewayProcess::served_no_more(const std::string& machine) {

@@ -11,19 +11,26 @@ namespace millrace::tests::simulation {
 using gateway::WriteOutcome;
 
 void GatewayProcess::after(std::chrono::nanoseconds delay, std::function<void()> act) {
+  auto event = [this, act = std::move(act)] {
+    begin_event();
+    act();
+  };
   if (delay == std::chrono::nanoseconds(0)) {
-    process().after(Time{}, std::move(act));
+    process().after(Time{}, std::move(event));
   } else {
-    process().timer(delay, std::move(act));
+    process().timer(delay, std::move(event));
   }
 }
 
 std::unique_ptr<gateway::machines::Link> GatewayProcess::connect(
     const gateway::settings::MachineSettings& settings, gateway::machines::LinkEvents& events) {
   const Machine& machine = plugged_.at(settings.name);
+  if (!gate_) {
+    gate_.emplace([this] { begin_event(); }, events);
+  }
   auto link =
       std::make_shared<AdsLink>(process(), plan_.number, *machine.controller, *machine.cable,
-                                settings.channels, events, *this, history(), random_.fork());
+                                settings.channels, *gate_, *this, history(), random_.fork());
   links_[settings.name] = link;
   link->start();
   return std::make_unique<LinkHandle>(std::move(link));
@@ -44,6 +51,7 @@ void GatewayProcess::carry_out(const gateway::control::ChannelActions& actions) 
 void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
   if (const auto made_up = mistakes_.instead_of(key, action, witness_)) {
     process().after(Time{}, [this, key, snapshot = *made_up] {
+      begin_event();
       carry_out(core_->on_read(key, snapshot, now()));
     });
     return;
@@ -53,7 +61,10 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Write& action) {
   if (mistakes_.keeps(key, action, witness_)) {
-    process().after(Time{}, [this, key] { on_write(key, WriteOutcome::written, ""); });
+    process().after(Time{}, [this, key] {
+      begin_event();
+      on_write(key, WriteOutcome::written, "");
+    });
     return;
   }
   witness_.on_write(key, action.variable);
@@ -67,9 +78,10 @@ void GatewayProcess::carry_out(const Key& key, const gateway::WakeAt& action) {
   }
   wakes_[key] = action.at;
   const std::uint64_t number = ++wake_numbers_[key];
-  const Time delay = action.at - moment().steady;
+  const Time delay = action.at - now().steady;
   process().timer(std::max(delay, Time{}), [this, key, number] {
     if (wake_numbers_[key] == number) {
+      begin_event();
       carry_out(core_->on_wake(key, now()));
     }
   });
@@ -78,6 +90,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::WakeAt& action) {
 void GatewayProcess::carry_out(const Key& key, const gateway::Record& action) {
   witness_.on_record(key, action.entry);
   auto recorded = [this, key, ticket = action.ticket] {
+    begin_event();
     carry_out(core_->on_recorded(key, ticket, now()));
   };
   if (mistakes_.skips(action.entry)) {
@@ -132,9 +145,10 @@ void GatewayProcess::arm_timer() {
   if (!next) {
     return;
   }
-  process().timer(std::max(Time(*next - moment().steady), Time{}), [this, number] {
+  process().timer(std::max(Time(*next - now().steady), Time{}), [this, number] {
     if (number == armed_number_) {
       armed_.reset();
+      begin_event();
       carry_out(core_->on_time(now()));
     }
   });

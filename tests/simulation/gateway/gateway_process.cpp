@@ -38,12 +38,12 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
     : Member(fmt::format("gateway {}", plan.number), agenda, party, history, fabric),
       plan_(std::move(plan)),
       random_(random),
-      disk_(process(), random_.fork()),
+      disk_(process(), random_.fork(), plan_.bug),
       witness_(plan_.number, history),
       mistakes_(plan_.bug) {
-  disk_.on_forced = [this](const std::string& failure) { keeper_->on_forced(failure); };
   disk_.on_trouble = [this](const std::string& trouble) {
     in_trouble_ = !trouble.empty();
+    begin_event();
     if (!ending_) {
       carry_out(core_->set_obstacle(trouble, now()));
     }
@@ -58,13 +58,18 @@ gateway::Moment GatewayProcess::moment() const {
   return {gateway::SteadyTime(booted_ + Member::now()), wall()};
 }
 
-gateway::Moment GatewayProcess::now() {
-  const gateway::Moment now = moment();
-  if (stall_ && stall_->late(now.steady)) {
+gateway::Moment GatewayProcess::now() const {
+  if (stall_ && stall_->overdue(moment().steady)) {
+    history().violated(name() + " decides before it notices that it stood still");
+  }
+  return moment();
+}
+
+void GatewayProcess::begin_event() {
+  if (stall_ && stall_->late(moment().steady)) {
     note("notices that it stood still");
     machines_->stood_still();
   }
-  return now;
 }
 
 void GatewayProcess::start() {
@@ -72,10 +77,10 @@ void GatewayProcess::start() {
     return;
   }
   process().start();
-  keeper_.emplace(disk_, plan_.journal);
+  disk_.keeper = &keeper_.emplace(disk_, plan_.journal);
   const std::uint64_t new_epoch = (random_.next() >> 16U) | 1U;
   const auto loaded = keeper_->load(disk_.file(), new_epoch);
-  const auto usable = loaded ? keeper_->rewrite() : tl::unexpected(loaded.error());
+  const auto usable = loaded ? keeper_->begin() : tl::unexpected(loaded.error());
   if (!usable) {
     note("cannot start: " + usable.error());
     keeper_.reset();
@@ -110,6 +115,7 @@ void GatewayProcess::start() {
 
 void GatewayProcess::forget() {
   machines_.reset();
+  gate_.reset();
   links_.clear();
   core_.reset();
   keeper_.reset();
@@ -156,12 +162,14 @@ void GatewayProcess::stop() {
   process().timer(patience_at_the_end, [this] {
     if (ending_) {
       ending_ = false;
+      begin_event();
       carry_out(core_->take_back(now()));
       note("ends with an answer half written");
       leave(true);
       forget();
     }
   });
+  begin_event();
   carry_out(core_->set_obstacle("the gateway is ending", now()));
 }
 
@@ -171,6 +179,7 @@ void GatewayProcess::end_when_answered() {
   }
   ending_ = false;
   process().after(Time{}, [this] {
+    begin_event();
     carry_out(core_->take_back(now()));
     note("has ended");
     leave(true);
@@ -187,6 +196,7 @@ void GatewayProcess::reload(GatewayFile file) {
 
 void GatewayProcess::read_file() {
   note("reads its configuration again");
+  begin_event();
   witness_.on_policies(plan_.file.policies);
   carry_out(
       core_->change(gateway::settings::paces_of(plan_.file.machines), plan_.file.policies, now()));
@@ -207,6 +217,7 @@ std::size_t GatewayProcess::open_calls() const {
 void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
   gateway::control::Verdict verdict;
   const std::string text = fmt::format("operator: {}", call.to_string());
+  begin_event();
   auto actions = core_->on_answer(key, call, {text, 77, "operator"}, verdict, now());
   history().note("operator", fmt::format("answer {}: {}", call.to_string(), verdict.detail));
   carry_out(actions);
@@ -214,6 +225,7 @@ void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
 
 void GatewayProcess::retry(const Key& key, const fabric::CallId& call) {
   gateway::control::Verdict verdict;
+  begin_event();
   auto actions = core_->on_retry(key, call, "operator", verdict, now());
   if (verdict.done) {
     witness_.on_retried(call);
@@ -229,8 +241,9 @@ void GatewayProcess::tick() {
 }
 
 void GatewayProcess::beat() {
+  begin_event();
   const auto next = stall_->beat(now().steady);
-  process().timer(next - moment().steady, [this] { beat(); });
+  process().timer(next - now().steady, [this] { beat(); });
 }
 
 }  // namespace millrace::tests::simulation

@@ -90,7 +90,7 @@ class GatewayProcess final : public Member,
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
   void on_channel(const fabric::ChannelStatus& status) override;
   // What the machines need.
-  gateway::Moment now() override;
+  [[nodiscard]] gateway::Moment now() const override;
   void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
   std::unique_ptr<gateway::machines::Link> connect(
       const gateway::settings::MachineSettings& settings,
@@ -137,7 +137,9 @@ class GatewayProcess final : public Member,
   void end_when_answered();
   void forget();
   void served_no_more(const std::string& machine);
-  [[nodiscard]] gateway::Moment moment() const override;
+  /// As gateway::live::Gateway does where an event begins.
+  void begin_event();
+  [[nodiscard]] gateway::Moment moment() const;
 
   GatewayPlan plan_;
   Random random_;
@@ -154,6 +156,7 @@ class GatewayProcess final : public Member,
   std::optional<gateway::journal::Keeper> keeper_;
   std::optional<gateway::control::CallControl> core_;
   std::optional<gateway::machines::StallDetector> stall_;
+  std::optional<gateway::machines::LinkGate> gate_;
   std::unique_ptr<gateway::machines::Machines> machines_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
   std::map<Key, gateway::SteadyTime> wakes_;

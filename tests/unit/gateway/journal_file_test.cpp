@@ -1,10 +1,18 @@
+#include <array>
 #include <csignal>
 #include <fstream>
+#include <set>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "gateway/journal/format.hpp"
 #include "gateway/journal/journal.hpp"
@@ -50,10 +58,13 @@ DispatchedEntry dispatched(std::uint64_t number) {
 
 class JournalFile : public testing::TestWithParam<Sync> {
  protected:
-  void open() {
+  void open(std::size_t compact_at = FileOptions().compact_at) {
     sut.reset();
     sut = open_file(io.get_executor(),
-                    {.folder = folder.path() / "journal", .sync = GetParam(), .period = 5ms},
+                    {.folder = folder.path() / "journal",
+                     .sync = GetParam(),
+                     .period = 5ms,
+                     .compact_at = compact_at},
                     base::program::no_log());
     sut->on_trouble([this](const std::string& text) { troubles.push_back(text); });
   }
@@ -152,10 +163,7 @@ TEST_P(JournalFile, SaysThatTheDiskIsFullAndConfirmsWhenItIsNot) {
 }
 
 TEST_P(JournalFile, StaysShortHoweverManyCallsThereWere) {
-  sut = open_file(
-      io.get_executor(),
-      {.folder = folder.path() / "journal", .sync = GetParam(), .period = 5ms, .compact_at = 4096},
-      base::program::no_log());
+  open(4096);
   append(dispatched(60'000));
   for (std::uint64_t number = 1; number <= 1000; ++number) {
     append(dispatched(number));
@@ -166,6 +174,120 @@ TEST_P(JournalFile, StaysShortHoweverManyCallsThereWere) {
   open();
   ASSERT_EQ(sut->ledger().open_calls().size(), 1U);
   EXPECT_EQ(sut->ledger().open_calls().front().id.number, 60'000U);
+}
+
+/// Stands for a disk that stands still: who opens a pipe to write waits for a reader.
+class StuckFile {
+ public:
+  explicit StuckFile(const std::filesystem::path& name) : name_(name), other_(name.string() + "_") {
+    EXPECT_EQ(::mkfifo(name_.c_str(), 0600), 0);
+    std::filesystem::create_hard_link(name_, other_);
+  }
+  ~StuckFile() { ::close(reader_); }
+  StuckFile(const StuckFile&) = delete;
+  StuckFile& operator=(const StuckFile&) = delete;
+
+  /// Lets whoever waits go on, to find that this cannot be forced to a disk. The next one finds
+  /// nothing.
+  void let_go(boost::asio::io_context& io) {
+    reader_ = ::open(other_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    EXPECT_TRUE(run_until(io, [this] {
+      pollfd written{.fd = reader_, .events = POLLIN, .revents = 0};
+      return ::poll(&written, 1, 0) == 1 && (written.revents & POLLIN) != 0;
+    }));
+    std::filesystem::remove(name_);
+  }
+
+ private:
+  std::filesystem::path name_;
+  std::filesystem::path other_;
+  int reader_ = -1;
+};
+
+TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
+  open(1024);
+  StuckFile draft(file().string() + ".new");
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    append(dispatched(number));
+  }
+  bool turned = false;
+  boost::asio::steady_timer several_tries(io, 30ms);
+  several_tries.async_wait([&](boost::system::error_code) {
+    append(dispatched(101));
+    turned = true;
+  });
+  ASSERT_TRUE(run_until(io, [&] { return turned; }));
+  if (GetParam() == Sync::always) {
+    EXPECT_LE(recorded, 100);
+  } else {
+    ASSERT_TRUE(run_until(io, [&] { return recorded == 101; }));
+  }
+  EXPECT_THAT(troubles, IsEmpty());
+  draft.let_go(io);
+  ASSERT_TRUE(run_until(io, [&] { return !troubles.empty() && troubles.back().empty(); }));
+  EXPECT_THAT(troubles.front(), HasSubstr("calls.journal.new cannot be forced to the disk"));
+  ASSERT_TRUE(run_until(io, [&] { return recorded == 101; }));
+  open();
+  EXPECT_EQ(sut->ledger().open_calls().size(), 101U);
+}
+
+/// Takes calls without end, each of which is open until the tenth after it is recorded, and reports
+/// their numbers.
+[[noreturn]] void journal_until_killed(const FileOptions& options, int report) {
+  boost::asio::io_context io;
+  const auto journal = open_file(io.get_executor(), options, base::program::no_log());
+  std::function<void(std::uint64_t)> take = [&](std::uint64_t number) {
+    journal->append(dispatched(number), [&, number] {
+      if (::write(report, &number, sizeof number) != sizeof number) {
+        ::_exit(1);
+      }
+      if (number > 10) {
+        journal->append(EndedEntry{{1, number - 10}}, {});
+      }
+      take(number + 1);
+    });
+  };
+  take(1);
+  io.run();
+  ::_exit(1);
+}
+
+TEST_P(JournalFile, HasWhatItConfirmedWhenTheProcessIsKilledWhileItIsWrittenAnewAgainAndAgain) {
+  // Each force takes its time.
+  const std::uint64_t most = GetParam() == Sync::always ? 100 : 400;
+  for (std::uint64_t least = 20; least <= most; least += 20) {
+    std::filesystem::remove_all(file().parent_path());
+    std::array<int, 2> report{};
+    ASSERT_EQ(::pipe2(report.data(), O_CLOEXEC), 0);
+    const pid_t killed = ::fork();
+    ASSERT_GE(killed, 0);
+    if (killed == 0) {
+      journal_until_killed(
+          {.folder = file().parent_path(), .sync = GetParam(), .period = 1ms, .compact_at = 512},
+          report[1]);
+    }
+    ::close(report[1]);
+    std::uint64_t last = 0;
+    const auto hear = [&] { return ::read(report[0], &last, sizeof last) == sizeof last; };
+    while (last < least && hear()) {
+    }
+    ::kill(killed, SIGKILL);
+    while (hear()) {
+    }
+    ::waitpid(killed, nullptr, 0);
+    ::close(report[0]);
+    ASSERT_GE(last, least);
+    open();
+    std::set<std::uint64_t> found;
+    for (const Call& call : sut->ledger().open_calls()) {
+      found.insert(call.id.number);
+    }
+    for (std::uint64_t number = last - 9; number <= last; ++number) {
+      EXPECT_TRUE(found.contains(number)) << number << " of " << last;
+    }
+    EXPECT_LE(found.size(), 12U);
+    sut.reset();
+  }
 }
 
 std::string name_of(const testing::TestParamInfo<Sync>& policy) {

@@ -39,14 +39,7 @@ class MachinesTest : public testing::Test,
   }
 
   // Hands.
-  Moment now() override {
-    if (stood_still && (*stood_still)-- == 0) {
-      stood_still.reset();
-      sut.stood_still();
-    }
-    return time;
-  }
-  [[nodiscard]] Moment moment() const override { return time; }
+  [[nodiscard]] Moment now() const override { return time; }
   void after(std::chrono::nanoseconds, std::function<void()> act) override {
     waiting.push_back(std::move(act));
   }
@@ -114,8 +107,6 @@ class MachinesTest : public testing::Test,
   std::vector<std::function<void()>> waiting;
   machines::LinkEvents* link = nullptr;
   bool linked = false;
-  /// It is found that this process stood still when now() is asked once more than this.
-  std::optional<unsigned> stood_still{};
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
   fabric::MachineStatus told;
@@ -148,15 +139,24 @@ TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
   EXPECT_NE(link, nullptr);
 }
 
-// The link was taken away in the midst of an event, which then read from it: a crash.
-TEST_F(MachinesTest, FindsThatItStoodStillWhereAnEventBegins) {
+TEST_F(MachinesTest, LetGoOfWhatOthersMayHaveTakenOverWhenTheyStoodStill) {
   serve();
-  stood_still = 1;
-  sut.on_machine(claim(2h));
+  EXPECT_FALSE(sut.stood_still());
   EXPECT_TRUE(linked);
-  link->on_link_up("cnc", {1});
+  sut.on_machine(claim(2h));
+  EXPECT_TRUE(sut.stood_still());
+  EXPECT_FALSE(linked);
+}
+
+// The link that is taken away may be the one that was about to speak.
+TEST_F(MachinesTest, HearNothingOfALinkThatWasTakenAwayBeforeItsWord) {
+  serve();
+  sut.on_machine(claim(2h));
+  machines::LinkGate gate([this] { sut.stood_still(); }, *link);
+  gate.on_link_up("cnc", {1});
   EXPECT_FALSE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
+  EXPECT_FALSE(told.connected);
 }
 
 TEST_F(MachinesTest, DoesNotConnectToAMachineThatAnotherOneServes) {

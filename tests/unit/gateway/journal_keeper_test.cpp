@@ -1,0 +1,365 @@
+// When the journal is written anew, and what is safe when. The disk is a model of one: a crash of
+// the process leaves what was written, a power cut what was forced.
+#include <optional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/journal/format.hpp"
+#include "gateway/journal/keeper.hpp"
+
+namespace millrace::gateway::journal {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::uint64_t epoch = 7;
+
+fabric::CallId call(std::uint64_t number) {
+  return {epoch, number};
+}
+
+DispatchedEntry dispatched(std::uint64_t number) {
+  DispatchedEntry entry;
+  entry.call = call(number);
+  entry.key = {"cnc", static_cast<std::uint16_t>(number)};
+  return entry;
+}
+
+/// Does what is started when it is told to.
+class ModelDisk final : public Storage {
+ public:
+  struct File {
+    std::string bytes;
+    std::size_t forced = 0;
+  };
+
+  tl::expected<void, std::string> begin(std::string_view bytes) override {
+    file = {std::string(bytes), bytes.size()};
+    return {};
+  }
+  tl::expected<void, std::string> append(std::string_view bytes) override {
+    return append_to(file, bytes);
+  }
+  tl::expected<void, std::string> append_to_draft(std::string_view bytes) override {
+    return append_to(*draft, bytes);
+  }
+  void start_force() override {
+    start([this, upto = file.bytes.size()] {
+      file.forced = upto;
+      keeper->on_forced(failure);
+    });
+  }
+  void start_draft(std::vector<JournalEntry> entries) override {
+    ++drafts;
+    start([this, bytes = encode_file(entries)] {
+      draft = File{bytes, 0};
+      written_anew += bytes.size();
+      if (failure.empty()) {
+        keeper->on_drafted(bytes.size());
+      } else {
+        keeper->on_drafted(tl::unexpected(failure));
+      }
+    });
+  }
+  void start_exchange() override {
+    start([this, upto = draft->bytes.size()] {
+      draft->forced = upto;
+      start([this] {
+        renamed = true;
+        start([this] {
+          if (failure.empty()) {
+            file = *std::exchange(draft, {});
+            renamed = false;
+          }
+          keeper->on_exchanged(failure);
+        });
+      });
+    });
+  }
+  void confirm(std::vector<Recorded> recorded) override {
+    for (const Recorded& one : recorded) {
+      one();
+    }
+  }
+  void tell(const std::string& trouble) override { troubles.push_back(trouble); }
+
+  /// One step of what is under way; false if nothing is.
+  bool step() {
+    const auto next = std::exchange(under_way, {});
+    if (next) {
+      next();
+    }
+    return next != nullptr;
+  }
+  void finish() {
+    while (step()) {
+    }
+  }
+
+  /// What a new process finds if this one is killed now.
+  [[nodiscard]] Ledger after_a_crash() const { return read(renamed ? draft->bytes : file.bytes); }
+  /// The same if the power fails: where a name was changed, it may lead to one file or the other.
+  [[nodiscard]] std::vector<Ledger> after_a_power_cut() const {
+    std::vector<Ledger> found{read(file.bytes.substr(0, file.forced))};
+    if (renamed) {
+      found.push_back(read(draft->bytes.substr(0, draft->forced)));
+    }
+    return found;
+  }
+
+  Keeper* keeper = nullptr;
+  File file;
+  std::optional<File> draft;
+  bool renamed = false;
+  bool full = false;
+  /// What ends the steps that follow, if anything.
+  std::string failure;
+  std::size_t drafts = 0;
+  std::size_t appended = 0;
+  std::size_t written_anew = 0;
+  std::vector<std::string> troubles;
+
+ private:
+  void start(std::function<void()> next) {
+    EXPECT_FALSE(under_way) << "two things at once";
+    under_way = std::move(next);
+  }
+  tl::expected<void, std::string> append_to(File& to, std::string_view bytes) {
+    if (full) {
+      to.bytes += bytes.substr(0, bytes.size() / 2);
+      return tl::unexpected(std::string("is full"));
+    }
+    to.bytes += bytes;
+    appended += bytes.size();
+    return {};
+  }
+  static Ledger read(const std::string& bytes) {
+    Ledger ledger;
+    for (const JournalEntry& entry : decode(bytes).entries) {
+      ledger.apply(entry);
+    }
+    return ledger;
+  }
+
+  std::function<void()> under_way;
+};
+
+std::vector<std::uint64_t> open_in(const Ledger& ledger) {
+  std::vector<std::uint64_t> numbers;
+  for (const Call& one : ledger.open_calls()) {
+    numbers.push_back(one.id.number);
+  }
+  return numbers;
+}
+
+class JournalKeeper : public testing::Test {
+ protected:
+  void open(Sync sync, std::size_t compact_at = 1024) {
+    disk.keeper =
+        &sut.emplace(disk, FileOptions{.folder = {}, .sync = sync, .compact_at = compact_at});
+    ASSERT_TRUE(sut->load("", epoch));
+    ASSERT_TRUE(sut->begin());
+  }
+  void append(std::uint64_t number) {
+    sut->append(dispatched(number), [this, number] { recorded.push_back(number); });
+  }
+  void end(std::uint64_t number) { sut->append(EndedEntry{call(number)}, {}); }
+  /// Calls that come and go, until the file is longer than this.
+  void fill(std::size_t bytes) {
+    while (disk.file.bytes.size() <= bytes) {
+      sut->append(dispatched(60'000), {});
+      end(60'000);
+    }
+    disk.finish();
+  }
+  /// Each call that was confirmed is there.
+  void expect_all_recorded(const Ledger& found, const std::string& where) {
+    EXPECT_THAT(open_in(found), testing::IsSupersetOf(recorded)) << where;
+  }
+
+  ModelDisk disk;
+  std::optional<Keeper> sut;
+  std::vector<std::uint64_t> recorded;
+};
+
+TEST_F(JournalKeeper, IsAsShortAsItCanBeOnceItHasBeenWrittenAnew) {
+  open(Sync::never);
+  append(1);
+  fill(1024);
+  sut->on_tick();
+  disk.finish();
+  EXPECT_EQ(disk.file.bytes, encode_file(sut->ledger().snapshot()));
+  EXPECT_EQ(disk.drafts, 1U);
+}
+
+TEST_F(JournalKeeper, IsNotWrittenAnewAgainAndAgainWhileManyCallsAreOpen) {
+  open(Sync::interval);
+  for (std::uint64_t number = 1; number <= 1000; ++number) {
+    append(number);
+  }
+  for (int tick = 0; tick < 100; ++tick) {
+    sut->on_tick();
+    disk.finish();
+    append(1001);
+    end(1001);
+  }
+  EXPECT_GT(disk.file.bytes.size(), 1024U);
+  EXPECT_EQ(disk.drafts, 1U);
+}
+
+TEST_F(JournalKeeper, WritesAnewInProportionToWhatWasAppendedHoweverManyCallsAreOpen) {
+  open(Sync::interval);
+  constexpr std::uint64_t most = 5000;
+  for (std::uint64_t number = 1; number <= 4 * most; ++number) {
+    append(number % most);
+    if (number > most / 2) {
+      end((number - most / 2) % most);
+    }
+    sut->on_tick();
+    disk.finish();
+  }
+  EXPECT_GT(disk.drafts, 5U);
+  EXPECT_LE(disk.written_anew, 2 * disk.appended);
+}
+
+TEST_F(JournalKeeper, GoesOnWhileItIsWrittenAnew) {
+  open(Sync::interval);
+  fill(1024);
+  sut->on_tick();
+  append(1);
+  EXPECT_THAT(recorded, ElementsAre(1U)) << "while the draft is written";
+  disk.step();
+  append(2);
+  EXPECT_THAT(recorded, ElementsAre(1U, 2U)) << "while the files are exchanged";
+  disk.finish();
+  EXPECT_THAT(open_in(disk.after_a_crash()), ElementsAre(1U, 2U));
+}
+
+TEST_F(JournalKeeper, KeepsWhatItConfirmedWheneverTheProcessIsKilled) {
+  for (const Sync sync : {Sync::never, Sync::interval, Sync::always}) {
+    open(sync);
+    recorded.clear();
+    fill(1024);
+    sut->on_tick();
+    std::uint64_t number = 0;
+    do {
+      append(++number);
+      expect_all_recorded(disk.after_a_crash(), "before step " + std::to_string(number));
+    } while (disk.step() && number < 20);
+    EXPECT_GT(number, 4U);
+  }
+}
+
+TEST_F(JournalKeeper, KeepsWhatItConfirmedWheneverThePowerFailsIfItForcesAlways) {
+  open(Sync::always);
+  fill(1024);
+  sut->on_tick();
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    append(number);
+    for (const Ledger& found : disk.after_a_power_cut()) {
+      expect_all_recorded(found, "before step " + std::to_string(number));
+    }
+    disk.step();
+  }
+  disk.finish();
+  EXPECT_EQ(recorded.size(), 20U);
+  EXPECT_EQ(disk.drafts, 1U);
+}
+
+TEST_F(JournalKeeper, IsWrittenAnewAlthoughForcesNeverEnd) {
+  open(Sync::always);
+  append(1);
+  for (std::uint64_t number = 2; disk.drafts == 0 && number < 1000; ++number) {
+    append(number);
+    sut->on_tick();
+    disk.step();
+  }
+  EXPECT_EQ(disk.drafts, 1U);
+}
+
+TEST_F(JournalKeeper, ForcesCallNumbersUnderAnyPolicy) {
+  open(Sync::never);
+  bool numbers = false;
+  sut->append(NumbersEntry{epoch, 1000}, [&] { numbers = true; });
+  append(1);
+  EXPECT_THAT(recorded, ElementsAre(1U));
+  EXPECT_FALSE(numbers);
+  disk.finish();
+  EXPECT_TRUE(numbers);
+  EXPECT_EQ(disk.after_a_power_cut().front().numbers().reserved, 1000U);
+}
+
+TEST_F(JournalKeeper, ConfirmsNothingWhileTheDiskIsFullAndAllWhenItIsNot) {
+  open(Sync::interval);
+  disk.full = true;
+  append(1);
+  EXPECT_THAT(disk.troubles, ElementsAre("the journal is full; no new call is taken until it can "
+                                         "be written"));
+  append(2);
+  disk.failure = "is full";
+  sut->on_tick();
+  disk.finish();
+  EXPECT_THAT(recorded, IsEmpty());
+  disk.full = false;
+  disk.failure.clear();
+  sut->on_tick();
+  append(3);
+  disk.finish();
+  EXPECT_THAT(recorded, ElementsAre(1U, 2U, 3U));
+  EXPECT_EQ(disk.troubles.back(), "");
+  EXPECT_THAT(open_in(disk.after_a_power_cut().front()), ElementsAre(1U, 2U, 3U));
+}
+
+TEST_F(JournalKeeper, IsInTroubleUntilAllOfTheDraftIsWritten) {
+  open(Sync::interval);
+  fill(1024);
+  sut->on_tick();
+  disk.step();
+  disk.full = true;
+  append(1);
+  disk.finish();
+  EXPECT_THAT(recorded, IsEmpty());
+  EXPECT_THAT(disk.troubles.back(), HasSubstr("is full"));
+  disk.full = false;
+  sut->on_tick();
+  disk.finish();
+  EXPECT_THAT(recorded, ElementsAre(1U));
+  EXPECT_EQ(disk.troubles.back(), "");
+}
+
+TEST_F(JournalKeeper, TrustsNoFileAfterAForceThatFailed) {
+  open(Sync::always);
+  append(1);
+  disk.failure = "cannot be forced";
+  disk.finish();
+  EXPECT_THAT(recorded, IsEmpty());
+  EXPECT_THAT(disk.troubles.back(), HasSubstr("cannot be forced"));
+  disk.failure.clear();
+  append(2);
+  sut->on_tick();
+  disk.finish();
+  EXPECT_THAT(recorded, ElementsAre(1U, 2U));
+  EXPECT_EQ(disk.drafts, 1U);
+}
+
+TEST_F(JournalKeeper, KeepsItsFileAndTriesAgainWhenItCannotBeExchanged) {
+  open(Sync::always);
+  fill(1024);
+  sut->on_tick();
+  disk.step();
+  append(1);
+  disk.failure = "cannot be renamed";
+  disk.finish();
+  EXPECT_THAT(recorded, IsEmpty());
+  disk.failure.clear();
+  sut->on_tick();
+  disk.finish();
+  EXPECT_THAT(recorded, ElementsAre(1U));
+  EXPECT_THAT(open_in(disk.after_a_power_cut().front()), ElementsAre(1U));
+}
+
+}  // namespace
+}  // namespace millrace::gateway::journal
