@@ -3,7 +3,11 @@
 //   int main(int argc, char** argv) {
 //     CLI::App app{"millrace-gateway: …"};
 //     auto listen = …; app.add_option(…);
-//     return program::run(app, argc, argv, [&] { …; program::ready("serving cnc/1-2"); …; return 0;
+//     return program::run(app, argc, argv, [&] {
+//       …
+//       program::ready("serving cnc/1-2");
+//       …
+//       return 0;
 //     });
 //   }
 //

@@ -3,16 +3,27 @@
 #include <CLI/App.hpp>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/null_sink.h>
-#include <spdlog/sinks/stdout_sinks.h>
+#include <unistd.h>
+
+#include "base/program/barrier.hpp"
+#include "base/program/patient_sink.hpp"
 
 namespace millrace::base::program {
 
 Log make_log(const std::string& name, spdlog::level::level_enum level) {
-  auto log =
-      std::make_shared<spdlog::logger>(name, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  // One for all of them: lines wait for their turn in one place.
+  static const auto standard_error = std::make_shared<PatientSink>(STDERR_FILENO);
+  auto log = std::make_shared<spdlog::logger>(name, standard_error);
   log->set_formatter(std::make_unique<spdlog::pattern_formatter>("%Y-%m-%dT%H:%M:%S.%eZ %n %-5l %v",
                                                                  spdlog::pattern_time_type::utc));
   log->set_level(level);
+  report_contained_to([weak = std::weak_ptr(log)](const std::string& line) {
+    const Log still = weak.lock();
+    if (still) {
+      still->error(line);
+    }
+    return still != nullptr;
+  });
   return log;
 }
 

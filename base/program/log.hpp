@@ -19,9 +19,11 @@ namespace millrace::base::program {
 /// Passed down from main; nothing uses spdlog's global registry.
 using Log = std::shared_ptr<spdlog::logger>;
 
-/// A thread-safe logger to standard error. What each level is for (docs/logging.md):
-/// error, warn - the operator must act or should know; info - the operator's story of the machine;
-/// debug - the integrator of a program or service; trace - the developer of millrace.
+/// A thread-safe logger to standard error, which never waits for who reads it: up to 1 MiB of lines
+/// is kept for a reader that stands still, and what is dropped then is counted. What each level is
+/// for (docs/logging.md): error, warn - the operator must act or should know; info - the operator's
+/// story of the machine; debug - the integrator of a program or service; trace - the developer of
+/// millrace. What report_contained has to say goes to the newest of them.
 Log make_log(const std::string& name, spdlog::level::level_enum level = spdlog::level::info);
 
 /// A logger that drops everything, for tests.

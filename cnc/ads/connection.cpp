@@ -5,10 +5,10 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/program/barrier.hpp"
 #include "cnc/ads/quietly.hpp"
 
 namespace millrace::cnc::ads {
@@ -52,8 +52,8 @@ Connection::Connection(tcp::socket socket, Device& device, const ServerOptions& 
 
 asio::awaitable<void> Connection::run() {
   const auto self = shared_from_this();
-  asio::co_spawn(socket_.get_executor(), write(self), asio::detached);
-  asio::co_spawn(socket_.get_executor(), send_when_due(self), asio::detached);
+  asio::co_spawn(socket_.get_executor(), write(self), base::program::rethrow_from_loop);
+  asio::co_spawn(socket_.get_executor(), send_when_due(self), base::program::rethrow_from_loop);
   co_await receive();
   close();
   session_.end();
@@ -75,6 +75,19 @@ asio::awaitable<void> Connection::send_when_due(std::shared_ptr<Connection> self
     const auto time = now();
     self->send(self->session_.poll(time), time);
     self->outbox_.push(self->faulty_line_.take(time.steady));
+  }
+}
+
+asio::awaitable<void> Connection::drained(std::shared_ptr<Connection> self) {
+  asio::steady_timer delayed(self->socket_.get_executor());
+  while (!self->outbox_.stopped()) {
+    co_await self->outbox_.drained();
+    const auto due = self->faulty_line_.next_due();
+    if (!due) {
+      co_return;
+    }
+    delayed.expires_at(*due);
+    co_await delayed.async_wait(quietly);
   }
 }
 

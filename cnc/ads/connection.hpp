@@ -22,6 +22,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   /// Serves until the connection ends.
   boost::asio::awaitable<void> run();
+  /// Returns when all answers and notifications until now have left, or the connection has ended.
+  static boost::asio::awaitable<void> drained(std::shared_ptr<Connection> self);
   /// Ends it; the device is not called any more.
   void close();
   [[nodiscard]] const boost::asio::ip::address& address() const { return address_; }

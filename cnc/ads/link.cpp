@@ -4,9 +4,9 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "base/program/barrier.hpp"
 #include "cnc/ads/quietly.hpp"
 
 namespace millrace::cnc::ads {
@@ -37,8 +37,10 @@ Link::Link(tcp::socket socket, std::size_t max_frame, LinkHandlers handlers)
 }
 
 void Link::start() {
-  asio::co_spawn(socket_.get_executor(), receive(shared_from_this()), asio::detached);
-  asio::co_spawn(socket_.get_executor(), write(shared_from_this()), asio::detached);
+  asio::co_spawn(socket_.get_executor(), receive(shared_from_this()),
+                 base::program::rethrow_from_loop);
+  asio::co_spawn(socket_.get_executor(), write(shared_from_this()),
+                 base::program::rethrow_from_loop);
 }
 
 asio::awaitable<void> Link::receive(std::shared_ptr<Link> self) {

@@ -68,6 +68,12 @@ asio::awaitable<void> Outbox::room() {
   }
 }
 
+asio::awaitable<void> Outbox::drained() {
+  while (size() > 0 && !stopped_) {
+    co_await written_.async_wait(quietly);
+  }
+}
+
 void Outbox::stop() {
   stopped_ = true;
   pushed_.cancel();

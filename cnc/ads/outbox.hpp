@@ -32,6 +32,8 @@ class Outbox {
   boost::asio::awaitable<boost::system::error_code> run();
   /// Returns when size() is within the capacity or the outbox has stopped.
   boost::asio::awaitable<void> room();
+  /// Returns when all that was pushed is with the socket or the outbox has stopped.
+  boost::asio::awaitable<void> drained();
   void stop();
   [[nodiscard]] bool stopped() const { return stopped_; }
 

@@ -6,10 +6,10 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/program/barrier.hpp"
 #include "cnc/ads/connection.hpp"
 #include "cnc/ads/quietly.hpp"
 
@@ -48,6 +48,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   static asio::awaitable<void> accept(std::shared_ptr<Impl> self);
   static asio::awaitable<void> serve(std::shared_ptr<Impl> self,
                                      std::shared_ptr<Connection> connection);
+  static asio::awaitable<void> drain(std::shared_ptr<Impl> self,
+                                     std::shared_ptr<asio::steady_timer> over);
   void admit(tcp::socket socket);
   void stop();
 
@@ -91,7 +93,7 @@ void Server::Impl::admit(tcp::socket socket) {
     }
   }
   asio::co_spawn(acceptor.get_executor(), serve(shared_from_this(), std::move(connection)),
-                 asio::detached);
+                 base::program::rethrow_from_loop);
 }
 
 asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self,
@@ -99,6 +101,16 @@ asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self,
   const auto place = self->connections.insert(self->connections.end(), connection);
   co_await connection->run();
   self->connections.erase(place);
+}
+
+/// Ends the wait when everything has left.
+asio::awaitable<void> Server::Impl::drain(std::shared_ptr<Impl> self,
+                                          std::shared_ptr<asio::steady_timer> over) {
+  const auto there = self->connections;
+  for (const auto& connection : there) {
+    co_await Connection::drained(connection);
+  }
+  over->cancel();
 }
 
 void Server::Impl::stop() {
@@ -113,7 +125,7 @@ void Server::Impl::stop() {
 Server::Server(const asio::any_io_executor& executor, Device& device, ServerOptions options,
                base::program::Log log)
     : impl_(std::make_shared<Impl>(executor, device, std::move(options), std::move(log))) {
-  asio::co_spawn(executor, Impl::accept(impl_), asio::detached);
+  asio::co_spawn(executor, Impl::accept(impl_), base::program::rethrow_from_loop);
 }
 
 Server::~Server() {
@@ -130,6 +142,17 @@ std::size_t Server::connections() const {
 
 void Server::set_faults(const Faults& faults) {
   impl_->options.faults = faults;
+}
+
+void Server::drain(std::chrono::milliseconds limit, std::function<void(bool)> done) {
+  const auto over = std::make_shared<asio::steady_timer>(impl_->acceptor.get_executor(), limit);
+  over->async_wait([self = impl_, over, done = std::move(done)](boost::system::error_code error) {
+    if (self->acceptor.is_open()) {
+      done(error == asio::error::operation_aborted);
+    }
+  });
+  asio::co_spawn(impl_->acceptor.get_executor(), Impl::drain(impl_, over),
+                 base::program::rethrow_from_loop);
 }
 
 void Server::stop() {

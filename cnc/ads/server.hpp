@@ -9,6 +9,8 @@
 // bounded.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -57,6 +59,9 @@ class Server {
   [[nodiscard]] std::size_t connections() const;
   /// Changes what goes wrong from now on, also for the connections that exist.
   void set_faults(const Faults& faults);
+  /// Calls `done` once all that was answered until now has left, with true; with false if that has
+  /// not happened within `limit`. Never from within this function, and not after stop().
+  void drain(std::chrono::milliseconds limit, std::function<void(bool)> done);
   /// Closes the listening socket and all connections; the device is not called any more.
   void stop();
 

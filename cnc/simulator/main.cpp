@@ -61,7 +61,14 @@ int serve(const Options& options) {
               options.timings);
   Station station(io.get_executor(), setup, panel, log);
   if (options.exit_when_idle) {
-    station.on_idle([&] { io.stop(); });
+    station.on_idle([&] {
+      // The answer to the write that released a program comes after its end.
+      station.drain([&] {
+        if (!station.active()) {
+          io.stop();
+        }
+      });
+    });
   }
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
   signals.async_wait([&](const boost::system::error_code&, int) { io.stop(); });

@@ -2,9 +2,14 @@
 
 #include <cassert>
 
+#include <spdlog/spdlog.h>
+
 namespace millrace::cnc::simulator {
 
 namespace {
+
+/// For a client that does not read its answers.
+constexpr std::chrono::seconds drain_limit{1};
 
 std::chrono::nanoseconds steady_now() {
   return std::chrono::steady_clock::now().time_since_epoch();
@@ -30,6 +35,7 @@ ads::ServerOptions server_options(const Setup& setup) {
 Station::Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
                  const base::program::Log& log)
     : panel_(panel),
+      log_(log),
       folders_(setup.settings.folders),
       machine_(setup.settings,
                {.clock = steady_now,
@@ -64,6 +70,16 @@ void Station::start(const std::vector<Run>& runs, const std::vector<Program>& pr
     }
   }
   cycle_.wake();
+}
+
+void Station::drain(std::function<void()> done) {
+  server_.drain(drain_limit, [this, done = std::move(done)](bool all) {
+    if (!all) {
+      log_->warn("a client has not taken all its answers within {} s; it will miss them",
+                 drain_limit.count());
+    }
+    done();
+  });
 }
 
 bool Station::advance(std::chrono::nanoseconds now) {

@@ -38,6 +38,9 @@ class Station {
   [[nodiscard]] const CycleCounts& cycles() const { return cycle_.counts(); }
   /// Called whenever the last program has ended.
   void on_idle(std::function<void()> handler) { on_idle_ = std::move(handler); }
+  /// Calls `done` once clients have the answers to all that they have asked so far, or after a
+  /// second: not each client reads them.
+  void drain(std::function<void()> done);
   /// Starts each program in the channel of the run with its index; the panel shows what is wrong
   /// with those that cannot be started.
   void start(const std::vector<Run>& runs, const std::vector<Program>& programs);
@@ -50,6 +53,7 @@ class Station {
   bool advance(std::chrono::nanoseconds now);
 
   Panel& panel_;
+  base::program::Log log_;
   std::function<void()> on_idle_ = [] {};
   ProgramFolders folders_;
   Machine machine_;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "base/program/barrier.hpp"
 #include "fabric/dds/configuration.hpp"
 #include "fabric/dds/entity.hpp"
 
@@ -35,10 +36,12 @@ class LogCapture {
   }
 
  private:
-  static void write(void* self, const dds_log_data_t* data) {
-    auto& capture = *static_cast<LogCapture*>(self);
-    const std::lock_guard guard(capture.lock_);
-    capture.text_.append(data->message, data->size);
+  static void write(void* self, const dds_log_data_t* data) noexcept {
+    base::program::contain("keeping what Cyclone DDS logs", [&] {
+      auto& capture = *static_cast<LogCapture*>(self);
+      const std::lock_guard guard(capture.lock_);
+      capture.text_.append(data->message, data->size);
+    });
   }
 
   mutable std::mutex lock_;

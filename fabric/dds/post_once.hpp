@@ -21,8 +21,8 @@ class PostOnce {
   PostOnce& operator=(const PostOnce&) = delete;
 
   /// Has `work` run once on the executor; further calls until it starts are one with this one. From
-  /// any thread, never waits.
-  void post();
+  /// any thread, never waits. What the work throws comes out of the executor's loop.
+  void post() noexcept;
 
   /// Has `listener` wake for data. To be given to an entity when it is created, because Cyclone
   /// 0.10 does not tell a later listener what is already there.

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <functional>
 
+#include "base/program/barrier.hpp"
 #include "fabric/dds/entity.hpp"
 
 namespace millrace::fabric::dds {
@@ -26,7 +27,7 @@ class ReaderCount {
   void listen(dds_listener_t* listener) {
     dds_lset_publication_matched_arg(
         listener,
-        [](dds_entity_t, dds_publication_matched_status_t status, void* self) {
+        [](dds_entity_t, dds_publication_matched_status_t status, void* self) noexcept {
           static_cast<ReaderCount*>(self)->count(status.current_count);
         },
         this, true);
@@ -36,9 +37,9 @@ class ReaderCount {
   [[nodiscard]] bool present() const { return present_; }
 
  private:
-  void count(std::uint32_t readers) {
+  void count(std::uint32_t readers) noexcept {
     present_ = readers > 0;
-    changed_();
+    base::program::contain("noticing who reads", changed_);
   }
 
   std::function<void()> changed_;

@@ -22,16 +22,17 @@ class SerialListener {
   SerialListener& operator=(const SerialListener&) = delete;
 
   /// Until then nothing runs: what the work uses may be built. Runs it once.
-  void open() { take_turns(); }
+  void open() noexcept { take_turns(); }
 
   /// Runs the work in this thread; or has the thread that runs it just now run it once more.
-  void run();
+  /// What the work throws is reported and goes no further.
+  void run() noexcept;
 
   /// Has `listener` run the work for data; see PostOnce::listen_for_data.
   void listen_for_data(dds_listener_t* listener);
 
  private:
-  void take_turns();
+  void take_turns() noexcept;
 
   std::function<void()> work_;
   /// Who asked for the work since it last came to its end; the builder is the first.

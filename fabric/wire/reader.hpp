@@ -63,6 +63,14 @@ class Reader {
   dds_entity_t reader_ = 0;
 };
 
+/// Gives samples back to Cyclone, also if their use throws.
+struct Loan {
+  dds_entity_t reader;
+  void** samples;
+  dds_return_t count;
+  ~Loan() { dds_return_loan(reader, samples, count); }
+};
+
 /// Takes samples that Cyclone lends and hands each to `use(const Sample&, const
 /// dds_sample_info_t&)`. Returns how many there were, at most 64.
 template <typename Sample, typename Use>
@@ -75,10 +83,10 @@ std::size_t take_lent(dds_entity_t reader, Use use) {
     return 0;
   }
   const auto size = static_cast<std::size_t>(count);
+  const Loan loan{reader, samples.data(), count};
   for (std::size_t i = 0; i < size; ++i) {
     use(*static_cast<const Sample*>(samples[i]), infos[i]);
   }
-  dds_return_loan(reader, samples.data(), count);
   return size;
 }
 

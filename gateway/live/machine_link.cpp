@@ -7,13 +7,13 @@
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/program/barrier.hpp"
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/request_states.hpp"
 #include "cnc/variables/service_interface.hpp"
@@ -236,14 +236,15 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     const Channels due = std::exchange(looking, {});
     if (due.size() == 1) {
       asio::co_spawn(executor, read(shared_from_this(), due.front(), ReadSet::state),
-                     asio::detached);
+                     base::program::rethrow_from_loop);
       return;
     }
     for (std::size_t i = 0; i < due.size(); i += most_together) {
       const auto end = std::min(i + most_together, due.size());
       Channels some(due.begin() + static_cast<std::ptrdiff_t>(i),
                     due.begin() + static_cast<std::ptrdiff_t>(end));
-      asio::co_spawn(executor, read_states(shared_from_this(), std::move(some)), asio::detached);
+      asio::co_spawn(executor, read_states(shared_from_this(), std::move(some)),
+                     base::program::rethrow_from_loop);
     }
   }
 
@@ -306,19 +307,21 @@ MachineLink::~MachineLink() {
 }
 
 void MachineLink::start() {
-  asio::co_spawn(impl_->executor, Impl::run(impl_), asio::detached);
+  asio::co_spawn(impl_->executor, Impl::run(impl_), base::program::rethrow_from_loop);
 }
 
 void MachineLink::read(std::uint16_t channel, ReadSet look) {
   if (look == ReadSet::state) {
     impl_->look_soon(channel);
   } else {
-    asio::co_spawn(impl_->executor, Impl::read(impl_, channel, look), asio::detached);
+    asio::co_spawn(impl_->executor, Impl::read(impl_, channel, look),
+                   base::program::rethrow_from_loop);
   }
 }
 
 void MachineLink::write(std::uint16_t channel, Variable variable, const Value& value) {
-  asio::co_spawn(impl_->executor, Impl::write(impl_, channel, variable, value), asio::detached);
+  asio::co_spawn(impl_->executor, Impl::write(impl_, channel, variable, value),
+                 base::program::rethrow_from_loop);
 }
 
 machines::LinkLoad MachineLink::load() const {

@@ -89,22 +89,24 @@ Writer::Batch Writer::take() {
 }
 
 void Writer::write(Batch batch) {
+  std::vector<std::int64_t> ids;
   try {
-    const auto ids = archive_.append(batch.rows, now());
-    for (std::size_t i = 0; i < batch.done.size(); ++i) {
-      batch.done[i](ids[i]);
-    }
+    ids = archive_.append(batch.rows, now());
   } catch (const std::exception& error) {
     log_->error("the archive {} cannot be written: {}", archive_.file().string(), error.what());
     for (const Done& done : batch.done) {
       done(tl::unexpected(std::string(error.what())));
     }
     keep(std::move(batch.rows), batch.done.size());
+    return;
+  }
+  for (std::size_t i = 0; i < batch.done.size(); ++i) {
+    batch.done[i](ids[i]);
   }
 }
 
 void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
-  const std::lock_guard guard(lock_);
+  std::unique_lock guard(lock_);
   const auto recorded = rows.begin() + static_cast<std::ptrdiff_t>(first_recorded);
   if (ending_) {
     lost_ += static_cast<std::uint64_t>(rows.end() - recorded) + recorded_.size();
@@ -114,8 +116,10 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
                      std::make_move_iterator(rows.end()));
     retry_ = Clock::now() + retry_after;
   }
-  if (lost_ != 0) {
-    log_->error("{} recorded events and states are lost so far", lost_);
+  const std::uint64_t lost = lost_;
+  guard.unlock();
+  if (lost != 0) {
+    log_->error("{} recorded events and states are lost so far", lost);
   }
 }
 

@@ -39,7 +39,10 @@ Folder::Folder(std::filesystem::path file, sdk::ServiceOptions base, base::progr
 void Folder::follow() {
   std::unique_lock guard(lock_);
   while (!changed_.wait_for(guard, interval(config_), [this] { return stopping_; })) {
+    // What a look does takes its time; stop() need not wait for it.
+    guard.unlock();
     look();
+    guard.lock();
   }
 }
 

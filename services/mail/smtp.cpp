@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <memory>
 #include <stdexcept>
 #include <string_view>
@@ -19,7 +20,8 @@ constexpr int code_logged_in = 235;
 /// The reply to QUIT, which libcurl says after a refusal, too (RFC 5321, 4.2.3).
 constexpr int code_closing = 221;
 
-/// One attempt as libcurl's callbacks see it.
+/// One attempt as libcurl's callbacks see it. What they throw must not go through libcurl: it ends
+/// the transfer, and is thrown again behind it.
 struct Session {
   const Mail& mail;
   const Transport::Watch& watch;
@@ -27,7 +29,18 @@ struct Session {
   std::size_t sent = 0;
   bool logged_in = false;
   Exchange exchange{};
+  std::exception_ptr failure{};
 };
+
+template <typename Result, typename Work>
+Result guarded(Session& session, Result abort, const Work& work) noexcept {
+  try {
+    return work();
+  } catch (...) {
+    session.failure = std::current_exception();
+    return abort;
+  }
+}
 
 /// A line of the server. The last one of a reply has a blank behind its code (RFC 5321, 4.2).
 void hear(Session& session, std::string_view line) {
@@ -49,16 +62,19 @@ void hear(Session& session, std::string_view line) {
   session.logged_in = session.logged_in || code == code_logged_in;
 }
 
-std::size_t on_line(char* data, std::size_t size, std::size_t count, void* user) {
-  hear(*static_cast<Session*>(user), {data, size * count});
-  return size * count;
+std::size_t on_line(char* data, std::size_t size, std::size_t count, void* user) noexcept {
+  Session& session = *static_cast<Session*>(user);
+  // Anything but the size of the line ends the transfer.
+  return guarded(session, std::size_t{0}, [&] {
+    hear(session, {data, size * count});
+    return size * count;
+  });
 }
 
 /// Gives the message to libcurl piece by piece; asks before the last one leaves.
-std::size_t on_read(char* buffer, std::size_t size, std::size_t count, void* user) {
-  Session& session = *static_cast<Session*>(user);
+std::size_t read(Session& session, char* buffer, std::size_t room) {
   const std::string_view rest = std::string_view(session.mail.message).substr(session.sent);
-  const std::size_t piece = std::min(size * count, rest.size());
+  const std::size_t piece = std::min(room, rest.size());
   if (session.needs_login && !session.logged_in) {
     session.exchange.trouble = Trouble::login;
     session.exchange.trouble_text = "it offers no way to log in that we know";
@@ -77,9 +93,17 @@ std::size_t on_read(char* buffer, std::size_t size, std::size_t count, void* use
   return piece;
 }
 
-int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
-  const Session& session = *static_cast<const Session*>(user);
-  return !session.exchange.handed_over && session.watch.cancelled() ? 1 : 0;
+std::size_t on_read(char* buffer, std::size_t size, std::size_t count, void* user) noexcept {
+  Session& session = *static_cast<Session*>(user);
+  return guarded(session, std::size_t{CURL_READFUNC_ABORT},
+                 [&] { return read(session, buffer, size * count); });
+}
+
+int on_progress(void* user, curl_off_t, curl_off_t, curl_off_t, curl_off_t) noexcept {
+  Session& session = *static_cast<Session*>(user);
+  return guarded(session, 1, [&] {
+    return !session.exchange.handed_over && session.watch.cancelled() ? 1 : 0;
+  });
 }
 
 Trouble trouble_of(CURLcode code) {
@@ -235,6 +259,9 @@ Outcome Smtp::send(const Mail& mail, const Watch& watch) {
   set_mail(handle, session, from, to);
   const CURLcode code = curl_easy_perform(handle.get());
   do_not_wait_for_goodbye(handle);
+  if (session.failure) {
+    std::rethrow_exception(session.failure);
+  }
   if (session.exchange.trouble == Trouble::none) {
     session.exchange.trouble = trouble_of(code);
     session.exchange.trouble_text = reason[0] != '\0' ? reason.data() : curl_easy_strerror(code);

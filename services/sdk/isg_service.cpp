@@ -12,6 +12,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "base/program/barrier.hpp"
 #include "base/program/log.hpp"
 #include "services/sdk/instance.hpp"
 #include "services/sdk/isg_settings.hpp"
@@ -41,6 +42,19 @@ bool leaves_signals_alone() {
 /// The name that users know the service's process by.
 std::string program_name() {
   return program_invocation_short_name;
+}
+
+/// Does what a function of the C interface does: no exception may leave it.
+template <typename Result, typename Work>
+Result guarded(const char* function, Result failed, const Work& work) noexcept {
+  Result result = failed;
+  program::contain(function, [&] { result = work(); });
+  return result;
+}
+
+template <typename Work>
+ISG_SERVICE_CODE guarded(const char* function, const Work& work) noexcept {
+  return guarded(function, ISG_SERVICE_CODE{ISG_SERVICE_CODE_FAILED}, work);
 }
 
 }  // namespace
@@ -91,6 +105,8 @@ void answer(ISG_SERVICE& service, const std::shared_ptr<const sdk::Call>& call) 
     call->answer(run(service, *call));
   } catch (const std::exception& error) {
     call->fail(error.what());
+  } catch (...) {
+    call->fail("the service function threw something that is no std::exception");
   }
   service.state->current = nullptr;
 }
@@ -147,54 +163,64 @@ ISG_SERVICE_CODE isgServiceCreateVoid(const char* uuid, const char* description,
                                       ISG_SERVICE_FUNCTION function,
                                       const ISG_SERVICE_CONNECTION* connection,
                                       ISG_SERVICE* service) {
-  Function with_code;
-  if (function != nullptr) {
-    with_code = [function](auto... arguments) {
-      function(arguments...);
-      return ISG_SERVICE_CODE_OK;
-    };
-  }
-  return create(uuid, description, std::move(with_code), connection, service);
+  return guarded("isgServiceCreate", [&] {
+    Function with_code;
+    if (function != nullptr) {
+      with_code = [function](auto... arguments) {
+        function(arguments...);
+        return ISG_SERVICE_CODE_OK;
+      };
+    }
+    return create(uuid, description, std::move(with_code), connection, service);
+  });
 }
 
 ISG_SERVICE_CODE isgServiceCreateWithCode(const char* uuid, const char* description,
                                           ISG_SERVICE_FUNCTION_WITH_CODE function,
                                           const ISG_SERVICE_CONNECTION* connection,
                                           ISG_SERVICE* service) {
-  return create(uuid, description, function, connection, service);
+  return guarded("isgServiceCreate",
+                 [&] { return create(uuid, description, function, connection, service); });
 }
 
 ISG_SERVICE_CODE isgServicePoll(ISG_SERVICE* service) {
   if (!is_open(service)) {
     return ISG_SERVICE_CODE_CLOSED;
   }
-  millrace_isg_service& state = *service->state;
-  while (const auto call = state.instance->next()) {
-    answer(*service, call);
-  }
-  state.instance->leave();
-  state.left = true;
-  return ISG_SERVICE_CODE_OK;
+  return guarded("isgServicePoll", [&] {
+    millrace_isg_service& state = *service->state;
+    while (const auto call = state.instance->next()) {
+      answer(*service, call);
+    }
+    state.instance->leave();
+    state.left = true;
+    return ISG_SERVICE_CODE_OK;
+  });
 }
 
 ISG_SERVICE_CODE isgServicePollOnce(ISG_SERVICE* service, unsigned timeoutMs) {
   if (!is_open(service)) {
     return ISG_SERVICE_CODE_CLOSED;
   }
-  const auto call = service->state->instance->next_for(std::chrono::milliseconds(timeoutMs));
-  if (call == nullptr) {
-    return service->state->instance->drained() ? ISG_SERVICE_CODE_CLOSED : ISG_SERVICE_CODE_NO_CALL;
-  }
-  answer(*service, call);
-  return ISG_SERVICE_CODE_OK;
+  return guarded("isgServicePollOnce", [&] {
+    const auto call = service->state->instance->next_for(std::chrono::milliseconds(timeoutMs));
+    if (call == nullptr) {
+      return service->state->instance->drained() ? ISG_SERVICE_CODE_CLOSED
+                                                 : ISG_SERVICE_CODE_NO_CALL;
+    }
+    answer(*service, call);
+    return ISG_SERVICE_CODE_OK;
+  });
 }
 
 ISG_SERVICE_CODE isgServiceStop(ISG_SERVICE* service) {
   if (!is_open(service)) {
     return ISG_SERVICE_CODE_CLOSED;
   }
-  service->state->instance->drain();
-  return ISG_SERVICE_CODE_OK;
+  return guarded("isgServiceStop", [&] {
+    service->state->instance->drain();
+    return ISG_SERVICE_CODE_OK;
+  });
 }
 
 void isgServiceDelete(ISG_SERVICE* service) {
@@ -216,12 +242,14 @@ ISG_SERVICE_CODE isgServiceInterim(ISG_SERVICE* service, const char* text, ADS_U
   if (text == nullptr) {
     return ISG_SERVICE_CODE_INVALID_ARGUMENT;
   }
-  try {
-    service->state->current->interim({.text = text, .state = state});
-  } catch (const std::invalid_argument&) {
-    return ISG_SERVICE_CODE_INVALID_ARGUMENT;
-  }
-  return ISG_SERVICE_CODE_OK;
+  return guarded("isgServiceInterim", [&] {
+    try {
+      service->state->current->interim({.text = text, .state = state});
+    } catch (const std::invalid_argument&) {
+      return ISG_SERVICE_CODE_INVALID_ARGUMENT;
+    }
+    return ISG_SERVICE_CODE_OK;
+  });
 }
 
 const char* isgServiceCodeText(ISG_SERVICE_CODE code) {
@@ -236,6 +264,8 @@ const char* isgServiceCodeText(ISG_SERVICE_CODE code) {
       return "no call came within the time";
     case ISG_SERVICE_CODE_CLOSED:
       return "the service has left the fabric";
+    case ISG_SERVICE_CODE_FAILED:
+      return "something that should not happen; standard error says what";
     default:
       return "unknown code";
   }

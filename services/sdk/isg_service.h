@@ -1,9 +1,11 @@
+/* clang-format off: it would join the lines of the examples */
 /* The C interface of the controller vendor's service SDK, over millrace instead of ADS: a service
  * written for that SDK compiles unchanged and serves every machine of the fabric.
  *
  *   static void square_root(ISG_SERVICE* service, char* request, ADS_UINT32 requestState,
  *                           char* response, size_t maxResponseSize, ADS_UINT32* responseState) {
- * ... }
+ *     ...
+ *   }
  *
  *   ISG_SERVICE_CONNECTION connection;
  *   ISG_SERVICE service;
@@ -20,11 +22,14 @@
  * The fabric is chosen by the environment, because the vendor's functions have no argument for it
  * (ours):
  *   MILLRACE_FABRIC_CONFIG  file that describes the fabric, a fabric.textproto; the next two win
- * over it MILLRACE_DOMAIN         DDS domain, 0 to 232; default 0 MILLRACE_FABRIC         name of
- * the fabric; default millrace MILLRACE_CHANNELS       channels to serve, as MACHINE/N with blanks
- * between; default all MILLRACE_DELIVERY       at-least-once (default) or at-most-once
+ *                           over it
+ *   MILLRACE_DOMAIN         DDS domain, 0 to 232; default 0
+ *   MILLRACE_FABRIC         name of the fabric; default millrace
+ *   MILLRACE_CHANNELS       channels to serve, as MACHINE/N with blanks between; default all
+ *   MILLRACE_DELIVERY       at-least-once (default) or at-most-once
  *   MILLRACE_LOG_LEVEL      error, warn, info (default), debug or trace
  */
+/* clang-format on */
 #ifndef MILLRACE_SERVICES_SDK_ISG_SERVICE_H
 #define MILLRACE_SERVICES_SDK_ISG_SERVICE_H
 
@@ -51,6 +56,8 @@ typedef int ISG_SERVICE_CODE;
 #define ISG_SERVICE_CODE_NO_CALL 3
 /* The service has left the fabric, or was never created. */
 #define ISG_SERVICE_CODE_CLOSED 4
+/* Something that should not happen, as no memory left; standard error says what. */
+#define ISG_SERVICE_CODE_FAILED 5
 
 /* Where services connect to. Holds nothing that must be deleted. The members are ours. */
 typedef struct ISG_SERVICE_CONNECTION {

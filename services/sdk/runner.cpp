@@ -1,7 +1,6 @@
 #include "services/sdk/runner.hpp"
 
-#include <vector>
-
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace millrace::services::sdk {
@@ -131,8 +130,15 @@ fabric::InstanceStatus Runner::status() const {
 }
 
 void Runner::perform(Lock lock, const Actions& actions, Place place) {
+  std::vector<std::string> trouble;
   for (const Action& action : actions) {
-    std::visit([this](const auto& each) { perform(each); }, action);
+    if (const auto* start = std::get_if<Start>(&action)) {
+      perform(*start);
+    } else if (const auto* send = std::get_if<Send>(&action)) {
+      perform(*send, trouble);
+    } else if (const auto* cancel = std::get_if<Cancel>(&action)) {
+      perform(*cancel);
+    }
   }
   closed_ = closed_ || (closing_ && desk_.idle());
   const bool all = closed_;
@@ -147,6 +153,9 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
   }
   for (const Action& action : actions) {
     log(action);
+  }
+  for (const std::string& lost : trouble) {
+    log_->error(lost);
   }
   for (const auto& call : here) {
     run_here(call);
@@ -192,12 +201,13 @@ void Runner::perform(const Start& start) {
   work_.push_back(std::make_shared<Call>(start.request, weak_from_this(), cancelled));
 }
 
-void Runner::perform(const Send& send) {
+void Runner::perform(const Send& send, std::vector<std::string>& trouble) {
   if (end_ == nullptr) {
     return;
   }
   if (const auto sent = end_->publish(send.reply); !sent) {
-    log_->error("the answer to call {} is lost: {}", send.reply.call.to_string(), sent.error());
+    trouble.push_back(fmt::format("the answer to call {} is lost: {}", send.reply.call.to_string(),
+                                  sent.error()));
   }
 }
 
@@ -206,8 +216,6 @@ void Runner::perform(const Cancel& cancel) {
     *call->second = true;
   }
 }
-
-void Runner::perform(const Drop&) {}
 
 void Runner::log(const Action& action) const {
   if (const auto* send = std::get_if<Send>(&action)) {

@@ -8,6 +8,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
+#include <vector>
 
 #include "fabric/ends/reply_end.hpp"
 #include "services/sdk/call_desk.hpp"
@@ -57,15 +59,15 @@ class Runner : public CallSink,
   using Lock = std::unique_lock<std::mutex>;
   enum class Place { workers, here };
 
-  /// Ends the lock.
+  /// Ends the lock: what is written to the log, and what handlers do, is done without it.
   void perform(Lock lock, const Actions& actions, Place place = Place::workers);
   void wake_workers(const Actions& actions, bool all);
   void run_here(const std::shared_ptr<const Call>& call);
   void announce(const Call& call) const;
   void perform(const Start& start);
-  void perform(const Send& send);
+  /// An answer that cannot be sent is told to `trouble`, for the log.
+  void perform(const Send& send, std::vector<std::string>& trouble);
   void perform(const Cancel& cancel);
-  void perform(const Drop& drop);
   void log(const Action& action) const;
 
   Service::Log log_;

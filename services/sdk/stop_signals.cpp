@@ -10,6 +10,7 @@
 #include <boost/asio/signal_set.hpp>
 #include <spdlog/spdlog.h>
 
+#include "base/program/barrier.hpp"
 #include "base/program/command_line.hpp"
 #include "base/program/supervisor.hpp"
 
@@ -32,9 +33,11 @@ struct StopSignals::Impl {
     log->info("signal {}: leaving when the calls under way are answered", signal);
     base::program::tell_supervisor("STOPPING=1");
     asked = true;
-    if (stop) {
-      stop();
-    }
+    base::program::contain("leaving on a signal", [&] {
+      if (stop) {
+        stop();
+      }
+    });
     signals.async_wait([this](const boost::system::error_code& error, int) {
       if (!error) {
         log->warn("second signal: leaving at once, calls under way go to other instances");
@@ -63,7 +66,7 @@ void StopSignals::on_stop(std::function<void()> stop) {
   boost::asio::post(impl_->context, [impl = impl_.get(), stop = std::move(stop)] {
     impl->stop = stop;
     if (impl->asked) {
-      impl->stop();
+      base::program::contain("leaving on a signal", impl->stop);
     }
   });
 }

@@ -2,7 +2,7 @@
 
 #include <csignal>
 #include <map>
-#include <thread>
+#include <stdexcept>
 
 #include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
@@ -10,6 +10,7 @@
 
 #include "fabric/ends/gateway_watch.hpp"
 #include "tests/cluster/history/execution_log.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/run_until.hpp"
 
 namespace millrace::tests::failures {
@@ -117,7 +118,7 @@ void Line::reach() {
     case Point::dispatched:
       gateway_->await_error("cnc/1: call \\S+ of \\S+ answered", long_patience);
       service_->signal(SIGSTOP);
-      ASSERT_TRUE(await_said("given to", 2)) << gateway_->error_output();
+      await_said("given to", 2);
       break;
     case Point::running:
       await_executions(2);
@@ -127,33 +128,34 @@ void Line::reach() {
   }
 }
 
-bool Line::await_said(const std::string& words, std::size_t times) {
-  const auto end = std::chrono::steady_clock::now() + long_patience;
-  while (std::chrono::steady_clock::now() < end) {
+void Line::await_said(const std::string& words, std::size_t times) {
+  await("the gateway to say '" + words + "' " + std::to_string(times) + " times", [&] {
     const std::string said = gateway_->error_output();
     std::size_t found = 0;
     for (auto at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) {
       ++found;
     }
-    if (found >= times) {
-      return true;
-    }
-    std::this_thread::yield();
-  }
-  return false;
+    return found >= times;
+  });
 }
 
 void Line::await_executions(std::size_t count) {
-  const auto end = std::chrono::steady_clock::now() + long_patience;
-  std::size_t started = 0;
-  while (started < count && std::chrono::steady_clock::now() < end) {
-    std::this_thread::yield();
-    started = 0;
+  await(std::to_string(count) + " calls that handlers have begun", [&] {
+    std::size_t started = 0;
     for (const auto& execution : cluster::read_executions(chain_.record())) {
       started += execution.step == cluster::Step::started ? 1 : 0;
     }
+    return started >= count;
+  });
+}
+
+void Line::await(const std::string& what, const std::function<bool()>& done) {
+  try {
+    tests::await(what, done, long_patience);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(std::string(error.what()) + "; the gateway said\n" +
+                             gateway_->error_output());
   }
-  ASSERT_GE(started, count) << gateway_->error_output();
 }
 
 void Line::kill(Victim victim, bool held_frame_arrives) {

@@ -7,6 +7,7 @@
 //   sut.expect_every_answer();
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -80,8 +81,10 @@ class Line {
   void start_gateway();
   void start_controller();
   void await_executions(std::size_t count);
-  /// True once the gateway has logged these words so many times.
-  bool await_said(const std::string& words, std::size_t times);
+  /// Waits until the gateway has logged these words so many times.
+  void await_said(const std::string& words, std::size_t times);
+  /// Throws what the gateway has said if it takes too long.
+  void await(const std::string& what, const std::function<bool()>& done);
 
   LineOptions options_;
   integration::Chain chain_;

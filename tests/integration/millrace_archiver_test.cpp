@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -45,10 +46,11 @@ class Archiver : public testing::Test {
   /// Waits until `query` of `kind` shows `text`.
   std::string await_row(const std::string& kind, const std::string& text) {
     std::string rows;
-    do {
+    await("a row of " + kind + " with " + text, [&] {
       caller.attend();
       rows = show({"export", "--format", "jsonl", "--kind", kind});
-    } while (rows.find(text) == std::string::npos);
+      return rows.find(text) != std::string::npos;
+    });
     return rows;
   }
 

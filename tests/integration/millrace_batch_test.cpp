@@ -2,11 +2,11 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -134,13 +134,10 @@ TEST_F(BatchFolder, EndsAProgramWhoseCallIsWithdrawn) {
   const fabric::Request request = caller.request(echo_uuid, pids.string());
   caller.publish(request);
   pid_t leader = 0;
-  while (!(std::ifstream(pids) >> leader)) {
-    std::this_thread::yield();
-  }
+  await("the program's process id",
+        [&] { return static_cast<bool>(std::ifstream(pids) >> leader); });
   caller.withdraw(request);
-  while (fs::exists("/proc/" + std::to_string(leader))) {
-    std::this_thread::yield();
-  }
+  await("the end of the program", [&] { return !fs::exists("/proc/" + std::to_string(leader)); });
 }
 
 TEST_F(BatchFolder, FinishesARunningCallBeforeItLeaves) {
@@ -151,9 +148,7 @@ TEST_F(BatchFolder, FinishesARunningCallBeforeItLeaves) {
   const fs::path started = folder.path() / "go";
   const fabric::Request request = caller.request(echo_uuid, started.string());
   caller.publish(request);
-  while (!fs::exists(started.string() + ".waiting")) {
-    std::this_thread::yield();
-  }
+  await("the program's start", [&] { return fs::exists(started.string() + ".waiting"); });
   sut->terminate();
   ASSERT_TRUE(caller.await_no_instance(echo_uuid));
   std::ofstream(started) << "now";

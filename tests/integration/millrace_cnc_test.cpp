@@ -10,6 +10,7 @@
 
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/service_interface.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/wait_for.hpp"
@@ -131,8 +132,9 @@ TEST_F(MillraceCnc, LetsAClientAnswerTheCallOfAProgram) {
       {.tcp_port = static_cast<std::uint16_t>(std::stoi(port)), .target = {{127, 0, 0, 1, 1, 1}}});
   ASSERT_TRUE(wait_for(io, client.connect()));
   ServiceInterface service(client, 1);
-  while (wait_for(io, service.read(ServiceVariable::request_state)) == ServiceValue{0U}) {
-  }
+  await("the program's call", [&] {
+    return wait_for(io, service.read(ServiceVariable::request_state)) != ServiceValue{0U};
+  });
   EXPECT_EQ(wait_for(io, service.read(ServiceVariable::uuid)),
             ServiceValue{"560AACBF-6335-44a9-895A-8B27F3ED5E47"});
   EXPECT_EQ(wait_for(io, service.read(ServiceVariable::request)), ServiceValue{"3"});

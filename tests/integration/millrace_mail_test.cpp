@@ -3,11 +3,11 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
@@ -102,12 +102,12 @@ class Mail : public testing::Test {
     return count;
   }
   std::string await_mail(std::size_t number) {
-    while (accepted() < number) {
+    await("mail " + std::to_string(number), [&] {
       if (!sut->running()) {
         throw std::runtime_error(sut->error_output());
       }
-      std::this_thread::yield();
-    }
+      return accepted() >= number;
+    });
     return content(inbox / (std::to_string(number) + ".mail"));
   }
 

@@ -130,6 +130,46 @@ TEST_F(ServerTest, ForgetsAConnectionThatItsPeerCloses) {
   EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
 }
 
+TEST_F(ServerTest, IsDrainedWhenWhatItHasAnsweredHasLeft) {
+  start({.faults = {.delay = std::chrono::milliseconds(30)}});
+  auto peer = connect();
+  send(peer, vector("read_request"));
+  ASSERT_TRUE(run_until(io, [&] { return device.calls == 1; }));
+  std::optional<bool> drained;
+  sut->drain(std::chrono::seconds(10), [&](bool all) {
+    drained = all;
+    sut->stop();
+  });
+  EXPECT_EQ(receive(peer), vector("read_response"));
+  EXPECT_EQ(receive(peer), std::nullopt);
+  EXPECT_EQ(drained, true);
+}
+
+TEST_F(ServerTest, IsDrainedAtOnceIfNobodyIsConnected) {
+  start();
+  std::optional<bool> drained;
+  sut->drain(std::chrono::seconds(10), [&](bool all) { drained = all; });
+  EXPECT_TRUE(run_until(io, [&] { return drained.has_value(); }));
+  EXPECT_EQ(drained, true);
+}
+
+TEST_F(ServerTest, WaitsNoLongerThanTheLimitForAPeerThatReadsNothing) {
+  start();
+  constexpr std::size_t value_size = 1'000'000;
+  device.values[{0x122301, 0x48}] = Bytes(value_size);
+  auto greedy = connect();
+  auto request = vector("read_request");
+  request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
+  for (int i = 0; i < 20; ++i) {
+    send(greedy, request);
+  }
+  ASSERT_TRUE(run_until(io, [&] { return device.calls > 1; }));
+  std::optional<bool> drained;
+  sut->drain(std::chrono::milliseconds(20), [&](bool all) { drained = all; });
+  EXPECT_TRUE(run_until(io, [&] { return drained.has_value(); }));
+  EXPECT_EQ(drained, false);
+}
+
 TEST_F(ServerTest, StopsWithItsConnections) {
   start();
   auto peer = connect();

@@ -1,5 +1,6 @@
 #include "fabric/dds/serial_listener.hpp"
 
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -29,6 +30,20 @@ TEST(SerialListener, RunsOnceMoreForWhatComesDuringTheWork) {
   sut = &serial;
   serial.open();
   EXPECT_EQ(runs, 2);
+}
+
+// Whoever came next took it for a thread that runs the work already, and left: the end was deaf.
+TEST(SerialListener, GoesOnAfterWorkThatThrows) {
+  int runs = 0;
+  dds::SerialListener sut([&] {
+    if (++runs <= 2) {
+      throw std::runtime_error("on purpose, by a test");
+    }
+  });
+  sut.open();
+  sut.run();
+  sut.run();
+  EXPECT_EQ(runs, 3);
 }
 
 TEST(SerialListener, RunsInOneThreadAtATimeAndMissesNothing) {

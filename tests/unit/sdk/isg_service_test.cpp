@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <stdexcept>
 #include <thread>
 
 #include <boost/asio/io_context.hpp>
@@ -12,6 +13,7 @@
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
+#include "tests/unit/sdk/thread_shortage.hpp"
 
 namespace millrace::services::sdk {
 namespace {
@@ -119,6 +121,32 @@ TEST_F(IsgService, TurnsACodeIntoAnErrorAnswer) {
   const Reply reply = poll().back();
   EXPECT_EQ(reply.code, ServiceCode::failed);
   EXPECT_EQ(reply.text, "ERROR: the service function returned code 7");
+}
+
+TEST_F(IsgService, LetsNoExceptionOfItsFunctionThrough) {
+  const auto throw_it = [](ISG_SERVICE*, char* request, ADS_UINT32, char*, size_t, ADS_UINT32*) {
+    if (std::strcmp(request, "number") == 0) {
+      throw 42;
+    }
+    throw std::runtime_error("no gauge");
+  };
+  ASSERT_EQ(isgServiceCreateVoid(uuid, "test", throw_it, &connection, &sut), ISG_SERVICE_CODE_OK);
+  call("number");
+  EXPECT_EQ(poll().back().code, ServiceCode::failed);
+  call("exception");
+  EXPECT_EQ(poll().back().text, "ERROR: no gauge");
+}
+
+TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
+  constexpr int threads = 2;  // for signals, and for the fabric
+  for (int started = 0; started < threads; ++started) {
+    const tests::ThreadShortage shortage(started);
+    EXPECT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut),
+              ISG_SERVICE_CODE_NOT_CONNECTED);
+    EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_CLOSED);
+  }
+  const tests::ThreadShortage enough(threads);
+  EXPECT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
 }
 
 TEST_F(IsgService, PollsUntilItIsStopped) {

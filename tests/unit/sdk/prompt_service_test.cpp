@@ -1,16 +1,21 @@
 // Services whose handler is declared prompt: ServiceOptions::prompt.
+#include <array>
 #include <chrono>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <spdlog/logger.h>
 #include <spdlog/sinks/ostream_sink.h>
+#include <unistd.h>
 
 #include "base/program/log.hpp"
+#include "base/program/patient_sink.hpp"
 #include "fabric/ends/reply_end.hpp"
 #include "services/sdk/runner.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
@@ -97,6 +102,59 @@ TEST_F(PromptServiceTest, TurnsAnExceptionIntoAnErrorAnswerAndLivesOn) {
   call(request(sut, 1));
   EXPECT_EQ(next_reply().code, ServiceCode::failed);
   EXPECT_EQ(answer(sut, 2), "4");
+}
+
+// Its lines are written in the thread that receives: a terminal that was stopped stopped reception.
+TEST_F(PromptServiceTest, AnswersThoughNobodyReadsItsLog) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
+  ASSERT_GT(::fcntl(ends[1], F_SETPIPE_SZ, 4096), 0);
+  {
+    const Service sut(prompt(), echo,
+                      std::make_shared<spdlog::logger>(
+                          "test", std::make_shared<base::program::PatientSink>(ends[1])));
+    ASSERT_TRUE(until_ready(sut));
+    for (std::uint64_t number = 1; number <= 200; ++number) {
+      ASSERT_EQ(answer(sut, number), "4");
+    }
+  }
+  ::close(ends[0]);
+  ::close(ends[1]);
+}
+
+/// Takes no request in the first time.
+class FailingOnce : public fabric::ends::ReplyEndListener {
+ public:
+  void on_request(const fabric::Request& request) override {
+    if (std::exchange(fails_, false)) {
+      throw std::runtime_error("on purpose, by a test");
+    }
+    numbers.push_back(request.call.number);
+  }
+  void on_withdrawn(const fabric::RequestKey&) override {}
+
+  std::vector<std::uint64_t> numbers;
+
+ private:
+  bool fails_ = true;
+};
+
+// The exception went into Cyclone's C code, with its locks held.
+TEST_F(PromptServiceTest, HearsTheNextCallAfterAListenerThatThrows) {
+  FailingOnce listener;
+  fabric::InstanceIdentity identity{
+      .id = fabric::InstanceId::random(), .uuid = fabric::canonical_uuid(uuid), .name = "test"};
+  const fabric::ends::ReplyEnd sut(participant, identity, listener);
+  ASSERT_TRUE(until([&] { return gateway.ready.contains(identity.id); }));
+  for (const std::uint64_t number : {1U, 2U}) {
+    call({.key = {.machine = "cnc", .channel = 1},
+          .call = {.epoch = 1, .number = number},
+          .assigned = identity.id,
+          .uuid = uuid,
+          .state = 1});
+  }
+  EXPECT_TRUE(until([&] { return !listener.numbers.empty(); }));
+  EXPECT_EQ(listener.numbers.back(), 2U);
 }
 
 class PromptRunnerTest : public testing::Test {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "base/program/log.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -79,9 +80,7 @@ TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
   std::promise<Written> written;
   sut.put(put(1), [&](const Written& id) { written.set_value(id); });
   EXPECT_EQ(written.get_future().get(), 1);
-  while (count("event") == 0) {
-    std::this_thread::yield();
-  }
+  tests::await("the recorded row", [&] { return count("event") > 0; });
 }
 
 }  // namespace

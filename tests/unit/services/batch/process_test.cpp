@@ -3,7 +3,6 @@
 #include <atomic>
 #include <csignal>
 #include <fstream>
-#include <thread>
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -11,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/posix/fd.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::batch {
@@ -42,9 +42,7 @@ bool is_over(pid_t pid) {
 
 /// Killed processes go in their own time.
 void wait_until_over(pid_t pid) {
-  while (!is_over(pid)) {
-    std::this_thread::yield();
-  }
+  tests::await("the end of process " + std::to_string(pid), [&] { return is_over(pid); });
 }
 
 TEST(Process, GivesTheRequestAsOneArgumentAndOnStandardInput) {
@@ -120,9 +118,9 @@ class OutlivingProcess : public testing::Test {
   /// Waits until program and helper say their process ids.
   std::pair<pid_t, pid_t> pids() {
     std::pair<pid_t, pid_t> pids{0, 0};
-    while (!(std::ifstream(file_) >> pids.first >> pids.second)) {
-      std::this_thread::yield();
-    }
+    tests::await("the process ids", [&] {
+      return static_cast<bool>(std::ifstream(file_) >> pids.first >> pids.second);
+    });
     return pids;
   }
 

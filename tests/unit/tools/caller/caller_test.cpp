@@ -9,6 +9,7 @@
 
 #include "base/program/log.hpp"
 #include "services/sdk/service.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/run_until.hpp"
 #include "tools/bus/live.hpp"
@@ -75,11 +76,8 @@ TEST_F(CallerTest, TellsARunningHandlerThatItHasGone) {
   Service service({.uuid = uuid, .name = "slow", .domain = domain.number()},
                   Handler([&](const Call& given) {
                     started = true;
-                    const auto end = std::chrono::steady_clock::now() + 20s;
-                    while (!given.cancelled() && std::chrono::steady_clock::now() < end) {
-                      std::this_thread::yield();
-                    }
-                    cancelled = given.cancelled();
+                    tests::await("the cancellation", [&] { return given.cancelled(); });
+                    cancelled = true;
                     return Response{.text = "too late"};
                   }),
                   log);
