@@ -90,6 +90,8 @@ fabric::Request Caller::request(const std::string& uuid, const std::string& text
 
 void Caller::publish(const fabric::Request& request) {
   check(impl_->end.publish(request));
+  impl_->context.restart();
+  impl_->context.poll();
 }
 void Caller::publish(const fabric::Event& event) {
   check(impl_->end.publish(event));
@@ -100,6 +102,10 @@ void Caller::publish(const fabric::ChannelStatus& status) {
 
 void Caller::withdraw(const fabric::Request& request) {
   impl_->end.withdraw(key_of(request), request.uuid);
+  // What is written within a turn of the loop is sent at its end; the test may wait for something
+  // else now and turn the loop no more.
+  impl_->context.restart();
+  impl_->context.poll();
 }
 
 fabric::Reply Caller::await_reply(const fabric::Request& request,
