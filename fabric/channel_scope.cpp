@@ -1,29 +1,19 @@
 #include "fabric/channel_scope.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 
 #include <fmt/format.h>
 
+#include "base/text/characters.hpp"
+#include "base/text/number.hpp"
+
 namespace millrace::fabric {
 
-namespace {
-
-/// 0 if `text` is no channel number.
-std::uint16_t parse_channel(std::string_view text) {
-  std::uint16_t number = 0;
-  const auto [end, error] = std::from_chars(text.begin(), text.end(), number);
-  return error == std::errc() && end == text.end() ? number : std::uint16_t{0};
-}
-
 bool is_machine_name(std::string_view name) {
-  return !name.empty() && name.size() <= 63 && std::all_of(name.begin(), name.end(), [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
-  });
+  return !name.empty() && name.size() <= longest_machine_name &&
+         std::ranges::all_of(
+             name, [](char c) { return base::text::is_alphanumeric(c) || c == '_' || c == '-'; });
 }
-
-}  // namespace
 
 tl::expected<ChannelScope, std::string> parse_channel_scope(std::string_view text) {
   const auto slash = text.find('/');
@@ -35,7 +25,7 @@ tl::expected<ChannelScope, std::string> parse_channel_scope(std::string_view tex
     scope.machine = machine;
   }
   if (channel != "*") {
-    scope.channel = parse_channel(channel);
+    scope.channel = base::text::parse_number<std::uint16_t>(channel).value_or(0);
   }
   if ((machine != "*" && !is_machine_name(machine)) || (channel != "*" && scope.channel == 0)) {
     return tl::unexpected(

@@ -13,8 +13,13 @@
 
 namespace millrace::fabric {
 
-/// "cnc/1", "cnc/*", "*/1" or "*/*"; a machine is letters, digits, '_' and '-', at most 63, a
-/// channel is 1 to 65535.
+/// What idl/millrace.idl has room for.
+inline constexpr std::size_t longest_machine_name = 63;
+
+/// True for 1 to 63 letters, digits, '_' and '-' of ASCII.
+bool is_machine_name(std::string_view name);
+
+/// "cnc/1", "cnc/*", "*/1" or "*/*"; a channel is 1 to 65535.
 tl::expected<ChannelScope, std::string> parse_channel_scope(std::string_view text);
 std::string format_channel_scope(const ChannelScope& scope);
 

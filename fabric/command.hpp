@@ -23,14 +23,14 @@ struct Command {
   /// Drawn for each command. It may be heard twice and is done once.
   InstanceId id{};
   CommandKind kind = CommandKind::answer;
-  /// answer, retry: only the gateway that serves this channel acts.
+  /// answer, retry, ping: only the gateway that serves this channel acts.
   ChannelKey key{};
   /// answer, retry: refused if another call is pending by now.
   CallId call{};
   /// answer: at most 127 bytes, state not 0.
   std::string text{};
   std::uint32_t state = 0;
-  /// drain, ping: only this instance acts.
+  /// drain, ping: only this instance acts; ping: or only the gateway of this id (MachineStatus).
   InstanceId instance{};
   /// "user@host", for logs and recordings.
   std::string issuer{};

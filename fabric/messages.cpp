@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "base/text/trim.hpp"
+
 namespace millrace::fabric {
 
 namespace {
@@ -17,15 +19,6 @@ bool is_hyphen_place(std::size_t index) {
 
 bool is_hex(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
-}
-
-std::string_view trim(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r\n";
-  const auto first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 std::uint8_t hex_value(char c) {
@@ -94,10 +87,10 @@ bool is_uuid(std::string_view text) {
 }
 
 std::string canonical_uuid(std::string_view text) {
-  const std::string_view trimmed = trim(text);
+  const std::string_view trimmed = base::text::trim(text);
   std::string_view inner = trimmed;
   if (inner.size() >= 2 && inner.front() == '{' && inner.back() == '}') {
-    inner = trim(inner.substr(1, inner.size() - 2));
+    inner = base::text::trim(inner.substr(1, inner.size() - 2));
   }
   if (!is_uuid(inner)) {
     return std::string(trimmed);

@@ -15,9 +15,9 @@ namespace millrace::base::configuration {
 namespace {
 
 /// Collects every mistake with its place; protobuf counts lines and columns from 0.
-class Mistakes : public google::protobuf::io::ErrorCollector {
+class SyntaxErrors : public google::protobuf::io::ErrorCollector {
  public:
-  explicit Mistakes(std::string name) : name_(std::move(name)) {}
+  explicit SyntaxErrors(std::string name) : name_(std::move(name)) {}
 
   void AddError(int line, google::protobuf::io::ColumnNumber column,
                 const std::string& message) override {
@@ -40,7 +40,7 @@ using Tree = google::protobuf::TextFormat::ParseInfoTree;
 
 tl::expected<void, std::string> parse(const std::string& text, const std::string& name,
                                       google::protobuf::Message& message, Tree* places) {
-  Mistakes mistakes(name);
+  SyntaxErrors mistakes(name);
   google::protobuf::TextFormat::Parser parser;
   parser.RecordErrorsTo(&mistakes);
   parser.WriteLocationsTo(places);
@@ -69,6 +69,13 @@ tl::expected<void, std::string> parse_config(const std::string& text, const std:
   return parse(text, name, message, nullptr);
 }
 
+tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
+                                             google::protobuf::Message& message,
+                                             ConfigPlaces& places) {
+  places.file_ = name;
+  return parse(text, name, message, &places.tree_);
+}
+
 tl::expected<void, std::string> read_config(const std::filesystem::path& file,
                                             google::protobuf::Message& message) {
   return read(file).and_then(
@@ -78,9 +85,8 @@ tl::expected<void, std::string> read_config(const std::filesystem::path& file,
 tl::expected<void, std::string> read_config(const std::filesystem::path& file,
                                             google::protobuf::Message& message,
                                             ConfigPlaces& places) {
-  places.file_ = file.string();
   return read(file).and_then(
-      [&](const std::string& text) { return parse(text, places.file_, message, &places.tree_); });
+      [&](const std::string& text) { return parse_config(text, file.string(), message, places); });
 }
 
 std::string ConfigPlaces::at(const google::protobuf::Message& message,

@@ -34,9 +34,10 @@ class ConfigPlaces {
                                const std::vector<Step>& path) const;
 
  private:
-  friend tl::expected<void, std::string> read_config(const std::filesystem::path& file,
-                                                     google::protobuf::Message& message,
-                                                     ConfigPlaces& places);
+  friend tl::expected<void, std::string> parse_config(const std::string& text,
+                                                      const std::string& name,
+                                                      google::protobuf::Message& message,
+                                                      ConfigPlaces& places);
 
   std::string file_;
   google::protobuf::TextFormat::ParseInfoTree tree_;
@@ -50,6 +51,9 @@ tl::expected<void, std::string> read_config(const std::filesystem::path& file,
 /// The same for text that is already in memory; `name` stands for the file in messages.
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
                                              google::protobuf::Message& message);
+tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
+                                             google::protobuf::Message& message,
+                                             ConfigPlaces& places);
 
 /// The same, returning the message.
 template <typename Message>

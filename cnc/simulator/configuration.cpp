@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
 #include "idl/cnc.pb.h"
 
@@ -15,66 +15,58 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-using base::program::UsageError;
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
 
-/// A mistake that the schema cannot tell; `where` names the field.
-[[noreturn]] void refuse(const std::string& where, const std::string& what) {
-  throw UsageError(fmt::format("{}: {}", where, what));
-}
-
-template <typename Number>
-void check_range(const std::string& where, Number value, Number lowest, Number highest) {
-  if (!(value >= lowest && value <= highest)) {
-    refuse(where, fmt::format("{}; expected {} to {}", value, lowest, highest));
-  }
-}
-
-AxisSettings axis(const config::CncAxis& from, const std::string& where) {
+AxisSettings axis(const config::CncAxis& from, const ConfigPath& path, Mistakes& mistakes) {
   const auto is_letter_or_digit = [](unsigned char c) { return std::isalnum(c) != 0; };
   const std::string& name = from.name();
-  if (name.empty() || std::isupper(static_cast<unsigned char>(name.front())) == 0 ||
-      !std::all_of(name.begin(), name.end(), is_letter_or_digit)) {
-    refuse(where, fmt::format("name \"{}\"; expected a capital letter and perhaps more letters and "
+  mistakes.expect(!name.empty() && std::isupper(static_cast<unsigned char>(name.front())) != 0 &&
+                      std::all_of(name.begin(), name.end(), is_letter_or_digit),
+                  path / "name",
+                  fmt::format("\"{}\"; expected a capital letter and perhaps more letters and "
                               "digits, as in X or X1",
                               name));
-  }
-  if (!(from.negative_limit() < from.positive_limit())) {
-    refuse(where, fmt::format("axis {}: negative_limit is not below positive_limit", name));
-  }
-  check_range(where + ": greatest_feed", from.greatest_feed(), 0.0, 1e6);
+  mistakes.expect(from.negative_limit() < from.positive_limit(), path / "negative_limit",
+                  fmt::format("of axis {} is not below positive_limit", name));
+  mistakes.expect_range(from.greatest_feed(), 0.0, 1e6, path / "greatest_feed");
   return {name, from.negative_limit(), from.positive_limit(), from.greatest_feed()};
 }
 
+/// Those in the field "axis" of `path`.
 template <typename Axes>
-std::vector<AxisSettings> axes(const Axes& from, const std::string& where) {
-  check_range(where, static_cast<std::size_t>(from.size()), std::size_t{0}, max_axes);
+std::vector<AxisSettings> axes(const Axes& from, const ConfigPath& path, Mistakes& mistakes) {
+  mistakes.expect(static_cast<std::size_t>(from.size()) <= max_axes, path / "axis",
+                  fmt::format("there are {}; expected at most {}", from.size(), max_axes));
   std::vector<AxisSettings> all;
   std::set<std::string> names;
-  for (const config::CncAxis& one : from) {
-    all.push_back(axis(one, where));
-    if (!names.insert(one.name()).second) {
-      refuse(where, fmt::format("there are two axes {}", one.name()));
-    }
+  for (int i = 0; i < from.size(); ++i) {
+    const ConfigPath here = path / ConfigStep{"axis", i};
+    all.push_back(axis(from[i], here, mistakes));
+    mistakes.expect(names.insert(from[i].name()).second, here / "name",
+                    fmt::format("there are two axes {}", from[i].name()));
   }
   return all;
 }
 
-Declaration external(const config::CncExternalVariable& from, const std::string& where) {
+Declaration external(const config::CncExternalVariable& from, const ConfigPath& path,
+                     Mistakes& mistakes) {
   constexpr std::size_t longest_name = 20;
   constexpr std::uint32_t most_elements = 10'000;
   constexpr std::uint32_t longest_text = 127;
-  if (from.name().empty() || from.name().size() > longest_name ||
-      from.name().find_first_of("[] \t\"") != std::string::npos) {
-    refuse(where, fmt::format("name \"{}\"; expected 1 to {} characters without blanks and "
-                              "brackets",
+  mistakes.expect(!from.name().empty() && from.name().size() <= longest_name &&
+                      from.name().find_first_of("[] \t\"") == std::string::npos,
+                  path / "name",
+                  fmt::format("\"{}\"; expected 1 to {} characters without blanks and brackets",
                               from.name(), longest_name));
-  }
-  check_range(where + ": characters", from.characters(), 1U, longest_text);
-  check_range(where + ": array_elements", from.array_elements(), 0U, most_elements);
+  const bool fits = mistakes.expect_range(from.characters(), 1U, longest_text, path / "characters");
+  mistakes.expect_range(from.array_elements(), 0U, most_elements, path / "array_elements");
   const Type type{static_cast<std::uint32_t>(from.type())};
   Declaration declaration{
       "V.E." + from.name(),
-      type == Type::string ? ElementType::text(from.characters()) : ElementType::number(type),
+      type == Type::string ? ElementType::text(fits ? from.characters() : longest_text)
+                           : ElementType::number(type),
       Access{static_cast<std::uint32_t>(from.access_rights())},
       {},
       External{from.scope() == config::CncExternalVariable::GLOBAL, from.synchronisation(), 0}};
@@ -95,38 +87,44 @@ void assign_addresses(std::vector<Declaration>& externals) {
   }
 }
 
-std::vector<Declaration> externals(const config::Cnc& config, const std::string& name) {
+std::vector<Declaration> externals(const config::Cnc& config, Mistakes& mistakes) {
   std::vector<Declaration> all;
   std::set<std::string> names;
-  for (const auto& variable : config.external_variable()) {
-    all.push_back(external(variable, name + ": external_variable"));
-    if (!names.insert(variable.name()).second) {
-      refuse(name + ": external_variable", fmt::format("there are two of {}", variable.name()));
-    }
+  for (int i = 0; i < config.external_variable_size(); ++i) {
+    const auto& variable = config.external_variable(i);
+    const ConfigPath path{{"external_variable", i}};
+    all.push_back(external(variable, path, mistakes));
+    mistakes.expect(names.insert(variable.name()).second, path / "name",
+                    fmt::format("there are two of {}", variable.name()));
   }
   assign_addresses(all);
   return all;
 }
 
-void set_channels(const config::Cnc& config, const std::string& name, Settings& settings) {
-  check_range(name + ": channels", config.channels(), 1U, max_channels);
+void set_channels(const config::Cnc& config, Settings& settings, Mistakes& mistakes) {
+  const bool right = mistakes.expect_range(config.channels(), 1U, max_channels, {{"channels"}});
   settings.channels = config.channels();
   if (config.axis_size() > 0) {
-    settings.axes = axes(config.axis(), name + ": axis");
+    settings.axes = axes(config.axis(), {}, mistakes);
   }
-  for (const config::CncChannel& channel : config.channel()) {
-    check_range(name + ": channel: number", channel.number(), 1U, config.channels());
-    auto own = axes(channel.axis(), fmt::format("{}: channel {}: axis", name, channel.number()));
-    if (!settings.channel_axes.emplace(channel.number(), std::move(own)).second) {
-      refuse(name + ": channel", fmt::format("there are two of number {}", channel.number()));
-    }
+  for (int i = 0; i < config.channel_size(); ++i) {
+    const config::CncChannel& channel = config.channel(i);
+    const ConfigPath path{{"channel", i}};
+    mistakes.expect_range(channel.number(), 1U, right ? config.channels() : max_channels,
+                          path / "number");
+    auto own = axes(channel.axis(), path, mistakes);
+    mistakes.expect(settings.channel_axes.emplace(channel.number(), std::move(own)).second,
+                    path / "number", fmt::format("there are two of number {}", channel.number()));
   }
 }
 
-nc::ChannelOptions programs(const config::CncPrograms& from, const std::string& where) {
+nc::ChannelOptions programs(const config::CncPrograms& from, Mistakes& mistakes) {
   constexpr std::uint32_t highest_level = 10;
-  check_range(where + ": look_ahead", from.look_ahead(), 1U, 10'000U);
-  check_range(where + ": decoder_budget", from.decoder_budget(), 10U, 100'000U);
+  const ConfigPath path{{"programs"}};
+  mistakes.expect_range(from.look_ahead(), 1U, 10'000U, path / "look_ahead");
+  mistakes.expect_range(from.decoder_budget(), 10U, 100'000U, path / "decoder_budget");
+  mistakes.expect_range(from.operations_per_cycle(), 100U, 1'000'000U,
+                        path / "operations_per_cycle");
   nc::ChannelOptions options;
   options.queue = from.look_ahead();
   options.withhold_last_motion = from.withhold_last_motion();
@@ -134,30 +132,35 @@ nc::ChannelOptions programs(const config::CncPrograms& from, const std::string& 
   options.optional_stop = from.optional_stop();
   options.decoder_budget = from.decoder_budget();
   options.stream_program = from.stream_program();
-  for (const std::uint32_t level : from.skipped_level()) {
-    check_range(where + ": skipped_level", level, 1U, highest_level);
-    options.skipped_levels = static_cast<std::uint16_t>(options.skipped_levels | 1U << (level - 1));
+  for (int i = 0; i < from.skipped_level_size(); ++i) {
+    const std::uint32_t level = from.skipped_level(i);
+    if (mistakes.expect_range(level, 1U, highest_level, path / ConfigStep{"skipped_level", i})) {
+      options.skipped_levels =
+          static_cast<std::uint16_t>(options.skipped_levels | 1U << (level - 1));
+    }
   }
   return options;
 }
 
-std::vector<ads::NetId> routes(const config::CncConnections& from, const std::string& where) {
+std::vector<ads::NetId> routes(const config::CncConnections& from, const ConfigPath& path,
+                               Mistakes& mistakes) {
   std::vector<ads::NetId> all;
-  for (const std::string& text : from.route()) {
-    const auto net_id = ads::NetId::parse(text);
-    if (!net_id) {
-      refuse(where + ": route",
-             fmt::format("\"{}\"; expected six numbers, as in 127.0.0.1.2.1", text));
+  for (int i = 0; i < from.route_size(); ++i) {
+    const auto net_id = ads::NetId::parse(from.route(i));
+    if (mistakes.expect(
+            net_id.has_value(), path / ConfigStep{"route", i},
+            fmt::format("\"{}\"; expected six numbers, as in 127.0.0.1.2.1", from.route(i)))) {
+      all.push_back(*net_id);
     }
-    all.push_back(*net_id);
   }
   return all;
 }
 
-ConnectionSettings connections(const config::CncConnections& from, const std::string& where) {
-  check_range(where + ": delay_ms", from.delay_ms(), 0U, 60'000U);
+ConnectionSettings connections(const config::CncConnections& from, Mistakes& mistakes) {
+  const ConfigPath path{{"connections"}};
+  mistakes.expect_range(from.delay_ms(), 0U, 60'000U, path / "delay_ms");
   return {static_cast<ads::ForeignTarget>(from.foreign_target()),
-          routes(from, where),
+          routes(from, path, mistakes),
           from.one_per_address(),
           from.sum_commands(),
           from.symbols(),
@@ -167,10 +170,10 @@ ConnectionSettings connections(const config::CncConnections& from, const std::st
 }
 
 /// A relative folder starts at `base`.
-Settings settings_of(const config::Cnc& config, const std::string& name,
-                     const std::filesystem::path& base) {
+Settings settings_of(const config::Cnc& config, const std::filesystem::path& base,
+                     Mistakes& mistakes) {
   Settings settings;
-  set_channels(config, name, settings);
+  set_channels(config, settings, mistakes);
   const auto& service = config.service_interface();
   settings.service = {service.response_clears_request(), service.ads_request_clears_response(),
                       service.reset_clears_states(), service.start_clears_states()};
@@ -178,27 +181,40 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
   settings.answers = {answers.whole_string_buffer(),
                       static_cast<ads::ErrorCode>(answers.unknown_variable()), answers.old_groups(),
                       answers.old_value_offset()};
-  if (answers.old_value_offset() != 92 && answers.old_value_offset() != 96) {
-    refuse(name + ": answers: old_value_offset",
-           fmt::format("{}; expected 92 or 96", answers.old_value_offset()));
-  }
+  mistakes.expect(answers.old_value_offset() == 92 || answers.old_value_offset() == 96,
+                  {{"answers"}, {"old_value_offset"}},
+                  fmt::format("{}; expected 92 or 96", answers.old_value_offset()));
   constexpr double slowest = 1;
   constexpr double fastest = 1e6;
-  settings.program = programs(config.programs(), name + ": programs");
-  check_range(name + ": programs: operations_per_cycle", config.programs().operations_per_cycle(),
-              100U, 1'000'000U);
+  settings.program = programs(config.programs(), mistakes);
   settings.decoder_operations = config.programs().operations_per_cycle();
   settings.timers_resume = config.programs().timers_resume();
   settings.quoted_reports = config.programs().quoted_reports();
   settings.report_time = config.programs().report_time();
-  check_range(name + ": rapid_feed", config.rapid_feed(), slowest, fastest);
+  mistakes.expect_range(config.rapid_feed(), slowest, fastest, {{"rapid_feed"}});
   settings.program.rapid_feed = config.rapid_feed();
-  check_range(name + ": cycle_us", config.cycle_us(), 250U, 100'000U);
+  mistakes.expect_range(config.cycle_us(), 250U, 100'000U, {{"cycle_us"}});
   settings.cycle = std::chrono::microseconds(config.cycle_us());
-  settings.connections = connections(config.connections(), name + ": connections");
-  settings.externals = externals(config, name);
+  settings.connections = connections(config.connections(), mistakes);
+  settings.externals = externals(config, mistakes);
   for (const std::string& folder : config.program_folder()) {
     settings.folders.push_back(base / folder);
+  }
+  return settings;
+}
+
+/// `read` fills what it is given and says what does not fit the schema.
+template <typename Read>
+Settings checked(const std::filesystem::path& folder, Read read) {
+  config::Cnc config;
+  base::configuration::ConfigPlaces places;
+  if (const tl::expected<void, std::string> done = read(config, places); !done) {
+    throw base::program::UsageError(done.error());
+  }
+  Mistakes mistakes(config, places);
+  Settings settings = settings_of(config, folder, mistakes);
+  if (!mistakes.none()) {
+    throw base::program::UsageError(mistakes.text());
   }
   return settings;
 }
@@ -206,19 +222,15 @@ Settings settings_of(const config::Cnc& config, const std::string& name,
 }  // namespace
 
 Settings read_settings(const std::filesystem::path& file) {
-  const auto config = base::configuration::read_config<config::Cnc>(file);
-  if (!config) {
-    throw UsageError(config.error());
-  }
-  return settings_of(*config, file.string(), file.parent_path());
+  return checked(file.parent_path(), [&](auto& config, auto& places) {
+    return base::configuration::read_config(file, config, places);
+  });
 }
 
 Settings parse_settings(const std::string& text, const std::string& name) {
-  config::Cnc config;
-  if (const auto parsed = base::configuration::parse_config(text, name, config); !parsed) {
-    throw UsageError(parsed.error());
-  }
-  return settings_of(config, name, {});
+  return checked({}, [&](auto& config, auto& places) {
+    return base::configuration::parse_config(text, name, config, places);
+  });
 }
 
 }  // namespace millrace::cnc::simulator

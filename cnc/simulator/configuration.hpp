@@ -10,8 +10,7 @@
 
 namespace millrace::cnc::simulator {
 
-/// @throws base::program::UsageError with the file and, where it can be told, line and column of
-/// each mistake
+/// @throws base::program::UsageError with file, line and column of every mistake
 Settings read_settings(const std::filesystem::path& file);
 
 /// The same for text that is already in memory; `name` stands for the file in messages.

@@ -24,7 +24,8 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
       : participant(own_participant),
         executor(std::move(own_executor)),
         listener(&own_listener),
-        machines(own_participant, own_participant.options().fabric) {}
+        machines(own_participant, own_participant.options().fabric,
+                 {.lease = own_participant.options().lease}) {}
 
   void open();
   void close();
@@ -270,6 +271,10 @@ tl::expected<void, std::string> CallEnd::publish(const Event& event) {
     return {};
   }
   return impl_->events->write(event);
+}
+
+void CallEnd::assert_machines() {
+  impl_->machines.assert_itself();
 }
 
 void CallEnd::let_go(const ChannelKey& key) {

@@ -62,6 +62,11 @@ class CallEnd {
   tl::expected<void, std::string> publish(const ChannelStatus& status);
   tl::expected<void, std::string> publish(const MachineStatus& status);
   tl::expected<void, std::string> publish(const Event& event);
+  /// Says that whoever runs this end is there. Machines are orphaned for those who read of them,
+  /// and another gateway takes them over, when nothing was published of them and this was not
+  /// called for the participant's lease: also if only the executor hangs. Then they are to be
+  /// published anew.
+  void assert_machines();
   /// The channel, or the machine, is not ours any more; another gateway may tell of it.
   void let_go(const ChannelKey& key);
   void let_go(const MachineStatus& status);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "idl/fabric.pb.h"
 
 namespace millrace::fabric::profile {
@@ -44,55 +45,25 @@ bool is_loopback(const std::string& interface) {
   return interface == "lo" || interface.starts_with("127.");
 }
 
-/// Collects what is wrong with a profile, each with its place in the file.
-class Check {
- public:
-  Check(const config::Fabric& profile, const base::configuration::ConfigPlaces& places)
-      : profile_(profile), places_(places) {}
-
-  void expect(bool right, const std::string& field, const std::string& what, int index = 0) {
-    if (!right) {
-      mistakes_.push_back(
-          fmt::format("{}: {}: {}", places_.at(profile_, {{field, index}}), field, what));
-    }
-  }
-
-  [[nodiscard]] std::string text() const { return fmt::format("{}", fmt::join(mistakes_, "\n")); }
-
- private:
-  const config::Fabric& profile_;
-  const base::configuration::ConfigPlaces& places_;
-  std::vector<std::string> mistakes_;
-};
-
-void check_numbers(const config::Fabric& profile, Check& check) {
-  check.expect(profile.domain() <= max_domain, "domain",
-               fmt::format("{}; expected 0 to {}", profile.domain(), max_domain));
-  const std::uint32_t processes = profile.processes_per_host();
-  check.expect(!profile.has_processes_per_host() || (processes >= 1 && processes <= max_processes),
-               "processes_per_host", fmt::format("{}; expected 1 to {}", processes, max_processes));
-  const std::uint32_t lease = profile.lease_ms();
-  check.expect(lease >= min_lease_ms && lease <= max_lease_ms, "lease_ms",
-               fmt::format("{}; expected {} to {}", lease, min_lease_ms, max_lease_ms));
-}
-
-std::string mistakes_of(const config::Fabric& profile,
-                        const base::configuration::ConfigPlaces& places) {
-  Check check(profile, places);
-  check.expect(
-      dds::is_fabric_name(profile.fabric()), "fabric",
+void check(const config::Fabric& profile, base::configuration::Mistakes& mistakes) {
+  mistakes.expect(
+      dds::is_fabric_name(profile.fabric()), {{"fabric"}},
       fmt::format("\"{}\"; expected some text without '*', '?', '/' and ','", profile.fabric()));
-  check_numbers(profile, check);
-  check.expect(is_interface(profile.interface()), "interface",
-               fmt::format("\"{}\"; expected the name of a network interface, as `ip link` shows "
-                           "it, or its IPv4 address",
-                           profile.interface()));
-  for (int i = 0; i < profile.peers_size(); ++i) {
-    check.expect(consists_of(profile.peers(i), ".-"), "peers",
-                 fmt::format("\"{}\"; expected a host's name or IPv4 address", profile.peers(i)),
-                 i);
+  mistakes.expect_range(profile.domain(), 0U, max_domain, {{"domain"}});
+  if (profile.has_processes_per_host()) {
+    mistakes.expect_range(profile.processes_per_host(), 1U, max_processes,
+                          {{"processes_per_host"}});
   }
-  return check.text();
+  mistakes.expect_range(profile.lease_ms(), min_lease_ms, max_lease_ms, {{"lease_ms"}});
+  mistakes.expect(is_interface(profile.interface()), {{"interface"}},
+                  fmt::format("\"{}\"; expected the name of a network interface, as `ip link` "
+                              "shows it, or its IPv4 address",
+                              profile.interface()));
+  for (int i = 0; i < profile.peers_size(); ++i) {
+    mistakes.expect(
+        consists_of(profile.peers(i), ".-"), {{"peers", i}},
+        fmt::format("\"{}\"; expected a host's name or IPv4 address", profile.peers(i)));
+  }
 }
 
 std::string interface_element(const std::string& interface) {
@@ -143,8 +114,10 @@ tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::files
   if (const auto done = base::configuration::read_config(file, profile, places); !done) {
     return tl::unexpected(done.error());
   }
-  if (std::string mistakes = mistakes_of(profile, places); !mistakes.empty()) {
-    return tl::unexpected(std::move(mistakes));
+  base::configuration::Mistakes mistakes(profile, places);
+  check(profile, mistakes);
+  if (!mistakes.none()) {
+    return tl::unexpected(mistakes.text());
   }
   return dds::ParticipantOptions{.domain = profile.domain(),
                                  .fabric = profile.fabric(),

@@ -8,6 +8,7 @@
 #include "base/text/characters.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/registry/identity.hpp"
+#include "fabric/words.hpp"
 
 namespace millrace::fabric::registry {
 
@@ -98,9 +99,9 @@ Parsed read_channels(std::string_view value, std::vector<ChannelScope>& channels
 }
 
 Parsed read_delivery(std::string_view value, Delivery& delivery) {
-  delivery = value == "at-most-once" ? Delivery::at_most_once : Delivery::at_least_once;
-  return expect(value == "at-most-once" || value == "at-least-once",
-                "at-least-once or at-most-once");
+  const std::optional<Delivery> parsed = parse_delivery(value);
+  delivery = parsed.value_or(Delivery::at_least_once);
+  return expect(parsed.has_value(), "at-least-once or at-most-once");
 }
 
 Parsed read_draining(std::string_view value, bool& draining) {
@@ -172,9 +173,8 @@ std::string format_identity(const InstanceIdentity& identity) {
       "delivery={}\nconcurrency={}\ndraining={}\n",
       header, identity.id.to_string(), escape(identity.uuid), escape(identity.name),
       escape(identity.description), escape(identity.version), escape(identity.host), identity.pid,
-      join_channels(identity.channels),
-      identity.delivery == Delivery::at_most_once ? "at-most-once" : "at-least-once",
-      identity.concurrency, identity.draining ? "yes" : "no");
+      join_channels(identity.channels), name_of(identity.delivery), identity.concurrency,
+      identity.draining ? "yes" : "no");
 }
 
 tl::expected<InstanceIdentity, std::string> parse_identity(std::string_view text) {

@@ -7,6 +7,15 @@
 
 namespace millrace::fabric::wire {
 
+dds::Qos writer_qos(const Topic& topic, const EndpointOptions& options) {
+  dds::Qos qos = writer_qos(topic, options.user_data);
+  if (options.lease) {
+    dds_qset_liveliness(qos.get(), DDS_LIVELINESS_MANUAL_BY_TOPIC,
+                        DDS_MSECS(options.lease->count()));
+  }
+  return qos;
+}
+
 dds::Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options) {
   dds::Qos qos = reader_qos(topic, keep, options.user_data);
   if (options.others_only) {

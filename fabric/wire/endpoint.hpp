@@ -1,6 +1,8 @@
 // What readers and writers have in common.
 #pragma once
 
+#include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +21,14 @@ struct EndpointOptions {
   bool others_only = false;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
+  /// A writer that is taken for gone, although its process is there, when it has neither written
+  /// nor asserted itself for so long (Writer::assert_itself). Without, as long as its process is
+  /// there.
+  std::optional<std::chrono::milliseconds> lease{};
 };
 
+/// What a writer with these options offers.
+dds::Qos writer_qos(const Topic& topic, const EndpointOptions& options);
 /// What a reader with these options asks for.
 dds::Qos reader_qos(const Topic& topic, Keep keep, const EndpointOptions& options);
 

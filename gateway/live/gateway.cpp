@@ -81,6 +81,7 @@ void Gateway::Impl::on_stall(std::chrono::nanoseconds late) {
 
 void Gateway::Impl::beat() {
   begin_event();
+  call_end.assert_machines();
   stall_timer.expires_at(stall.beat(now().steady));
   stall_timer.async_wait([this](boost::system::error_code error) {
     if (!error) {

@@ -126,13 +126,15 @@ void Gateway::Impl::on_ignored(const std::string& reason) {
 
 void Gateway::Impl::on_command(const fabric::Command& command) {
   begin_event();
-  if (command.kind == fabric::CommandKind::drain || !control.serves(command.key)) {
+  const bool of_ours = command.kind != fabric::CommandKind::drain && control.serves(command.key);
+  const bool to_us = command.kind == fabric::CommandKind::ping && command.instance == own.id;
+  if (!of_ours && !to_us) {
     return;
   }
   const control::Verdict verdict = obey(command);
   log->log(command.kind == fabric::CommandKind::ping ? spdlog::level::debug : spdlog::level::info,
-           "{}: {} by {}: {}", command.key.to_string(), word_for(command.kind), command.issuer,
-           verdict.detail);
+           "{}: {} by {}: {}", to_us ? "this gateway" : command.key.to_string(),
+           word_for(command.kind), command.issuer, verdict.detail);
   const auto published = command_end.publish(
       {own.id, command.id, verdict.done, fit_reason(verdict.detail), now().wall});
   if (!published) {
@@ -145,7 +147,7 @@ control::Verdict Gateway::Impl::obey(const fabric::Command& command) {
   if (command.kind == fabric::CommandKind::retry) {
     carry_out(control.on_retry(command.key, command.call, command.issuer, verdict, now()));
   } else if (command.kind == fabric::CommandKind::ping) {
-    verdict = {true, "serves it"};
+    verdict = {true, control.serves(command.key) ? "serves it" : "is there"};
   } else {
     carry_out(control.on_answer(command.key, command.call,
                                 {command.text, command.state, command.issuer}, verdict, now()));

@@ -38,6 +38,8 @@ class Claims {
                                                           fabric::Time ours) const;
   /// Whether any other gateway claims channels of this machine.
   [[nodiscard]] bool contested(const std::string& machine) const;
+  /// Whether the other gateway's claim comes before ours of time `ours`.
+  [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time ours) const;
   /// `ours`, or a moment after the claims of those that serve the machine already: clocks of hosts
   /// differ, and who comes later must not be before them.
   [[nodiscard]] fabric::Time behind_those_that_serve(const std::string& machine,
@@ -46,7 +48,6 @@ class Claims {
  private:
   using Gateways = std::map<fabric::InstanceId, fabric::MachineStatus>;
   [[nodiscard]] const Gateways& of(const std::string& machine) const;
-  [[nodiscard]] bool before(const fabric::MachineStatus& other, fabric::Time ours) const;
 
   fabric::InstanceId self_;
   std::map<std::string, Gateways> machines_;

@@ -40,6 +40,8 @@ class MachineReport {
   [[nodiscard]] const fabric::MachineStatus& status() const { return status_; }
   /// The status, if it is not what was told last.
   std::optional<fabric::MachineStatus> news();
+  /// What was told is forgotten by those who heard it.
+  void forget_told() { told_.reset(); }
 
  private:
   fabric::MachineStatus status_;

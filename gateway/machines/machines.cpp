@@ -130,8 +130,14 @@ void Machines::set(const std::vector<settings::MachineSettings>& machines) {
 
 void Machines::on_machine(const fabric::MachineStatus& status) {
   impl_->claims.set(status);
-  if (impl_->machines.contains(status.machine)) {
+  if (const auto found = impl_->machines.find(status.machine); found != impl_->machines.end()) {
     impl_->listener.on_contested();
+    MachineReport& ours = found->second.report;
+    if (status.connected && ours.status().connected &&
+        !impl_->claims.before(status, ours.status().claimed)) {
+      // It may have taken us for gone, although we are there.
+      ours.forget_told();
+    }
     impl_->review(status.machine);
   }
 }
@@ -167,6 +173,7 @@ void Machines::on_over(const fabric::ChannelKey& key) {
 bool Machines::stood_still() {
   bool contested = false;
   for (auto& [name, one] : impl_->machines) {
+    one.report.forget_told();
     if (impl_->claims.contested(name)) {
       contested = true;
       if (one.link) {
@@ -174,6 +181,7 @@ bool Machines::stood_still() {
         impl_->listen(one);
       }
     }
+    impl_->publish(one);
   }
   return contested;
 }

@@ -90,7 +90,8 @@ class Machines {
   /// A session that was retired or refused is over.
   void on_over(const fabric::ChannelKey& key);
   /// This process stood still for longer than others wait for it: machines that another gateway may
-  /// have taken over are let go of, until it is known who serves them. False if there are none.
+  /// have taken over are let go of, until it is known who serves them. False if there are none. All
+  /// are told anew, since who takes this gateway for gone has forgotten what it told.
   bool stood_still();
   /// About once a second: tells how busy the links are.
   void tell_load();

@@ -1,7 +1,7 @@
-// Notices that this process stood still (SIGSTOP, a host that sleeps) for so long that others may
-// have taken it for gone: its lease was renewed last up to 0.8 of its time before (Cyclone). Pure.
+// Beats as long as the loop turns, and notices that it stood still (a loop that hung, SIGSTOP, a
+// host that sleeps) for so long that others may have taken this process for gone. Pure.
 //
-//   timer.expires_at(stall.beat(now));              // then beat() again
+//   timer.expires_at(stall.beat(now));              // tell the others, then beat() again
 //   if (const auto late = stall.late(now)) …        // before anything else is done
 #pragma once
 
@@ -14,8 +14,12 @@ namespace millrace::gateway::machines {
 
 class StallDetector {
  public:
-  /// `lease` of this process on the fabric.
-  explicit StallDetector(std::chrono::nanoseconds lease) : period_(lease / 4) {}
+  /// Who has not heard of this process for its `lease` takes it for gone. Several beats may be lost
+  /// on the way. Cyclone renews the lease of a process, which a frozen one loses too, up to 0.8 of
+  /// its time before; who comes half a lease after the last beat is forgiven all the same, for the
+  /// sake of busy hosts.
+  explicit StallDetector(std::chrono::nanoseconds lease)
+      : period_(lease / 8), forgiven_(lease / 2 - period_) {}
 
   /// It lives; when to beat next.
   SteadyTime beat(SteadyTime now) {
@@ -23,7 +27,7 @@ class StallDetector {
     return *due_;
   }
   /// It stood still and nobody has asked for how long; never before it has begun to beat.
-  [[nodiscard]] bool overdue(SteadyTime now) const { return due_ && now - *due_ > period_; }
+  [[nodiscard]] bool overdue(SteadyTime now) const { return due_ && now - *due_ > forgiven_; }
   /// For how long it stood still, once for each time; nothing if it did not.
   std::optional<std::chrono::nanoseconds> late(SteadyTime now) {
     if (!overdue(now)) {
@@ -36,6 +40,7 @@ class StallDetector {
 
  private:
   std::chrono::nanoseconds period_;
+  std::chrono::nanoseconds forgiven_;
   std::optional<SteadyTime> due_;
 };
 

@@ -1,146 +1,114 @@
 #include "gateway/settings/settings.hpp"
 
-#include <algorithm>
-#include <charconv>
 #include <set>
 
 #include <fmt/format.h>
 
-#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
-#include "fabric/messages.hpp"
+#include "base/text/number.hpp"
+#include "fabric/channel_scope.hpp"
 #include "idl/gateway.pb.h"
 
 namespace millrace::gateway::settings {
 
 namespace {
 
-using cnc::ads::NetId;
-using Places = base::configuration::ConfigPlaces;
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
 using base::program::UsageError;
+using cnc::ads::NetId;
 
-constexpr std::size_t longest_name = 63;
 constexpr std::uint32_t last_channel = 255;
 constexpr std::uint32_t last_port = 65535;
 constexpr std::uint32_t slowest_poll_ms = 1000;
 
-bool name_character(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-         c == '-';
-}
-
-/// Turns the parts of a file into settings; `path` leads to the part, for its place in messages.
+/// Turns the parts of a file into settings and notes what is wrong with them; `path` leads to the
+/// part.
 class Reader {
  public:
-  Reader(const config::Gateway& config, const Places& places) : config_(config), places_(places) {}
+  explicit Reader(Mistakes& mistakes) : mistakes_(mistakes) {}
 
-  [[nodiscard]] MachineSettings machine(const config::Machine& from, int index) const {
-    const Places::Step step{"machine", index};
+  MachineSettings machine(const config::Machine& from, const ConfigPath& path) {
     MachineSettings to;
     to.name = from.name();
-    if (const std::string wrong = wrong_name(to.name); !wrong.empty()) {
-      fail({step, {"name"}}, wrong);
-    }
-    if (from.host().empty()) {
-      fail({step, {"host"}},
-           fmt::format("machine {} has no host; expected host: \"10.0.0.5\"", to.name));
-    }
+    const std::string wrong = wrong_name(to.name);
+    mistakes_.expect(wrong.empty(), path / "name", wrong);
+    mistakes_.expect(!from.host().empty(), path / "host",
+                     fmt::format("machine {} has no host; expected host: \"10.0.0.5\"", to.name));
     to.host = from.host();
-    to.tcp_port =
-        static_cast<std::uint16_t>(in_range(from.port(), 1, last_port, {step, {"port"}}, "port"));
-    to.net_id = net_id(from.net_id(), {step, {"net_id"}}, "net_id");
-    to.source = net_id(from.source_net_id(), {step, {"source_net_id"}}, "source_net_id");
+    to.tcp_port = in_range(from.port(), last_port, path / "port");
+    to.net_id = net_id(from.net_id(), path / "net_id");
+    to.source = net_id(from.source_net_id(), path / "source_net_id");
     for (int i = 0; i < from.channel_size(); ++i) {
-      to.channels.push_back(static_cast<std::uint16_t>(
-          in_range(from.channel(i), 1, last_channel, {step, {"channel", i}}, "channel")));
+      to.channels.push_back(
+          in_range(from.channel(i), last_channel, path / ConfigStep{"channel", i}));
     }
-    to.pace = pace(from.poll(), step);
+    const config::Poll& poll = from.poll();
+    to.pace.active = poll_time(poll.active_ms(), path / "poll" / "active_ms");
+    to.pace.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
     return to;
   }
 
-  [[nodiscard]] Policy policy(const config::Policy& from, std::vector<Places::Step> path) const {
-    path.push_back({"policy"});
+  Policy policy(const config::Policy& from, const ConfigPath& path) {
+    const auto rule = [&](bool is_there, const config::Rule& one, const std::string& name) {
+      return is_there ? std::optional(this->rule(one, path / name)) : std::nullopt;
+    };
     Policy to;
-    if (from.has_unserved()) {
-      to.unserved = rule(from.unserved(), path, "unserved", true);
+    to.unserved = rule(from.has_unserved(), from.unserved(), "unserved");
+    to.lost = rule(from.has_lost(), from.lost(), "lost");
+    if (from.has_refused()) {
+      to.refused = refused(from.refused(), path / "refused");
     }
     if (from.has_deadline()) {
-      to.deadline = rule(from.deadline(), path, "deadline", false);
-    }
-    if (from.has_lost()) {
-      to.lost = rule(from.lost(), path, "lost", true);
-    }
-    if (from.has_refused()) {
-      to.refused = refused(from.refused(), path);
+      mistakes_.expect(from.deadline().after_ms() > 0, path / "deadline",
+                       "it has no after_ms; expected after_ms: 30000 or another time");
+      to.deadline = values_of(from.deadline());
     }
     return to;
-  }
-
-  [[nodiscard]] std::uint32_t in_range(std::uint32_t value, std::uint32_t first, std::uint32_t last,
-                                       const std::vector<Places::Step>& path,
-                                       std::string_view what) const {
-    if (value < first || value > last) {
-      fail(path, fmt::format("{}: {}; expected {} to {}", what, value, first, last));
-    }
-    return value;
-  }
-
-  [[noreturn]] void fail(const std::vector<Places::Step>& path, const std::string& what) const {
-    throw UsageError(fmt::format("{}: {}", places_.at(config_, path), what));
   }
 
  private:
-  [[nodiscard]] NetId net_id(const std::string& text, const std::vector<Places::Step>& path,
-                             std::string_view what) const {
-    const auto id = NetId::parse(text);
-    if (!id) {
-      fail(path, fmt::format("{}: \"{}\"; expected six numbers of 0 to 255 with dots, as in "
-                             "\"10.0.0.5.1.1\"",
-                             what, text));
-    }
-    return *id;
+  std::uint16_t in_range(std::uint32_t value, std::uint32_t last, const ConfigPath& path) {
+    mistakes_.expect_range(value, 1U, last, path);
+    return static_cast<std::uint16_t>(value);
   }
 
-  [[nodiscard]] Rule rule(const config::Rule& from, std::vector<Places::Step> path,
-                          const std::string& name, bool needs_state) const {
-    path.push_back({name});
-    if (needs_state && from.response_state() == 0) {
-      fail(path, fmt::format("{} has no response_state, or 0, which releases no program; expected "
-                             "response_state: 901 or another number",
-                             name));
-    }
-    if (!needs_state && from.after_ms() == 0) {
-      fail(path, fmt::format("{} has no after_ms; expected after_ms: 30000 or another time", name));
-    }
+  std::chrono::milliseconds poll_time(std::uint32_t ms, const ConfigPath& path) {
+    return std::chrono::milliseconds(in_range(ms, slowest_poll_ms, path));
+  }
+
+  NetId net_id(const std::string& text, const ConfigPath& path) {
+    const auto id = NetId::parse(text);
+    mistakes_.expect(id.has_value(), path,
+                     fmt::format("\"{}\"; expected six numbers of 0 to 255 with dots, as in "
+                                 "\"10.0.0.5.1.1\"",
+                                 text));
+    return id ? *id : NetId{};
+  }
+
+  Rule rule(const config::Rule& from, const ConfigPath& path) {
+    mistakes_.expect(from.response_state() != 0, path,
+                     "it has no response_state, or 0, which releases no program; expected "
+                     "response_state: 901 or another number");
+    return values_of(from);
+  }
+
+  static Rule values_of(const config::Rule& from) {
     return {std::chrono::milliseconds(from.after_ms()), from.response_state()};
   }
 
-  [[nodiscard]] Rule refused(const config::Refused& from, std::vector<Places::Step> path) const {
-    path.push_back({"refused"});
-    if (from.hold() && from.has_response_state()) {
-      fail(path, "refused has a response_state and hold, which writes none; expected one of them");
-    }
-    if (from.response_state() == 0) {
-      fail(path,
-           "refused has response_state: 0, which releases no program; expected another number, or "
-           "hold: true, which keeps the call for an operator");
-    }
+  Rule refused(const config::Refused& from, const ConfigPath& path) {
+    mistakes_.expect(!from.hold() || !from.has_response_state(), path,
+                     "it has a response_state and hold, which writes none; expected one of them");
+    mistakes_.expect(from.response_state() != 0, path,
+                     "response_state: 0 releases no program; expected another number, or hold: "
+                     "true, which keeps the call for an operator");
     return {std::chrono::milliseconds(0), from.hold() ? 0 : from.response_state()};
   }
 
-  [[nodiscard]] Pace pace(const config::Poll& from, const Places::Step& step) const {
-    const auto ms = [&](std::uint32_t value, const std::string& field) {
-      return std::chrono::milliseconds(
-          in_range(value, 1, slowest_poll_ms, {step, {"poll"}, {field}}, field));
-    };
-    Pace to;
-    to.active = ms(from.active_ms(), "active_ms");
-    to.idle = ms(from.idle_ms(), "idle_ms");
-    return to;
-  }
-
-  const config::Gateway& config_;
-  const Places& places_;
+  Mistakes& mistakes_;
 };
 
 journal::Sync sync_of(config::Journal::Sync sync) {
@@ -155,32 +123,35 @@ journal::Sync sync_of(config::Journal::Sync sync) {
   return journal::Sync::interval;
 }
 
-Policies policies_of(const config::Gateway& config, const Reader& reader) {
+Policies policies_of(const config::Gateway& config, Reader& reader, Mistakes& mistakes) {
   Policies policies;
-  policies.everywhere = reader.policy(config.policy(), {});
+  policies.everywhere = reader.policy(config.policy(), {{"policy"}});
   for (int i = 0; i < config.machine_size(); ++i) {
     policies.by_machine[config.machine(i).name()] =
-        reader.policy(config.machine(i).policy(), {{"machine", i}});
+        reader.policy(config.machine(i).policy(), {{"machine", i}, {"policy"}});
   }
   for (int i = 0; i < config.service_size(); ++i) {
+    const ConfigPath path{{"service", i}};
     const std::string uuid = fabric::canonical_uuid(config.service(i).uuid());
-    if (uuid.empty()) {
-      reader.fail({{"service", i}},
-                  "the service has no uuid; expected the UUID that programs call");
-    }
-    const Policy policy = reader.policy(config.service(i).policy(), {{"service", i}});
-    if (!policies.by_uuid.emplace(uuid, policy).second) {
-      reader.fail({{"service", i}, {"uuid"}},
-                  fmt::format("the service {} is named twice; expected one policy for it", uuid));
+    const Policy policy = reader.policy(config.service(i).policy(), path / "policy");
+    if (mistakes.expect(!uuid.empty(), path / "uuid",
+                        "the service has no uuid; expected the UUID that programs call")) {
+      mistakes.expect(
+          policies.by_uuid.emplace(uuid, policy).second, path / "uuid",
+          fmt::format("the service {} is named twice; expected one policy for it", uuid));
     }
   }
   return policies;
 }
 
+/// What is said of the second machine of one name, in the file and elsewhere.
+std::string name_twice(const std::string& name) {
+  return fmt::format("two machines are called \"{}\"; expected a name of its own for each", name);
+}
+
 std::uint16_t port_of(const std::string& text, const std::string& whole) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (error != std::errc() || end != text.data() + text.size() || port == 0) {
+  const std::uint16_t port = base::text::parse_number<std::uint16_t>(text).value_or(0);
+  if (port == 0) {
     throw UsageError(
         fmt::format("--machine {}: port \"{}\"; expected 1 to {}", whole, text, last_port));
   }
@@ -197,11 +168,11 @@ std::string wrong_name(const std::string& name) {
   if (name.empty()) {
     return "a machine has no name; expected name: \"press1\"";
   }
-  if (name.size() > longest_name) {
+  if (name.size() > fabric::longest_machine_name) {
     return fmt::format("the machine name \"{}\" has {} characters; expected at most {}", name,
-                       name.size(), longest_name);
+                       name.size(), fabric::longest_machine_name);
   }
-  if (!std::ranges::all_of(name, name_character)) {
+  if (!fabric::is_machine_name(name)) {
     return fmt::format("the machine name \"{}\"; expected letters, digits, '_' and '-'", name);
   }
   return {};
@@ -209,26 +180,28 @@ std::string wrong_name(const std::string& name) {
 
 Settings read_settings(const std::filesystem::path& file) {
   config::Gateway config;
-  Places places;
+  base::configuration::ConfigPlaces places;
   if (const auto read = base::configuration::read_config(file, config, places); !read) {
     throw UsageError(read.error());
   }
-  const Reader reader(config, places);
+  Mistakes mistakes(config, places);
+  Reader reader(mistakes);
   Settings settings;
   std::set<std::string> names;
   for (int i = 0; i < config.machine_size(); ++i) {
-    settings.machines.push_back(reader.machine(config.machine(i), i));
-    if (!names.insert(settings.machines.back().name).second) {
-      reader.fail({{"machine", i}, {"name"}},
-                  fmt::format("two machines are called \"{}\"; expected a name of its own for each",
-                              settings.machines.back().name));
-    }
+    const ConfigPath path{{"machine", i}};
+    const std::string& name =
+        settings.machines.emplace_back(reader.machine(config.machine(i), path)).name;
+    mistakes.expect(name.empty() || names.insert(name).second, path / "name", name_twice(name));
   }
-  settings.policies = policies_of(config, reader);
+  settings.policies = policies_of(config, reader, mistakes);
   settings.journal.folder = config.journal().folder();
   settings.journal.sync = sync_of(config.journal().sync());
-  if (config.has_journal() && config.journal().folder().empty()) {
-    reader.fail({{"journal"}}, "the journal has no folder; expected folder: \"/var/lib/millrace\"");
+  mistakes.expect(!config.has_journal() || !config.journal().folder().empty(),
+                  {{"journal"}, {"folder"}},
+                  "the journal has no folder; expected folder: \"/var/lib/millrace\"");
+  if (!mistakes.none()) {
+    throw UsageError(mistakes.text());
   }
   return settings;
 }
@@ -280,8 +253,7 @@ void check_names(const std::vector<MachineSettings>& machines) {
   std::set<std::string> names;
   for (const MachineSettings& machine : machines) {
     if (!names.insert(machine.name).second) {
-      throw UsageError(fmt::format(
-          "two machines are called \"{}\"; expected a name of its own for each", machine.name));
+      throw UsageError(name_twice(machine.name));
     }
   }
 }

@@ -44,7 +44,7 @@ struct Settings {
   journal::FileOptions journal;
 };
 
-/// Throws base::program::UsageError with file, line and column of the mistake and what was
+/// Throws base::program::UsageError with file, line and column of every mistake and what was
 /// expected.
 Settings read_settings(const std::filesystem::path& file);
 

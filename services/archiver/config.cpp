@@ -1,6 +1,6 @@
 #include "services/archiver/config.hpp"
 
-#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "fabric/messages.hpp"
 #include "idl/archiver.pb.h"
 
@@ -25,11 +25,27 @@ Config config_from(const config::Archiver& from, const std::filesystem::path& ba
   return config;
 }
 
+void check(const config::Archiver& from, base::configuration::Mistakes& mistakes) {
+  for (int i = 0; i < from.without_text_size(); ++i) {
+    mistakes.expect(!fabric::canonical_uuid(from.without_text(i)).empty(), {{"without_text", i}},
+                    "is empty; expected the UUID of a service");
+  }
+}
+
 }  // namespace
 
 tl::expected<Config, std::string> load(const std::filesystem::path& file) {
-  return base::configuration::read_config<config::Archiver>(file).map(
-      [&](const config::Archiver& from) { return config_from(from, file.parent_path()); });
+  config::Archiver from;
+  base::configuration::ConfigPlaces places;
+  if (const auto read = base::configuration::read_config(file, from, places); !read) {
+    return tl::unexpected(read.error());
+  }
+  base::configuration::Mistakes mistakes(from, places);
+  check(from, mistakes);
+  if (!mistakes.none()) {
+    return tl::unexpected(mistakes.text());
+  }
+  return config_from(from, file.parent_path());
 }
 
 Config default_config(const std::filesystem::path& folder) {

@@ -21,7 +21,7 @@ struct Config {
   std::set<std::string> without_text;
 };
 
-/// The error names file, line and column.
+/// The error has one line per mistake, with file, line and column.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 
 /// Defaults, with the archive in the folder "archive" of `folder`.

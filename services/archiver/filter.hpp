@@ -4,9 +4,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
-
-#include <tl/expected.hpp>
 
 #include "fabric/messages.hpp"
 
@@ -30,9 +27,5 @@ struct Filter {
   /// At most so many rows.
   std::optional<std::uint64_t> limit{};
 };
-
-/// A time in UTC, "2026-03-01", "2026-03-01T07:00" or "2026-03-01T07:00:00", perhaps with a Z; or a
-/// time before `now`: "90s", "15m", "12h", "7d". The error says what was expected.
-tl::expected<fabric::Time, std::string> parse_time(std::string_view text, fabric::Time now);
 
 }  // namespace millrace::services::archiver

@@ -5,7 +5,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 
 #include "base/text/cp1252.hpp"
-#include "services/archiver/names.hpp"
+#include "fabric/words.hpp"
 #include "services/archiver/schema.hpp"
 
 namespace millrace::services::archiver {
@@ -117,16 +117,18 @@ std::int64_t Segment::Impl::add(const Put& row) {
 
 std::int64_t Segment::Impl::add(const EventRow& row) {
   const fabric::Event& from = row.event;
-  run(event, count(from.at), name_of(from.kind), from.key.machine, std::int32_t{from.key.channel},
-      from.call.to_string(), from.attempt, from.instance.to_string(), from.uuid,
+  run(event, count(from.at), std::string(name_of(from.kind)), from.key.machine,
+      std::int32_t{from.key.channel}, from.call.to_string(), from.attempt,
+      from.instance.to_string(), from.uuid,
       row.with_text ? std::optional(base::text::to_utf8(from.text)) : std::nullopt, from.state,
       from.detail, from.replayed ? 1 : 0);
   return 0;
 }
 
 std::int64_t Segment::Impl::add(const fabric::ChannelStatus& row) {
-  run(channel, count(row.since), row.key.machine, std::int32_t{row.key.channel}, name_of(row.state),
-      row.call.to_string(), row.attempt, row.instance.to_string(), row.uuid, row.reason);
+  run(channel, count(row.since), row.key.machine, std::int32_t{row.key.channel},
+      std::string(name_of(row.state)), row.call.to_string(), row.attempt, row.instance.to_string(),
+      row.uuid, row.reason);
   return 0;
 }
 

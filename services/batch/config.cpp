@@ -2,9 +2,7 @@
 
 #include <set>
 
-#include <fmt/format.h>
-
-#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "fabric/channel_scope.hpp"
 #include "idl/batch.pb.h"
 
@@ -13,6 +11,9 @@ namespace millrace::services::batch {
 namespace {
 
 namespace fs = std::filesystem;
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
 
 std::vector<fabric::ChannelScope> scopes(const config::Batch::Script& from) {
   std::vector<fabric::ChannelScope> scopes;
@@ -44,57 +45,40 @@ Script script_from(const config::Batch::Script& from, const fs::path& folder) {
   return script;
 }
 
-/// What is wrong with one script, as words; empty if nothing.
-std::string mistake(const config::Batch::Script& script, std::set<std::string>& uuids) {
-  if (fabric::canonical_uuid(script.uuid()).empty()) {
-    return "uuid is missing";
+void check(const config::Batch::Script& script, const ConfigPath& path,
+           std::set<std::string>& uuids, Mistakes& mistakes) {
+  const std::string uuid = fabric::canonical_uuid(script.uuid());
+  if (mistakes.expect(!uuid.empty(), path / "uuid", "is missing")) {
+    mistakes.expect(uuids.insert(uuid).second, path / "uuid", script.uuid() + " is there twice");
   }
-  if (!uuids.insert(fabric::canonical_uuid(script.uuid())).second) {
-    return "uuid " + script.uuid() + " is there twice";
+  mistakes.expect(!script.program().empty(), path / "program", "is missing");
+  mistakes.expect(script.time_limit_ms() > 0, path / "time_limit_ms", "0; expected 1 or more");
+  mistakes.expect(script.concurrency() > 0, path / "concurrency", "0; expected 1 or more");
+  for (int i = 0; i < script.channel_size(); ++i) {
+    const auto scope = fabric::parse_channel_scope(script.channel(i));
+    mistakes.expect(scope.has_value(), path / ConfigStep{"channel", i}, scope ? "" : scope.error());
   }
-  if (script.program().empty()) {
-    return "program is missing";
-  }
-  if (script.time_limit_ms() == 0) {
-    return "time_limit_ms is 0; expected 1 or more";
-  }
-  if (script.concurrency() == 0) {
-    return "concurrency is 0; expected 1 or more";
-  }
-  for (const std::string& channel : script.channel()) {
-    if (const auto scope = fabric::parse_channel_scope(channel); !scope) {
-      return "channel: " + scope.error();
-    }
-  }
-  return {};
-}
-
-std::string mistakes(const config::Batch& batch, const std::string& file) {
-  std::string all;
-  std::set<std::string> uuids;
-  for (int i = 0; i < batch.script_size(); ++i) {
-    const std::string found = mistake(batch.script(i), uuids);
-    if (!found.empty()) {
-      all += fmt::format("{}{}: script {}: {}", all.empty() ? "" : "\n", file, i + 1, found);
-    }
-  }
-  return all;
 }
 
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  const auto batch = base::configuration::read_config<config::Batch>(file);
-  if (!batch) {
-    return tl::unexpected(batch.error());
+  config::Batch batch;
+  base::configuration::ConfigPlaces places;
+  if (const auto read = base::configuration::read_config(file, batch, places); !read) {
+    return tl::unexpected(read.error());
   }
-  const std::string wrong = mistakes(*batch, file.string());
-  if (!wrong.empty()) {
-    return tl::unexpected(wrong);
+  Mistakes mistakes(batch, places);
+  std::set<std::string> uuids;
+  for (int i = 0; i < batch.script_size(); ++i) {
+    check(batch.script(i), {{"script", i}}, uuids, mistakes);
   }
-  const fs::path folder = fs::absolute(file).parent_path() / batch->folder();
-  Config config{.settle = std::chrono::milliseconds(batch->settle_ms()), .scripts = {}};
-  for (const auto& script : batch->script()) {
+  if (!mistakes.none()) {
+    return tl::unexpected(mistakes.text());
+  }
+  const fs::path folder = fs::absolute(file).parent_path() / batch.folder();
+  Config config{.settle = std::chrono::milliseconds(batch.settle_ms()), .scripts = {}};
+  for (const auto& script : batch.script()) {
     config.scripts.push_back(script_from(script, folder));
   }
   return config;

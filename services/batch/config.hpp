@@ -17,7 +17,7 @@ struct Config {
   std::vector<Script> scripts;
 };
 
-/// The error has one line per mistake, each naming the file and the script. A program that does not
+/// The error has one line per mistake, with file, line and column. A program that does not
 /// exist is no mistake: it may come later.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 

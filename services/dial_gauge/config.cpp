@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "idl/dial_gauge.pb.h"
 
 namespace millrace::services::dial_gauge {
@@ -14,47 +14,35 @@ namespace millrace::services::dial_gauge {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Collects mistakes, each with its place.
-class Checker {
- public:
-  explicit Checker(std::string file) : file_(std::move(file)) {}
-  void expect(bool holds, const std::string& place, const std::string& mistake) {
-    if (!holds) {
-      text_ += fmt::format("{}{}: {}: {}", text_.empty() ? "" : "\n", file_, place, mistake);
-    }
-  }
-  [[nodiscard]] const std::string& text() const { return text_; }
-
- private:
-  std::string file_;
-  std::string text_;
-};
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
 
 /// A length of a machine tool, and no infinity or NaN, which text format lets pass.
+constexpr double longest = 1e6;
+
 bool is_length(double mm) {
-  return std::isfinite(mm) && std::abs(mm) <= 1e6;
-}
-bool is_percent(double value) {
-  return value >= 0 && value <= 100;
+  return std::abs(mm) <= longest;
 }
 
-void check(const config::DialGauge::Simulated& simulated, const std::string& place,
-           Checker& checker) {
-  checker.expect(simulated.nominal_mm_size() > 0, place, "nominal_mm is missing");
-  checker.expect(
-      std::all_of(simulated.nominal_mm().begin(), simulated.nominal_mm().end(), is_length), place,
-      "nominal_mm is no length up to 1000 m");
-  checker.expect(is_length(simulated.noise_um()) && simulated.noise_um() >= 0, place,
-                 "noise_um is negative");
-  checker.expect(is_length(simulated.drift_um_per_hour()), place, "drift_um_per_hour is no number");
-  checker.expect(simulated.resolution_um() >= 0.001 && is_length(simulated.resolution_um()), place,
-                 "resolution_um is below 0.001");
-  checker.expect(is_percent(simulated.radio_loss_percent()) &&
-                     is_percent(simulated.battery_percent()) &&
-                     is_percent(simulated.battery_per_reading_percent()) &&
-                     is_percent(simulated.battery_low_percent()),
-                 place, "a percentage is outside 0 to 100");
+void check(const config::DialGauge::Simulated& simulated, const ConfigPath& path,
+           Mistakes& mistakes) {
+  mistakes.expect(simulated.nominal_mm_size() > 0, path / "nominal_mm", "is missing");
+  for (int i = 0; i < simulated.nominal_mm_size(); ++i) {
+    mistakes.expect(is_length(simulated.nominal_mm(i)), path / ConfigStep{"nominal_mm", i},
+                    fmt::format("{}; expected a length up to 1000 m", simulated.nominal_mm(i)));
+  }
+  mistakes.expect_range(simulated.noise_um(), 0.0, longest, path / "noise_um");
+  mistakes.expect_range(simulated.drift_um_per_hour(), -longest, longest,
+                        path / "drift_um_per_hour");
+  mistakes.expect_range(simulated.resolution_um(), 0.001, longest, path / "resolution_um");
+  const auto expect_percent = [&](double value, const char* field) {
+    mistakes.expect_range(value, 0.0, 100.0, path / field);
+  };
+  expect_percent(simulated.radio_loss_percent(), "radio_loss_percent");
+  expect_percent(simulated.battery_percent(), "battery_percent");
+  expect_percent(simulated.battery_per_reading_percent(), "battery_per_reading_percent");
+  expect_percent(simulated.battery_low_percent(), "battery_low_percent");
 }
 
 std::size_t line_number(const config::DialGauge& from, const std::string& name) {
@@ -63,39 +51,44 @@ std::size_t line_number(const config::DialGauge& from, const std::string& name) 
   return static_cast<std::size_t>(found - from.line().begin());
 }
 
-void check_gauges(const config::DialGauge& from, Checker& checker) {
+void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
   std::set<std::string> names;
-  for (const auto& gauge : from.gauge()) {
-    const std::string place = "gauge '" + gauge.name() + "'";
-    checker.expect(is_gauge_name(gauge.name()), place,
-                   "name is not 1 to 32 letters, digits, '_' or '-'");
-    checker.expect(names.insert(gauge.name()).second, place, "is there twice");
-    checker.expect(is_length(gauge.minimum_mm()) && is_length(gauge.maximum_mm()) &&
-                       gauge.minimum_mm() < gauge.maximum_mm(),
-                   place, "minimum_mm is not below maximum_mm");
-    checker.expect(gauge.decimals() <= 6, place, "decimals is more than 6");
-    checker.expect(gauge.has_simulated() || gauge.has_radio(), place,
-                   "source is missing: expected simulated or radio");
+  for (int i = 0; i < from.gauge_size(); ++i) {
+    const config::DialGauge::Gauge& gauge = from.gauge(i);
+    const ConfigPath path{{"gauge", i}};
+    mistakes.expect(
+        is_gauge_name(gauge.name()), path / "name",
+        fmt::format("'{}'; expected 1 to 32 letters, digits, '_' or '-'", gauge.name()));
+    mistakes.expect(names.insert(gauge.name()).second, path / "name",
+                    fmt::format("'{}' is there twice", gauge.name()));
+    mistakes.expect(is_length(gauge.minimum_mm()) && is_length(gauge.maximum_mm()) &&
+                        gauge.minimum_mm() < gauge.maximum_mm(),
+                    path / "minimum_mm", "is not below maximum_mm");
+    mistakes.expect_range(gauge.decimals(), 0U, 6U, path / "decimals");
+    mistakes.expect(gauge.has_simulated() || gauge.has_radio(), path,
+                    "has no source; expected simulated or radio");
     if (gauge.has_simulated()) {
-      check(gauge.simulated(), place, checker);
+      check(gauge.simulated(), path / "simulated", mistakes);
     }
     if (gauge.has_radio()) {
-      checker.expect(
-          line_number(from, gauge.radio().line()) < static_cast<std::size_t>(from.line_size()),
-          place, "there is no line '" + gauge.radio().line() + "'");
-      checker.expect(gauge.radio().has_channel(), place, "channel is missing");
+      const std::string& line = gauge.radio().line();
+      mistakes.expect(line_number(from, line) < static_cast<std::size_t>(from.line_size()),
+                      path / "radio" / "line", fmt::format("there is no line '{}'", line));
+      mistakes.expect(gauge.radio().has_channel(), path / "radio" / "channel", "is missing");
     }
   }
 }
 
-void check_lines(const config::DialGauge& from, Checker& checker) {
+void check_lines(const config::DialGauge& from, Mistakes& mistakes) {
   std::set<std::string> names;
-  for (const auto& line : from.line()) {
-    const std::string place = "line '" + line.name() + "'";
-    checker.expect(!line.name().empty(), place, "name is missing");
-    checker.expect(names.insert(line.name()).second, place, "is there twice");
-    checker.expect(!line.device().empty(), place, "device is missing");
-    checker.expect(line.reopen_ms() > 0, place, "reopen_ms is 0; expected 1 or more");
+  for (int i = 0; i < from.line_size(); ++i) {
+    const config::DialGauge::Line& line = from.line(i);
+    const ConfigPath path{{"line", i}};
+    mistakes.expect(!line.name().empty(), path / "name", "is missing");
+    mistakes.expect(names.insert(line.name()).second, path / "name",
+                    fmt::format("'{}' is there twice", line.name()));
+    mistakes.expect(!line.device().empty(), path / "device", "is missing");
+    mistakes.expect(line.reopen_ms() > 0, path / "reopen_ms", "0; expected 1 or more");
   }
 }
 
@@ -145,24 +138,25 @@ LineConfig line_config(const config::DialGauge::Line& from) {
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  const auto from = base::configuration::read_config<config::DialGauge>(file);
-  if (!from) {
-    return tl::unexpected(from.error());
+  config::DialGauge from;
+  base::configuration::ConfigPlaces places;
+  if (const auto read = base::configuration::read_config(file, from, places); !read) {
+    return tl::unexpected(read.error());
   }
-  Checker checker(file.string());
-  check_gauges(*from, checker);
-  check_lines(*from, checker);
-  if (!checker.text().empty()) {
-    return tl::unexpected(checker.text());
+  Mistakes mistakes(from, places);
+  check_gauges(from, mistakes);
+  check_lines(from, mistakes);
+  if (!mistakes.none()) {
+    return tl::unexpected(mistakes.text());
   }
   Config config;
-  for (const auto& gauge : from->gauge()) {
-    config.gauges.push_back(gauge_config(*from, gauge));
+  for (const auto& gauge : from.gauge()) {
+    config.gauges.push_back(gauge_config(from, gauge));
   }
-  for (const auto& line : from->line()) {
+  for (const auto& line : from.line()) {
     config.lines.push_back(line_config(line));
   }
-  config.zero_file = fs::absolute(file).parent_path() / from->zero_file();
+  config.zero_file = fs::absolute(file).parent_path() / from.zero_file();
   return config;
 }
 

@@ -43,7 +43,7 @@ struct Config {
   std::filesystem::path zero_file;
 };
 
-/// The error has one line per mistake, with the file and the gauge or line it is in.
+/// The error has one line per mistake, with file, line and column.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 
 /// What is served without a configuration: one simulated gauge G1 that shows 12.345 mm, its zero

@@ -4,6 +4,7 @@
 
 #include "base/text/characters.hpp"
 #include "base/text/cp1252.hpp"
+#include "base/text/trim.hpp"
 #include "services/text/answer.hpp"
 
 namespace millrace::services::mail {
@@ -36,13 +37,6 @@ bool is_mailbox(std::string_view text) {
          is_dotted(text.substr(0, at), is_local) && is_dotted(text.substr(at + 1), is_domain);
 }
 
-std::string_view trim(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(' ');
-  return first == std::string_view::npos
-             ? std::string_view()
-             : text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
 std::string_view without_quotes(std::string_view name) {
   const bool quoted = name.size() >= 2 && name.starts_with('"') && name.ends_with('"');
   return quoted ? name.substr(1, name.size() - 2) : name;
@@ -52,13 +46,13 @@ std::string_view without_quotes(std::string_view name) {
 
 tl::expected<Address, std::string> parse_address(std::string_view text) {
   Address address;
-  std::string_view mailbox = trim(text);
+  std::string_view mailbox = base::text::trim(text, " ");
   if (mailbox.ends_with('>')) {
     const std::size_t open = mailbox.find('<');
     if (open == std::string_view::npos) {
       return tl::unexpected(text::in_quotes(text) + " has no '<'");
     }
-    address.name = without_quotes(trim(mailbox.substr(0, open)));
+    address.name = without_quotes(base::text::trim(mailbox.substr(0, open), " "));
     mailbox = mailbox.substr(open + 1, mailbox.size() - open - 2);
   }
   if (!is_mailbox(mailbox)) {

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "base/configuration/config_file.hpp"
+#include "base/configuration/mistakes.hpp"
 #include "base/posix/fd.hpp"
 #include "base/text/cp1252.hpp"
 #include "idl/mail.pb.h"
@@ -20,72 +20,67 @@ namespace millrace::services::mail {
 namespace {
 
 namespace fs = std::filesystem;
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
 
-/// Takes over what is good and collects mistakes, each with its place.
+/// Takes over what is good and notes what is not.
 class Reader {
  public:
-  Reader(const config::Mail& from, const fs::path& file)
-      : from_(from), file_(file), folder_(fs::absolute(file).parent_path()) {}
+  Reader(const config::Mail& from, const fs::path& folder, Mistakes& mistakes)
+      : from_(from), folder_(folder), mistakes_(mistakes) {}
 
-  tl::expected<Config, std::string> read() {
+  Config read() {
     read_server();
-    expect(!from_.from().empty(), "from", "is missing");
-    take_address(from_.from(), "from", [&](Address address) { config_.from = std::move(address); });
+    if (mistakes_.expect(!from_.from().empty(), {{"from"}}, "is missing")) {
+      take_address(from_.from(), {{"from"}},
+                   [&](Address address) { config_.from = std::move(address); });
+    }
     read_recipients();
     read_templates();
     read_retry();
     config_.spool = beside(from_.spool());
     config_.remember = std::chrono::hours(24) * from_.remember_days();
     config_.send_replayed = from_.send_replayed();
-    if (!mistakes_.empty()) {
-      return tl::unexpected(mistakes_);
-    }
     return std::move(config_);
   }
 
  private:
-  void expect(bool holds, const std::string& place, const std::string& mistake) {
-    if (!holds) {
-      mistakes_ +=
-          fmt::format("{}{}: {} {}", mistakes_.empty() ? "" : "\n", file_.string(), place, mistake);
-    }
-  }
-
   [[nodiscard]] fs::path beside(const std::string& name) const {
     return (folder_ / name).lexically_normal();
   }
 
   template <typename Take>
-  void take_address(const std::string& text, const std::string& place, Take take) {
-    if (text.empty()) {
-      return;
-    }
+  void take_address(const std::string& text, const ConfigPath& path, Take take) {
     auto address = parse_address(text);
-    expect(address.has_value(), place + ":", address ? "" : address.error());
-    if (address) {
+    if (mistakes_.expect(address.has_value(), path, address ? "" : address.error())) {
       take(*std::move(address));
     }
   }
 
   void read_server() {
     const config::Mail::Server& from = from_.server();
+    const ConfigPath path{{"server"}};
     const auto is_bad = [](char c) { return c <= ' ' || c == 0x7F; };
     const auto is_word = [&](const std::string& text) {
       return std::none_of(text.begin(), text.end(), is_bad);
     };
-    expect(!from.host().empty() && is_word(from.host()), "server.host", "is missing or no name");
-    expect(from.port() > 0 && from.port() <= std::numeric_limits<std::uint16_t>::max(),
-           "server.port", "is not 1 to 65535");
-    expect(is_word(from.hello()) && from.hello().find('/') == std::string::npos, "server.hello",
-           "is no name");
-    expect(from.connect_timeout_ms() > 0 && from.timeout_ms() > 0, "server",
-           "has a time-out of 0; expected 1 ms or more");
+    mistakes_.expect(!from.host().empty() && is_word(from.host()), path / "host",
+                     "is missing or no name");
+    mistakes_.expect_range<std::uint32_t>(from.port(), 1, std::numeric_limits<std::uint16_t>::max(),
+                                          path / "port");
+    mistakes_.expect(is_word(from.hello()) && from.hello().find('/') == std::string::npos,
+                     path / "hello", "is no name");
+    mistakes_.expect(from.connect_timeout_ms() > 0, path / "connect_timeout_ms",
+                     "0; expected 1 or more");
+    mistakes_.expect(from.timeout_ms() > 0, path / "timeout_ms", "0; expected 1 or more");
     const bool file = !from.password_file().empty();
     const bool environment = !from.password_env().empty();
-    expect(from.user().empty() ? !file && !environment : file != environment, "server",
-           "needs password_file or password_env with user, and none without");
-    expect(from.user().empty() || from.starttls() == config::Mail::REQUIRED, "server.user",
-           "needs starttls: REQUIRED, or the password could be read on the way");
+    mistakes_.expect(from.user().empty() ? !file && !environment : file != environment, path,
+                     "needs password_file or password_env with user, and none without");
+    mistakes_.expect(from.user().empty() || from.starttls() == config::Mail::REQUIRED,
+                     path / "user",
+                     "needs starttls: REQUIRED, or the password could be read on the way");
     config_.server = {.host = from.host(),
                       .port = static_cast<std::uint16_t>(from.port()),
                       .starttls = from.starttls() == config::Mail::REQUIRED,
@@ -99,36 +94,37 @@ class Reader {
   }
 
   void read_recipients() {
-    expect(from_.recipient_size() > 0, "recipient", "is missing; expected one or more");
-    for (const auto& recipient : from_.recipient()) {
-      const std::string place = "recipient '" + recipient.name() + "'";
-      check_name(recipient.name(), place);
-      expect(!config_.recipients.contains(recipient.name()), place, "is there twice");
-      expect(recipient.address_size() > 0, place, "has no address");
-      auto& addresses = config_.recipients[recipient.name()];
-      for (const std::string& text : recipient.address()) {
-        take_address(text, place,
+    mistakes_.expect(from_.recipient_size() > 0, {{"recipient"}},
+                     "is missing; expected one or more");
+    for (int i = 0; i < from_.recipient_size(); ++i) {
+      const config::Mail::Recipient& from = from_.recipient(i);
+      const ConfigPath path{{"recipient", i}};
+      check_name(from.name(), path / "name", config_.recipients.contains(from.name()));
+      mistakes_.expect(from.address_size() > 0, path / "address", "is missing");
+      auto& addresses = config_.recipients[from.name()];
+      for (int j = 0; j < from.address_size(); ++j) {
+        take_address(from.address(j), path / ConfigStep{"address", j},
                      [&](Address address) { addresses.push_back(std::move(address)); });
       }
     }
   }
 
   void read_templates() {
-    expect(from_.template__size() > 0, "template", "is missing; expected one or more");
-    for (const auto& from : from_.template_()) {
-      const std::string place = "template '" + from.name() + "'";
-      check_name(from.name(), place);
-      expect(!config_.templates.contains(from.name()), place, "is there twice");
-      expect(!from.subject().empty(), place, "has no subject");
-      for (const std::string& name : from.to()) {
-        expect(config_.recipients.contains(name), place,
-               "is to '" + name + "', who is no recipient");
+    mistakes_.expect(from_.template__size() > 0, {{"template"}},
+                     "is missing; expected one or more");
+    for (int i = 0; i < from_.template__size(); ++i) {
+      const config::Mail::Template& from = from_.template_(i);
+      const ConfigPath path{{"template", i}};
+      check_name(from.name(), path / "name", config_.templates.contains(from.name()));
+      for (int j = 0; j < from.to_size(); ++j) {
+        mistakes_.expect(config_.recipients.contains(from.to(j)), path / ConfigStep{"to", j},
+                         "'" + from.to(j) + "' is no recipient");
       }
-      const auto line_end = [](char c) { return c == '\n' || c == '\r'; };
-      expect(std::none_of(from.subject().begin(), from.subject().end(), line_end), place,
-             "has a subject of more than one line");
-      auto subject = text_of(from.subject(), place + ", subject:");
-      auto text = text_of(from.text(), place + ", text:");
+      mistakes_.expect(!from.subject().empty(), path / "subject", "is missing");
+      mistakes_.expect(from.subject().find_first_of("\r\n") == std::string::npos, path / "subject",
+                       "has more than one line");
+      auto subject = text_of(from.subject(), path / "subject");
+      auto text = text_of(from.text(), path / "text");
       if (subject && text) {
         config_.templates.insert_or_assign(from.name(),
                                            MailTemplate{.to = {from.to().begin(), from.to().end()},
@@ -138,41 +134,44 @@ class Reader {
     }
   }
 
-  void check_name(const std::string& name, const std::string& place) {
-    expect(text::is_name(name), place, "has no name of 1 to 32 letters, digits, '_' or '-'");
+  void check_name(const std::string& name, const ConfigPath& path, bool is_there) {
+    mistakes_.expect(text::is_name(name), path,
+                     fmt::format("'{}'; expected 1 to 32 letters, digits, '_' or '-'", name));
+    mistakes_.expect(!is_there, path, fmt::format("'{}' is there twice", name));
   }
 
-  std::optional<Template> text_of(const std::string& text, const std::string& place) {
-    expect(base::text::is_utf8(text), place, "is not UTF-8");
+  std::optional<Template> text_of(const std::string& text, const ConfigPath& path) {
+    mistakes_.expect(base::text::is_utf8(text), path, "is not UTF-8");
     auto parsed = Template::parse(text);
-    expect(parsed.has_value(), place, parsed ? "" : parsed.error());
-    if (!parsed) {
+    if (!mistakes_.expect(parsed.has_value(), path, parsed ? "" : parsed.error())) {
       return std::nullopt;
     }
     const std::set<std::string>& known = call_keys();
     for (const std::string& key : parsed->keys()) {
-      expect(!key.starts_with(call_prefix) || known.contains(key), place,
-             fmt::format("there is no {{{}}}; there is {}", key, fmt::join(known, " ")));
-      expect(key != "to", place, "{to} names recipients in requests; choose another key");
+      mistakes_.expect(!key.starts_with(call_prefix) || known.contains(key), path,
+                       fmt::format("there is no {{{}}}; there is {}", key, fmt::join(known, " ")));
+      mistakes_.expect(key != "to", path, "{to} names recipients in requests; choose another key");
     }
     return *std::move(parsed);
   }
 
   void read_retry() {
     const config::Mail::Retry& from = from_.retry();
-    expect(from.first_ms() > 0 && from.longest_ms() >= from.first_ms(), "retry",
-           "needs first_ms of 1 or more, and longest_ms not below it");
-    expect(from.give_up_hours() > 0, "retry.give_up_hours", "is 0; expected 1 or more");
+    const ConfigPath path{{"retry"}};
+    mistakes_.expect(from.first_ms() > 0, path / "first_ms", "0; expected 1 or more");
+    mistakes_.expect(
+        from.longest_ms() >= from.first_ms(), path / "longest_ms",
+        fmt::format("{}; expected first_ms ({}) or more", from.longest_ms(), from.first_ms()));
+    mistakes_.expect(from.give_up_hours() > 0, path / "give_up_hours", "0; expected 1 or more");
     config_.retry = {.first = std::chrono::milliseconds(from.first_ms()),
                      .longest = std::chrono::milliseconds(from.longest_ms()),
                      .give_up = std::chrono::hours(from.give_up_hours())};
   }
 
   const config::Mail& from_;
-  fs::path file_;
   fs::path folder_;
+  Mistakes& mistakes_;
   Config config_;
-  std::string mistakes_;
 };
 
 tl::expected<std::string, std::string> first_line(const fs::path& file) {
@@ -190,8 +189,17 @@ tl::expected<std::string, std::string> first_line(const fs::path& file) {
 }  // namespace
 
 tl::expected<Config, std::string> load(const fs::path& file) {
-  return base::configuration::read_config<config::Mail>(file).and_then(
-      [&](const config::Mail& from) { return Reader(from, file).read(); });
+  config::Mail from;
+  base::configuration::ConfigPlaces places;
+  if (const auto read = base::configuration::read_config(file, from, places); !read) {
+    return tl::unexpected(read.error());
+  }
+  Mistakes mistakes(from, places);
+  Config config = Reader(from, fs::absolute(file).parent_path(), mistakes).read();
+  if (!mistakes.none()) {
+    return tl::unexpected(mistakes.text());
+  }
+  return config;
 }
 
 tl::expected<std::string, std::string> password(const ServerConfig& server) {

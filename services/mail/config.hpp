@@ -57,7 +57,7 @@ struct Config {
   bool send_replayed = false;
 };
 
-/// The error has one line per mistake, each naming the file and what it is about.
+/// The error has one line per mistake, with file, line and column.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 
 /// The server's password as it is now; empty if there is no login. The error says what to put

@@ -1,10 +1,9 @@
 #include "services/mail/spool_file.hpp"
 
-#include <charconv>
-
 #include <google/protobuf/text_format.h>
 
 #include "base/configuration/config_file.hpp"
+#include "base/text/number.hpp"
 #include "idl/mail.pb.h"
 
 namespace millrace::services::mail {
@@ -49,14 +48,6 @@ Stage from_record(SpooledMail::Stage stage) {
 
 fabric::Time time_of(std::int64_t nanoseconds) {
   return fabric::Time(std::chrono::nanoseconds(nanoseconds));
-}
-
-/// A whole number in `base` and nothing else.
-std::optional<std::uint64_t> number(std::string_view text, int base) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(value)
-                                                                  : std::nullopt;
 }
 
 }  // namespace
@@ -113,8 +104,8 @@ std::optional<fabric::CallId> call_of(std::string_view file_name) {
   if (dash == std::string_view::npos) {
     return std::nullopt;
   }
-  const auto epoch = number(file_name.substr(0, dash), 16);
-  const auto count = number(file_name.substr(dash + 1), 10);
+  const auto epoch = base::text::parse_number<std::uint64_t>(file_name.substr(0, dash), 16);
+  const auto count = base::text::parse_number<std::uint64_t>(file_name.substr(dash + 1));
   if (!epoch || !count) {
     return std::nullopt;
   }

@@ -6,21 +6,13 @@
 #include <fmt/format.h>
 #include <tl/expected.hpp>
 
+#include "base/text/trim.hpp"
 #include "fabric/messages.hpp"
 #include "services/text/answer.hpp"
 
 namespace millrace::services::square_root {
 
 namespace {
-
-std::string_view trim(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r\n";
-  const auto first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 tl::expected<double, std::string> parse(std::string_view request) {
   if (request.empty()) {
@@ -52,7 +44,7 @@ std::string with_number(std::string_view prefix, double number) {
 }  // namespace
 
 sdk::Response square_root(std::string_view request) {
-  const auto number = parse(trim(request));
+  const auto number = parse(base::text::trim(request));
   if (!number) {
     return text::error(state_error, number.error());
   }

@@ -230,9 +230,9 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{{"--dir", "/no/such/folder"}, "--dir"},
         WrongUse{{"--config", "/no/such/file"}, "--config"},
         WrongUse{{"--config", config_folder + "no_channels.cnc.textproto"},
-                 "no_channels.cnc.textproto: channels: 0; expected 1 to 255"},
+                 "no_channels.cnc.textproto:1:1: channels: 0; expected 1 to 255"},
         WrongUse{{"--config", config_folder + "two_axes_of_one_name.cnc.textproto"},
-                 "two_axes_of_one_name.cnc.textproto: axis: there are two axes X"},
+                 "two_axes_of_one_name.cnc.textproto:2:8: axis.name: there are two axes X"},
         WrongUse{{"--config", config_folder + "misspelt_switch.cnc.textproto"},
                  "misspelt_switch.cnc.textproto:2:39: "},
         WrongUse{{"--no-such-flag"}, "--no-such-flag"}));

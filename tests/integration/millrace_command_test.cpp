@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/integration/chain.hpp"
+#include "tests/support/stuck_loop.hpp"
 
 namespace millrace::tests::integration {
 namespace {
@@ -112,6 +113,20 @@ TEST_F(TheCommand, TakesAGatewayForWellWhoseControllerIsOff) {
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(words, HasSubstr("gateway of cnc"));
   EXPECT_THAT(words, HasSubstr("link down: "));
+}
+
+TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  gateway.await_error("link up");
+  const std::string who = "\\(pid " + std::to_string(gateway.pid()) + "\\) \\S+ on \\S+: ";
+  EXPECT_THAT(run({"health"}).output(), ContainsRegex(who + "is there, after "));
+  EXPECT_EQ(exit_code, 0);
+  const StuckLoop stuck(gateway);
+  EXPECT_THAT(run({"health"}).output(), ContainsRegex(who + "no answer"));
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(run({"health", "--json"}).output(),
+              ContainsRegex("\"healthy\":false.*\"gateways\":\\[\\{.*\"answered\":false"));
 }
 
 TEST_F(TheCommand, HasAnInstanceLeave) {

@@ -64,7 +64,7 @@ TEST_F(MillraceGateway, ChecksAConfigurationAndEnds) {
   EXPECT_THAT(good.output(), HasSubstr("press_1 (press1.hall3:48899, 10.0.0.5.1.1)"));
   Process bad = gateway({"--check", "--config", config("bad/bad_net_id")});
   EXPECT_EQ(bad.wait(), 2);
-  EXPECT_THAT(bad.error_output(), HasSubstr("bad_net_id.gateway.textproto:4:3: net_id"));
+  EXPECT_THAT(bad.error_output(), HasSubstr("bad_net_id.gateway.textproto:4:3: machine.net_id"));
 }
 
 TEST_F(MillraceGateway, EndsWithExitCode2ForAMachineItCannotUnderstand) {

@@ -310,7 +310,7 @@ TEST_F(Mail, ChecksItsConfiguration) {
   configure("user: 'press'");
   Process bad({binary("millrace-mail"), "--check", "--config", config.string()});
   EXPECT_EQ(bad.wait(), 2);
-  EXPECT_THAT(bad.error_output(), HasSubstr("server needs password_file or password_env"));
+  EXPECT_THAT(bad.error_output(), HasSubstr("server: needs password_file or password_env"));
   port = 587;
   configure();
   Process good({binary("millrace-mail"), "--check", "--config", config.string()});

@@ -87,7 +87,7 @@ TEST(AReload, RefusesABadFileWithThePlaceOfTheMistakeAndKeepsTheOldOne) {
   sut.configure(std::string(channel_1) + "policy {\n  deadline { response_state: 902 }\n}\n");
   gateway.signal(SIGHUP);
   gateway.await_error(
-      "the configuration stays as it was: .*gateway\\.textproto:3:3: deadline has no "
+      "the configuration stays as it was: .*gateway\\.textproto:3:3: policy.deadline: it has no "
       "after_ms");
   Process service = sut.square_root();
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();

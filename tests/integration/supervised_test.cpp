@@ -15,6 +15,7 @@
 
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/stuck_loop.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::tests {
@@ -38,11 +39,15 @@ class Supervisor {
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
+  /// Whether there is a message within this time.
+  bool hears(std::chrono::milliseconds time) {
+    pollfd ready{.fd = socket_, .events = POLLIN, .revents = 0};
+    return ::poll(&ready, 1, static_cast<int>(time.count())) == 1;
+  }
+
   /// The next message.
   std::string hear() {
-    pollfd ready{.fd = socket_, .events = POLLIN, .revents = 0};
-    const auto time = static_cast<int>(std::chrono::milliseconds(patience).count());
-    if (::poll(&ready, 1, time) != 1) {
+    if (!hears(patience)) {
       throw std::runtime_error("nothing heard");
     }
     std::array<char, 1024> buffer{};
@@ -54,19 +59,29 @@ class Supervisor {
   int socket_;
 };
 
-class Supervised : public testing::TestWithParam<std::vector<std::string>> {};
+class Supervised : public testing::TestWithParam<std::vector<std::string>> {
+ protected:
+  Process start() {
+    std::vector<std::string> command{
+        "/usr/bin/env",         "-C",
+        folder.path().string(), "NOTIFY_SOCKET=" + (folder.path() / "notify").string(),
+        "WATCHDOG_USEC=100000", binary(GetParam().front())};
+    command.insert(command.end(), GetParam().begin() + 1, GetParam().end());
+    command.insert(command.end(), {"--domain", std::to_string(domain.number())});
+    return Process(command);
+  }
+  void await_sign_of_life() {
+    while (supervisor.hear() != "WATCHDOG=1") {
+    }
+  }
+
+  TemporaryFolder folder;
+  Domain domain;
+  Supervisor supervisor{folder.path() / "notify"};
+};
 
 TEST_P(Supervised, SaysThatItIsReadyAndThatItLives) {
-  const TemporaryFolder folder;
-  const Domain domain;
-  Supervisor supervisor(folder.path() / "notify");
-  std::vector<std::string> command{
-      "/usr/bin/env",         "-C",
-      folder.path().string(), "NOTIFY_SOCKET=" + (folder.path() / "notify").string(),
-      "WATCHDOG_USEC=100000", binary(GetParam().front())};
-  command.insert(command.end(), GetParam().begin() + 1, GetParam().end());
-  command.insert(command.end(), {"--domain", std::to_string(domain.number())});
-  Process sut(command);
+  Process sut = start();
   bool ready = false;
   int signs_of_life = 0;
   while (!ready || signs_of_life < 3) {
@@ -74,6 +89,23 @@ TEST_P(Supervised, SaysThatItIsReadyAndThatItLives) {
     ready = ready || message.starts_with("READY=1");
     signs_of_life += message == "WATCHDOG=1" ? 1 : 0;
   }
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+}
+
+TEST_P(Supervised, SaysNothingWhileItsLoopHangs) {
+  constexpr std::chrono::milliseconds several_periods{300};
+  Process sut = start();
+  await_sign_of_life();
+  {
+    const StuckLoop stuck(sut);
+    // What it had said before.
+    while (supervisor.hears({})) {
+      supervisor.hear();
+    }
+    EXPECT_FALSE(supervisor.hears(several_periods));
+  }
+  await_sign_of_life();
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
 }

@@ -1,12 +1,16 @@
 // Two gateways set up for one machine: one serves, the other stands by.
+#include <chrono>
 #include <csignal>
+#include <functional>
 #include <stdexcept>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/cluster/history/execution_log.hpp"
 #include "tests/integration/chain.hpp"
+#include "tests/support/stuck_loop.hpp"
 
 namespace millrace::tests::integration {
 namespace {
@@ -20,6 +24,28 @@ const std::string machine =
 std::string standing_by(const Process& first) {
   return "cnc .*: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()) +
          " on \\S+\\) serves it already; this gateway stands by";
+}
+
+/// How often it has logged these words.
+std::size_t times(const Process& process, const std::string& words) {
+  const std::string said = process.error_output();
+  std::size_t found = 0;
+  for (auto at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) {
+    ++found;
+  }
+  return found;
+}
+
+/// Whether it becomes true while a test may wait.
+bool eventually(const std::function<bool()>& holds) {
+  const auto end = std::chrono::steady_clock::now() + patience;
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > end) {
+      return false;
+    }
+    std::this_thread::yield();
+  }
+  return true;
 }
 
 /// Until whoever listens on the fabric has heard that the call of channel 1 runs, a gateway that
@@ -112,6 +138,28 @@ TEST(ASecondGateway, GivesTheMachineBackToTheFirstThatWasOnlyFrozen) {
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
   EXPECT_THAT(cnc.output(), HasSubstr("[ch1] 200 calls, last 1.414214\n"));
   EXPECT_THAT(cnc.output(), Not(HasSubstr("failed")));
+}
+
+// DDS's own threads go on and tell everybody that the process is there.
+TEST(ASecondGateway, TakesOverWhenTheLoopOfTheFirstHangsAndGivesBackWhenItTurnsAgain) {
+  Chain sut;
+  Process cnc = sut.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"});
+  Process first = sut.gateway({"--log-level", "debug"});
+  first.await_error("link up");
+  Process second = sut.gateway();
+  second.await_error(standing_by(first));
+  Process service = sut.slow_service({"--work", "1500"});
+  first.await_error("cnc/1: call .* given to");
+  {
+    const StuckLoop stuck(first);
+    second.await_error("taken over: gateway [0-9a-f]{12} \\(pid " + std::to_string(first.pid()));
+    EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+    EXPECT_THAT(cnc.output(), HasSubstr("answer = first, state = 1\n"));
+  }
+  first.await_error("this gateway stood still");
+  EXPECT_TRUE(eventually([&] { return times(second, "this gateway stands by") >= 2; }))
+      << first.error_output() << "second:\n"
+      << second.error_output();
 }
 
 TEST(ASecondGateway, HoldsAnAtMostOnceCallThatTheFirstHadGivenOut) {

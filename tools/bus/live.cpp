@@ -25,6 +25,9 @@ bool Live::add(const recording::Entry& entry) {
   } else if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
     return channels_.insert_or_assign(channel->key, *channel).second;
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+    if (!machine->host.empty()) {
+      gateways_.insert_or_assign(machine->gateway, *machine);
+    }
     return machines_.insert_or_assign({machine->machine, machine->gateway}, *machine).second;
   }
   return false;

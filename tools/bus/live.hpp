@@ -34,6 +34,11 @@ class Live {
   /// By machine and gateway: two gateways may be set up for one machine.
   using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
   [[nodiscard]] const Machines& machines() const { return machines_; }
+  /// What each gateway told last of one of its machines; also of those that are taken for gone by
+  /// now, of which machines() says only that.
+  [[nodiscard]] const std::map<fabric::InstanceId, fabric::MachineStatus>& gateways() const {
+    return gateways_;
+  }
 
   /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
   /// two; all for an empty text.
@@ -43,6 +48,7 @@ class Live {
   std::map<fabric::InstanceId, LiveInstance> instances_;
   std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
   Machines machines_;
+  std::map<fabric::InstanceId, fabric::MachineStatus> gateways_;
   /// Status of instances that discovery has not shown yet.
   std::map<fabric::InstanceId, fabric::InstanceStatus> early_;
 };

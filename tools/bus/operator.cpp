@@ -5,6 +5,7 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include "base/posix/host.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
@@ -94,12 +95,10 @@ std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
 }
 
 std::string issuer_here() {
-  char host[256] = "";
-  const bool named = ::gethostname(host, sizeof host - 1) == 0;
   const passwd* user = ::getpwuid(::geteuid());
   // At most 127 bytes fit.
   return fmt::format("{:.31}@{:.63}", user != nullptr ? user->pw_name : "unknown",
-                     named ? host : "unknown");
+                     base::posix::host_name());
 }
 
 }  // namespace millrace::tools::bus

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text/times.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands {
@@ -47,6 +48,10 @@ CLI::Option* add_parsed(CLI::App& command, const std::string& name, Value& value
       ->type_name(type);
 }
 
+tl::expected<fabric::Time, std::string> time_of(const std::string& text) {
+  return base::text::parse_time(text, std::chrono::system_clock::now());
+}
+
 }  // namespace
 
 CLI::Option* add_call(CLI::App& command, const std::string& name, fabric::CallId& call,
@@ -59,7 +64,7 @@ CLI::Option* add_call(CLI::App& command, const std::string& name, fabric::CallId
 
 CLI::Option* add_duration(CLI::App& command, const std::string& name,
                           std::chrono::nanoseconds& duration, const std::string& description) {
-  return add_parsed(command, name, duration, description, "DURATION", print::parse_duration);
+  return add_parsed(command, name, duration, description, "DURATION", base::text::parse_time_span);
 }
 
 CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t& size,
@@ -103,9 +108,9 @@ void add_time_filter(CLI::App& command, recording::Filter& filter) {
           "Only this call")
       ->type_name("CALL");
   add_parsed(command, "--from", filter.from, "Only what was recorded at or after this time", "TIME",
-             print::parse_time);
+             time_of);
   add_parsed(command, "--to", filter.to, "Only what was recorded at or before this time", "TIME",
-             print::parse_time);
+             time_of);
 }
 
 }  // namespace millrace::tools::commands

@@ -15,7 +15,7 @@ namespace millrace::tools::commands {
 /// `5f3a9c0112d4-17`.
 CLI::Option* add_call(CLI::App& command, const std::string& name, fabric::CallId& call,
                       const std::string& description);
-/// `250ms`, `30s`, `5min`, `2h`.
+/// `250ms`, `30s`, `5m`, `2h`, `7d`.
 CLI::Option* add_duration(CLI::App& command, const std::string& name,
                           std::chrono::nanoseconds& duration, const std::string& description);
 /// `64MiB`.

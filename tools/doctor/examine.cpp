@@ -1,13 +1,12 @@
 #include "tools/doctor/examine.hpp"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <optional>
 
 #include <boost/asio/io_context.hpp>
-#include <unistd.h>
 
+#include "base/posix/host.hpp"
 #include "fabric/ends/discovery.hpp"
 #include "tools/bus/observer.hpp"
 #include "tools/bus/operator.hpp"
@@ -43,18 +42,13 @@ struct Witness {
   fabric::Command question;
 };
 
-std::string own_host() {
-  std::array<char, 256> name{};
-  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
 fabric::Command question() {
   return {.kind = fabric::CommandKind::ping, .issuer = bus::issuer_here()};
 }
 
 std::vector<Witness> witnesses_in(const bus::Live& live) {
   std::vector<Witness> witnesses;
-  const std::string own = own_host();
+  const std::string own = base::posix::host_name();
   const auto is_new = [&](const std::string& host) {
     return !host.empty() && host != own &&
            std::ranges::none_of(witnesses,

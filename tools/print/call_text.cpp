@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "fabric/words.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/names.hpp"
 #include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 

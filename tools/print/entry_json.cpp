@@ -1,8 +1,8 @@
 #include <boost/json/array.hpp>
 
+#include "fabric/words.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/names.hpp"
 
 namespace millrace::tools::print {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
+#include "fabric/words.hpp"
 #include "tools/print/entry_text.hpp"
-#include "tools/print/names.hpp"
 #include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 

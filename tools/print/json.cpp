@@ -6,7 +6,7 @@
 
 #include "base/text/cp1252.hpp"
 #include "fabric/channel_scope.hpp"
-#include "tools/print/names.hpp"
+#include "fabric/words.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {

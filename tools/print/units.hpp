@@ -21,11 +21,6 @@ std::string duration_text(std::chrono::nanoseconds duration);
 /// "1.2 MiB".
 std::string size_text(std::uint64_t bytes);
 
-/// "2026-03-01T07:00:00Z", with or without fraction of the second; UTC. The error says what was
-/// expected.
-tl::expected<fabric::Time, std::string> parse_time(std::string_view text);
-/// "250ms", "30s", "5min", "2h"; a number alone is seconds.
-tl::expected<std::chrono::nanoseconds, std::string> parse_duration(std::string_view text);
 /// "500", "64KiB", "1.5GiB"; also k, M and G for powers of 1000.
 tl::expected<std::uint64_t, std::string> parse_size(std::string_view text);
 

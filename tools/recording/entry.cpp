@@ -36,6 +36,12 @@ struct OriginOf {
 
 }  // namespace
 
+std::string_view name_of(Change change) {
+  constexpr std::array<std::string_view, 3> names{"ready", "changed", "gone"};
+  const auto index = static_cast<std::size_t>(change);
+  return index < names.size() ? names.at(index) : "unknown";
+}
+
 std::string_view kind_of(const Entry& entry) {
   constexpr std::array<std::string_view, std::variant_size_v<Sample>> names{
       "request", "reply", "withdrawal", "channel", "instance",

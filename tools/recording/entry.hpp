@@ -20,6 +20,7 @@ struct Withdrawal {
 };
 
 enum class Change : std::uint8_t { ready, changed, gone };
+std::string_view name_of(Change change);
 
 /// An instance came, changed what it says of itself, or is gone (then only its id is known for
 /// sure).

@@ -1,33 +1,23 @@
 #include "tools/replay/channel_map.hpp"
 
-#include <charconv>
-
 #include <fmt/format.h>
+
+#include "base/text/number.hpp"
+#include "fabric/channel_scope.hpp"
 
 namespace millrace::tools::replay {
 
 namespace {
 
-/// What idl/millrace.idl has room for.
-constexpr std::size_t longest_name = 63;
-
 std::optional<fabric::ChannelKey> parse_channel(std::string_view text) {
   const std::size_t slash = text.rfind('/');
-  if (slash == std::string_view::npos || slash == 0 || slash > longest_name) {
+  const std::string_view machine = text.substr(0, slash);
+  if (slash == std::string_view::npos || !fabric::is_machine_name(machine)) {
     return std::nullopt;
   }
-  fabric::ChannelKey key{std::string(text.substr(0, slash)), 0};
-  const std::string_view number = text.substr(slash + 1);
-  const auto [end, error] =
-      std::from_chars(number.data(), number.data() + number.size(), key.channel);
-  if (error != std::errc{} || end != number.data() + number.size() || key.channel == 0) {
-    return std::nullopt;
-  }
-  return key;
-}
-
-bool is_machine(std::string_view text) {
-  return !text.empty() && text.size() <= longest_name && text.find('/') == std::string_view::npos;
+  const auto number = base::text::parse_number<std::uint16_t>(text.substr(slash + 1));
+  return number.value_or(0) != 0 ? std::optional(fabric::ChannelKey{std::string(machine), *number})
+                                 : std::nullopt;
 }
 
 }  // namespace
@@ -43,7 +33,7 @@ tl::expected<void, std::string> ChannelMap::add(std::string_view text) {
       channels_.insert_or_assign(*from, *to);
       return {};
     }
-    if (is_machine(left) && is_machine(right)) {
+    if (fabric::is_machine_name(left) && fabric::is_machine_name(right)) {
       machines_.insert_or_assign(std::string(left), std::string(right));
       return {};
     }

@@ -38,8 +38,10 @@ struct RawEcho {
     std::copy(std::begin(request.machine), std::end(request.machine), std::begin(reply.machine));
     reply.channel = request.channel;
     reply.call = request.call;
-    reply.text = request.text;
-    reply.text._release = false;
+    reply.text = {._maximum = request.text._maximum,
+                  ._length = request.text._length,
+                  ._buffer = request.text._buffer,
+                  ._release = false};
     reply.state = 1;
     dds_write(writer, &reply);
   }

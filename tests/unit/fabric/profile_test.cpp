@@ -6,21 +6,16 @@
 #include <gtest/gtest.h>
 
 #include "idl/fabric.pb.h"
+#include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::fabric {
 namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
-}
-
-std::string mistakes(const std::string& name) {
-  const auto sut = profile::read_profile(data("bad/" + name));
-  return sut ? "none" : sut.error();
 }
 
 TEST(Profile, FillsTheOptionsOfAParticipant) {
@@ -66,21 +61,12 @@ TEST(Profile, FindsTheProgramsOfItsOwnHostWithoutMulticast) {
                     HasSubstr("<MaxAutoParticipantIndex>5</MaxAutoParticipantIndex>")));
 }
 
-TEST(Profile, NamesTheFieldThatDoesNotExist) {
-  EXPECT_THAT(
-      mistakes("misspelt_field.fabric.textproto"),
-      AllOf(HasSubstr("misspelt_field.fabric.textproto:2:11: "), HasSubstr("\"interfaces\"")));
-}
-
-TEST(Profile, NamesEveryValueThatCannotBeWithItsPlace) {
-  const std::string found = mistakes("wrong_values.fabric.textproto");
-  EXPECT_THAT(found, HasSubstr(":1:1: fabric: \"hall/3\"; expected some text without"));
-  EXPECT_THAT(found, HasSubstr(":2:1: domain: 300; expected 0 to 232"));
-  EXPECT_THAT(found, HasSubstr(":3:1: interface: \"eth0,eth1\"; expected the name of a network"));
-  EXPECT_THAT(found, HasSubstr(":4:1: peers: \"10.0.0.2:7410\"; expected a host's name"));
-  EXPECT_THAT(found, HasSubstr(":5:1: processes_per_host: 0; expected 1 to 100"));
-  EXPECT_THAT(found, HasSubstr(":6:1: lease_ms: 5; expected 100 to 100000"));
-  EXPECT_THAT(found, Not(HasSubstr("10.0.0.1")));
+TEST(Profile, NamesEveryMistakeWithItsPlace) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".fabric.textproto")) {
+    const auto sut = profile::read_profile(file);
+    ASSERT_FALSE(sut);
+    tests::expect_its_mistakes(file, sut.error());
+  }
 }
 
 TEST(Profile, ReadsTheProfilesThatAreShipped) {

@@ -62,7 +62,10 @@ class MachinesTest : public testing::Test,
   void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
     inherited.emplace_back(status.key.channel, from);
   }
-  void on_machine_status(const fabric::MachineStatus& status) override { told = status; }
+  void on_machine_status(const fabric::MachineStatus& status) override {
+    told = status;
+    ++times_told;
+  }
   void on_machine_left(const fabric::MachineStatus&) override {}
   void on_contested() override {}
   [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string&) const override {
@@ -110,6 +113,7 @@ class MachinesTest : public testing::Test,
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
   fabric::MachineStatus told;
+  int times_told = 0;
   machines::Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
 };
 
@@ -146,6 +150,37 @@ TEST_F(MachinesTest, LetGoOfWhatOthersMayHaveTakenOverWhenTheyStoodStill) {
   sut.on_machine(claim(2h));
   EXPECT_TRUE(sut.stood_still());
   EXPECT_FALSE(linked);
+}
+
+TEST_F(MachinesTest, AreToldAnewWhenTheyStoodStill) {
+  serve();
+  const int before = times_told;
+  EXPECT_FALSE(sut.stood_still());
+  EXPECT_EQ(times_told, before + 1);
+  EXPECT_TRUE(told.connected);
+}
+
+// Who takes this gateway for gone although it is there has forgotten what it told.
+TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
+  serve();
+  auto later = claim(2h);
+  later.connected = false;
+  sut.on_machine(later);
+  const int before = times_told;
+  later.connected = true;
+  sut.on_machine(later);
+  EXPECT_EQ(times_told, before + 1);
+}
+
+// Else two that share a machine would go on telling each other.
+TEST_F(MachinesTest, AreNotToldAnewByWhoCameLater) {
+  auto first = claim(1s);
+  first.claims = {7};
+  sut.on_machine(first);
+  serve();
+  const int before = times_told;
+  sut.on_machine(first);
+  EXPECT_EQ(times_told, before);
 }
 
 // The link that is taken away may be the one that was about to speak.

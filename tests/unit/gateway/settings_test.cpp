@@ -1,11 +1,10 @@
 #include "gateway/settings/settings.hpp"
 
-#include <fstream>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/program/command_line.hpp"
+#include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -17,29 +16,6 @@ using testing::IsEmpty;
 
 const std::filesystem::path folder = std::filesystem::path(MILLRACE_TEST_DATA) / "config";
 
-std::vector<std::filesystem::path> files(const std::string& kind) {
-  std::vector<std::filesystem::path> found;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {
-    if (entry.path().string().ends_with(".gateway.textproto")) {
-      found.push_back(entry.path());
-    }
-  }
-  return found;
-}
-
-/// What the file itself says in its line "# expect: …".
-std::string expectation(const std::filesystem::path& file) {
-  const std::string mark = "# expect: ";
-  std::ifstream in(file);
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with(mark)) {
-      return line.substr(mark.size());
-    }
-  }
-  ADD_FAILURE() << file << " has no line that begins with '" << mark << "'";
-  return {};
-}
-
 template <typename Function>
 std::string usage_error(Function function) {
   try {
@@ -50,18 +26,20 @@ std::string usage_error(Function function) {
   return "no error";
 }
 
-TEST(GatewaySettings, NameThePlaceAndTheExpectationInEachBadFile) {
-  const auto bad = files("bad");
-  EXPECT_GE(bad.size(), 11U);
-  for (const auto& file : bad) {
-    EXPECT_THAT(usage_error([&] { settings::read_settings(file); }), HasSubstr(expectation(file)))
-        << file;
+TEST(GatewaySettings, NameThePlaceAndTheExpectationOfEachMistake) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".gateway.textproto")) {
+    tests::expect_its_mistakes(file, usage_error([&] { settings::read_settings(file); }));
   }
 }
 
 TEST(GatewaySettings, AreReadFromEachGoodFile) {
-  for (const auto& file : files("good")) {
-    EXPECT_EQ(usage_error([&] { settings::read_settings(file); }), "no error") << file;
+  for (const char* name : {"nothing", "one_machine", "everything", "policies"}) {
+    EXPECT_EQ(
+        usage_error([&] {
+          settings::read_settings(folder / "good" / (name + std::string(".gateway.textproto")));
+        }),
+        "no error")
+        << name;
   }
 }
 

@@ -14,14 +14,14 @@ class PulseTest : public testing::Test {
   machines::StallDetector sut{400ms};
 };
 
-TEST_F(PulseTest, BeatsFourTimesALease) {
-  EXPECT_EQ(sut.beat(begin), begin + 100ms);
+TEST_F(PulseTest, BeatsEightTimesALease) {
+  EXPECT_EQ(sut.beat(begin), begin + 50ms);
 }
 
-TEST_F(PulseTest, ForgivesAQuarterOfALease) {
+TEST_F(PulseTest, ForgivesHalfALease) {
   const SteadyTime due = sut.beat(begin);
-  EXPECT_FALSE(sut.late(due + 100ms));
-  EXPECT_EQ(sut.late(due + 101ms), 101ms);
+  EXPECT_FALSE(sut.late(begin + 200ms));
+  EXPECT_EQ(sut.late(begin + 201ms), begin + 201ms - due);
 }
 
 TEST_F(PulseTest, TellsEachStandstillOnce) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "base/program/command_line.hpp"
+#include "tests/support/expected_mistakes.hpp"
 
 namespace millrace::cnc::simulator {
 namespace {
@@ -122,40 +123,52 @@ TEST_P(MistakenConfiguration, IsRefusedWithAReason) {
 INSTANTIATE_TEST_SUITE_P(
     Each, MistakenConfiguration,
     testing::Values(
-        Mistake{"channels: 0", "x: channels: 0; expected 1 to 255"},
-        Mistake{"channels: 256", "x: channels: 256; expected 1 to 255"},
+        Mistake{"channels: 0", "x:1:1: channels: 0; expected 1 to 255"},
+        Mistake{"channels: 256", "x:1:1: channels: 256; expected 1 to 255"},
         Mistake{"\nchanels: 2", "x:2:8: "},
-        Mistake{"cycle_us: 249", "x: cycle_us: 249; expected 250 to 100000"},
-        Mistake{"rapid_feed: nan", "x: rapid_feed: nan; expected 1 to 1000000"},
-        Mistake{"programs { look_ahead: 0 }", "x: programs: look_ahead: 0; expected 1 to 10000"},
+        Mistake{"cycle_us: 249", "x:1:1: cycle_us: 249; expected 250 to 100000"},
+        Mistake{"rapid_feed: nan", "x:1:1: rapid_feed: nan; expected 1 to 1000000"},
+        Mistake{"programs { look_ahead: 0 }",
+                "x:1:12: programs.look_ahead: 0; expected 1 to 10000"},
         Mistake{"programs { decoder_budget: 9 }", "decoder_budget: 9; expected 10 to 100000"},
         Mistake{"programs { operations_per_cycle: 99 }",
                 "operations_per_cycle: 99; expected 100 to 1000000"},
         Mistake{"programs { skipped_level: 11 }", "skipped_level: 11; expected 1 to 10"},
         Mistake{"connections { route: \"1.2.3\" }",
-                "x: connections: route: \"1.2.3\"; expected six"},
+                "x:1:15: connections.route: \"1.2.3\"; expected six"},
         Mistake{"connections { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
         Mistake{"answers { old_value_offset: 93 }", "old_value_offset: 93; expected 92 or 96"},
         Mistake{"axis { name: \"X\" greatest_feed: -1 }",
-                "x: axis: greatest_feed: -1; expected 0 to 1000000"},
-        Mistake{"axis {}", "x: axis: name \"\"; expected a capital letter"},
-        Mistake{"axis { name: \"x\" }", "x: axis: name \"x\"; expected a capital letter"},
-        Mistake{"axis { name: \"X Y\" }", "x: axis: name \"X Y\"; expected a capital letter"},
+                "x:1:18: axis.greatest_feed: -1; expected 0 to 1000000"},
+        Mistake{"axis {}", "x:1:1: axis.name: \"\"; expected a capital letter"},
+        Mistake{"axis { name: \"x\" }", "x:1:8: axis.name: \"x\"; expected a capital letter"},
+        Mistake{"axis { name: \"X Y\" }", "x:1:8: axis.name: \"X Y\"; expected a capital letter"},
         Mistake{"axis { name: \"X\" negative_limit: 1 positive_limit: 1 }",
-                "x: axis: axis X: negative_limit is not below positive_limit"},
-        Mistake{"channel { number: 2 }", "x: channel: number: 2; expected 1 to 1"},
-        Mistake{"channel { axis { name: \"X\" } }", "x: channel: number: 0; expected 1 to 1"},
+                "x:1:18: axis.negative_limit: of axis X is not below positive_limit"},
+        Mistake{"channel { number: 2 }", "x:1:11: channel.number: 2; expected 1 to 1"},
+        Mistake{"channel { axis { name: \"X\" } }", "x:1:1: channel.number: 0; expected 1 to 1"},
         Mistake{"channel { number: 1 } channel { number: 1 }",
-                "x: channel: there are two of number 1"},
-        Mistake{"external_variable {}", "x: external_variable: name \"\"; expected 1 to 20"},
-        Mistake{"external_variable { name: \"A[1]\" }", "name \"A[1]\"; expected 1 to 20"},
+                "x:1:33: channel.number: there are two of number 1"},
+        Mistake{"external_variable {}", "x:1:1: external_variable.name: \"\"; expected 1 to 20"},
+        Mistake{"external_variable { name: \"A[1]\" }", "name: \"A[1]\"; expected 1 to 20"},
         Mistake{"external_variable { name: \"A\" } external_variable { name: \"A\" }",
-                "x: external_variable: there are two of A"},
+                "x:1:53: external_variable.name: there are two of A"},
         Mistake{"external_variable { name: \"A\" characters: 128 }",
                 "characters: 128; expected 1 to 127"},
         Mistake{"external_variable { name: \"A\" array_elements: 10001 }",
                 "array_elements: 10001; expected 0 to 10000"}),
     [](const auto& mistake) { return "Case" + std::to_string(mistake.index); });
+
+TEST(Configuration, NamesEveryMistakeWithItsPlace) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".cnc.textproto")) {
+    try {
+      read_settings(file);
+      ADD_FAILURE() << file << " was read";
+    } catch (const base::program::UsageError& error) {
+      tests::expect_its_mistakes(file, error.what());
+    }
+  }
+}
 
 }  // namespace
 }  // namespace millrace::cnc::simulator

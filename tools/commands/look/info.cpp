@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/names.hpp"
 #include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::look {
@@ -28,7 +28,7 @@ void print_text(const bus::LiveInstance& instance) {
   line("version", print::safe(identity.version));
   line("host", fmt::format("{}, process {}", print::safe(identity.host), identity.pid));
   line("channels", channels_text(identity));
-  line("delivery", std::string(print::name_of(identity.delivery)));
+  line("delivery", std::string(fabric::name_of(identity.delivery)));
   line("concurrency", std::to_string(identity.concurrency));
   line("draining", identity.draining ? "yes" : "no");
   line("started", instance.status ? ago(instance.status->started) : "-");

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/names.hpp"
 #include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
@@ -28,7 +28,7 @@ std::vector<std::string> row_of(const bus::LiveInstance& instance) {
           std::to_string(status.answered),
           std::to_string(status.failed),
           print::duration_text(status.mean),
-          std::string(print::name_of(identity.delivery))};
+          std::string(fabric::name_of(identity.delivery))};
 }
 
 void print_text(const std::vector<const bus::LiveInstance*>& instances) {

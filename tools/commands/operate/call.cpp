@@ -5,13 +5,13 @@
 #include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
+#include "fabric/words.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
 #include "tools/caller/channel.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/names.hpp"
 #include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
@@ -129,7 +129,7 @@ void show(const Options& options, const caller::Order& order, const caller::Ende
     if (ended.reply) {
       out["response"] = print::text_json(ended.reply->text);
       out["response_state"] = ended.reply->state;
-      out["code"] = print::name_of(ended.reply->code);
+      out["code"] = fabric::name_of(ended.reply->code);
       out["instance"] = ended.reply->instance.to_string();
       out["after_ms"] = std::chrono::duration<double, std::milli>(took).count();
     } else {
@@ -142,7 +142,7 @@ void show(const Options& options, const caller::Order& order, const caller::Ende
     fmt::print("{}\n", base::text::to_utf8(ended.reply->text));
   } else {
     fmt::print("{} state {}, {} after {}, by {}\n", print::quoted(ended.reply->text),
-               ended.reply->state, print::name_of(ended.reply->code), print::duration_text(took),
+               ended.reply->state, fabric::name_of(ended.reply->code), print::duration_text(took),
                ended.reply->instance.to_string());
   }
 }

@@ -1,8 +1,10 @@
 // millrace health: whether the programs of a host do their work, in one exit code.
+#include <algorithm>
+
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include "base/posix/host.hpp"
 #include "base/program/command_line.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
@@ -13,63 +15,88 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-std::string own_host() {
-  char name[256] = "";
-  return ::gethostname(name, sizeof name - 1) == 0 ? name : "";
-}
-
 struct Options : OperateOptions {
   using OperateOptions::OperateOptions;
-  std::string host = own_host();
+  std::string host = base::posix::host_name();
 };
 
-std::vector<const bus::LiveInstance*> instances_on(const bus::Live& live, const std::string& host) {
-  std::vector<const bus::LiveInstance*> found;
+/// Whoever has a loop that may hang: the gateways of a host, in the words of an instance, and its
+/// services.
+struct Programs {
+  std::vector<fabric::InstanceIdentity> gateways;
+  std::vector<fabric::InstanceIdentity> instances;
+};
+
+Programs programs_on(const bus::Live& live, const std::string& host) {
+  Programs found;
+  for (const auto& [id, status] : live.gateways()) {
+    if (status.host == host) {
+      found.gateways.push_back(
+          {.id = id,
+           .name = fmt::format("gateway {:012x} (pid {})", status.epoch, status.pid),
+           .host = status.host});
+    }
+  }
   for (const bus::LiveInstance* instance : live.instances_of("")) {
     if (instance->identity.host == host) {
-      found.push_back(instance);
+      found.instances.push_back(instance->identity);
     }
   }
   return found;
 }
 
-/// Prints, or adds to `out`, what the gateway of the host tells of its machines. A link that is
-/// down is no fault of the gateway. Returns how many machines it has.
-std::size_t show_machines(const Options& options, const bus::Live& live, boost::json::array& out) {
-  std::size_t found = 0;
+/// Prints, or adds to `out`, what the gateways tell of their machines. A link that is down is no
+/// fault of the gateway.
+void show_machines(const Options& options, const bus::Live& live, const Programs& programs,
+                   boost::json::array& out) {
   for (const auto& [key, status] : live.machines()) {
-    if (status.host != options.host) {
+    if (std::ranges::find(programs.gateways, key.second, &fabric::InstanceIdentity::id) ==
+        programs.gateways.end()) {
       continue;
     }
-    ++found;
     if (options.json) {
       boost::json::object object;
       print::put_machine(object, status);
       out.push_back(std::move(object));
     } else {
-      fmt::print("gateway of {} on {}: {}\n", print::safe(status.machine), print::safe(status.host),
+      fmt::print("gateway of {} on {}: {}\n", print::safe(status.machine),
+                 print::safe(options.host),
                  status.connected ? "link up" : "link down: " + print::safe(status.reason));
     }
   }
-  return found;
+}
+
+/// Takes the answers of the gateways, which are the first, out of all.
+boost::json::array take_gateways(boost::json::array& answers, std::size_t gateways) {
+  boost::json::array taken;
+  for (std::size_t i = 0; i < gateways; ++i) {
+    boost::json::object& answer = answers.at(i).as_object();
+    answer["gateway"] = answer["instance"];
+    answer.erase("instance");
+    taken.push_back(std::move(answer));
+  }
+  answers.erase(answers.begin(), answers.begin() + gateways);
+  return taken;
 }
 
 int check(const Options& options) {
   const bus::Live live = bus::take_snapshot(options.fabric.options());
-  const auto instances = instances_on(live, options.host);
+  const Programs programs = programs_on(live, options.host);
   boost::json::array machines;
   boost::json::array answers;
-  const std::size_t gateways = show_machines(options, live, machines);
-  bool healthy = gateways > 0 || !instances.empty();
-  if (!instances.empty()) {
-    healthy = tell_each(options, fabric::CommandKind::ping, instances, answers) && healthy;
-  }
+  show_machines(options, live, programs, machines);
+  std::vector<fabric::InstanceIdentity> asked = programs.gateways;
+  asked.insert(asked.end(), programs.instances.begin(), programs.instances.end());
+  const bool healthy =
+      !asked.empty() && tell_each(options, fabric::CommandKind::ping, asked, answers);
   if (options.json) {
+    boost::json::array gateways = take_gateways(answers, programs.gateways.size());
     print::print_json(boost::json::object{{"healthy", healthy},
                                           {"machines", std::move(machines)},
+                                          {"gateways", std::move(gateways)},
                                           {"instances", std::move(answers)}});
   }
-  if (gateways == 0 && instances.empty()) {
+  if (asked.empty()) {
     fmt::print(stderr,
                "millrace: no gateway and no service of host '{}' is on fabric '{}', domain {}; "
                "'millrace services' and 'millrace machines' show who is\n",

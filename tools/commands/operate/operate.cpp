@@ -55,11 +55,11 @@ fabric::Command new_command(fabric::CommandKind kind) {
 }
 
 bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
-               const std::vector<const bus::LiveInstance*>& instances, boost::json::array& out) {
+               const std::vector<fabric::InstanceIdentity>& instances, boost::json::array& out) {
   std::vector<fabric::Command> commands;
-  for (const bus::LiveInstance* instance : instances) {
+  for (const fabric::InstanceIdentity& instance : instances) {
     commands.push_back(new_command(kind));
-    commands.back().instance = instance->identity.id;
+    commands.back().instance = instance.id;
   }
   fabric::dds::Participant participant(options.fabric.options());
   const auto heard = bus::issue(participant, commands, patience_of(options));
@@ -69,9 +69,9 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
     const bus::Heard* answer = word != heard.end() ? &word->second : nullptr;
     all_done = all_done && answer != nullptr && answer->outcome.done;
     if (options.json) {
-      out.push_back(json_of(instances[i]->identity, answer));
+      out.push_back(json_of(instances[i], answer));
     } else {
-      fmt::print("{}\n", line_of(instances[i]->identity, answer));
+      fmt::print("{}\n", line_of(instances[i], answer));
     }
   }
   return all_done;
@@ -80,7 +80,10 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
 int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
                    const std::string& what) {
   const bus::Live live = bus::take_snapshot(options.fabric.options());
-  const auto instances = live.instances_of(what);
+  std::vector<fabric::InstanceIdentity> instances;
+  for (const bus::LiveInstance* instance : live.instances_of(what)) {
+    instances.push_back(instance->identity);
+  }
   if (what.empty() || instances.empty()) {
     fmt::print(stderr,
                "millrace: no instance is, or serves, '{}'; 'millrace services' lists them\n", what);

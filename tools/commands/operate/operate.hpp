@@ -34,10 +34,10 @@ struct OperateOptions {
 /// A command from here, now.
 fabric::Command new_command(fabric::CommandKind kind);
 
-/// Sends a command to each of the instances. Prints what each says, or adds it to `out` for --json.
-/// True if all of them answer and do it.
+/// Sends a command to each of these. Prints what each says, or adds it to `out` for --json, in
+/// their order. True if all of them answer and do it.
 bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
-               const std::vector<const bus::LiveInstance*>& instances, boost::json::array& out);
+               const std::vector<fabric::InstanceIdentity>& instances, boost::json::array& out);
 
 /// Sends a command to each instance that `what` names (its UUID, id or name) and prints what it
 /// says. Fails if there is none, or one does not answer or refuses.

@@ -13,9 +13,9 @@
 #include <boost/json/object.hpp>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "base/loop/watchdog.hpp"
+#include "base/posix/host.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/bus/observer.hpp"
 #include "tools/commands/arguments.hpp"
@@ -54,11 +54,6 @@ std::string default_name() {
   return fmt::format("millrace-{:%Y%m%dT%H%M%SZ}.mcap", fmt::gmtime(std::time(nullptr)));
 }
 
-std::string host_name() {
-  char name[256] = "";
-  return ::gethostname(name, sizeof name - 1) == 0 ? name : "unknown";
-}
-
 recorder::Options recorder_options(const Options& options,
                                    const fabric::dds::ParticipantOptions& join) {
   recorder::Options result = options.recorder;
@@ -75,7 +70,7 @@ recorder::Options recorder_options(const Options& options,
     result.without_text.insert(fabric::canonical_uuid(uuid));
   }
   result.library = library_name();
-  result.labels = {{"host", host_name()},
+  result.labels = {{"host", base::posix::host_name()},
                    {"fabric", join.fabric},
                    {"domain", std::to_string(join.domain)},
                    {"clock", "CLOCK_REALTIME of the recording host"}};

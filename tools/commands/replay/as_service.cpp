@@ -8,8 +8,8 @@
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
+#include "base/posix/host.hpp"
 #include "base/program/command_line.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/replay/replay.hpp"
@@ -59,7 +59,6 @@ void check_unserved(const Options& options, const Plan& plan) {
 }
 
 tools::replay::AsServiceOptions settings_of(const Options& options, const Plan& plan) {
-  char host[256] = "";
   return {.channels = channels_of(options, plan),
           .pace = options.pace(),
           .rounds = options.rounds,
@@ -67,7 +66,7 @@ tools::replay::AsServiceOptions settings_of(const Options& options, const Plan& 
           .name = "replay of " + options.file.filename().string().substr(0, 200),
           .description = "Answers from a recording",
           .version = library_name(),
-          .host = ::gethostname(host, sizeof host - 1) == 0 ? host : "unknown"};
+          .host = base::posix::host_name()};
 }
 
 class StandIn : public tools::replay::AsServiceListener {

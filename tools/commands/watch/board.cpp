@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "fabric/words.hpp"
 #include "tools/print/call_text.hpp"
-#include "tools/print/names.hpp"
 #include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
@@ -50,7 +50,7 @@ void Board::add(const recording::FollowedCall& call, fabric::Time now) {
   channel.last_response =
       call.last == fabric::EventKind::written
           ? fmt::format("{} {}", print::quoted(call.response), call.response_state)
-          : std::string(print::name_of(call.last));
+          : std::string(fabric::name_of(call.last));
   lines_.push_back(print::line_of(call));
   if (lines_.size() > most_lines) {
     lines_.pop_front();
@@ -82,7 +82,7 @@ std::string Board::table(const bus::Live& live, const recording::CallFollower& f
     const auto mean = channel.rate.mean(now);
     table.add(
         {print::safe(key.to_string()),
-         status == live.channels().end() ? "-" : std::string(print::name_of(status->second.state)),
+         status == live.channels().end() ? "-" : std::string(fabric::name_of(status->second.state)),
          fmt::format("{:.1f}", channel.rate.per_second(now)),
          mean ? print::duration_text(*mean) : "-", std::to_string(channel.rate.count()),
          channel.last_response,

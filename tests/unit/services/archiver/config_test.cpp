@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/expected_mistakes.hpp"
+
 namespace millrace::services::archiver {
 namespace {
 
@@ -32,9 +34,12 @@ TEST(ArchiverConfig, HasDefaults) {
   EXPECT_EQ(sut.policy.keep_age, 365 * 24h);
 }
 
-TEST(ArchiverConfig, NamesThePlaceOfAMistake) {
-  EXPECT_THAT(load(data("bad/unknown_field.archiver.textproto")).error(),
-              testing::HasSubstr("unknown_field.archiver.textproto:2:11: "));
+TEST(ArchiverConfig, NamesEveryMistakeWithItsPlace) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".archiver.textproto")) {
+    const auto sut = load(file);
+    ASSERT_FALSE(sut);
+    tests::expect_its_mistakes(file, sut.error());
+  }
 }
 
 }  // namespace

@@ -3,12 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/expected_mistakes.hpp"
+
 namespace millrace::services::batch {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
@@ -50,16 +51,12 @@ TEST(BatchConfig, TakesEveryField) {
   EXPECT_TRUE(script.accept_empty);
 }
 
-TEST(BatchConfig, NamesEveryMistakeWithFileAndScript) {
-  const auto sut = load(data("bad/scripts.batch.textproto"));
-  ASSERT_FALSE(sut);
-  EXPECT_THAT(sut.error(), HasSubstr("scripts.batch.textproto: script 1: uuid is missing\n"));
-  EXPECT_THAT(sut.error(), HasSubstr("script 2: program is missing\n"));
-  EXPECT_THAT(sut.error(),
-              HasSubstr("script 3: uuid 1B671A64-40D5-491E-99B0-DA01FF1F3341 is there twice\n"));
-  EXPECT_THAT(sut.error(), HasSubstr("script 4: time_limit_ms is 0"));
-  EXPECT_THAT(sut.error(), HasSubstr("script 5: concurrency is 0"));
-  EXPECT_THAT(sut.error(), HasSubstr("script 6: channel: "));
+TEST(BatchConfig, NamesEveryMistakeWithItsPlace) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".batch.textproto")) {
+    const auto sut = load(file);
+    ASSERT_FALSE(sut);
+    tests::expect_its_mistakes(file, sut.error());
+  }
 }
 
 }  // namespace

@@ -3,11 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/expected_mistakes.hpp"
+
 namespace millrace::services::dial_gauge {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
 
 std::filesystem::path data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
@@ -44,18 +45,11 @@ TEST(DialGaugeConfig, KeepsZeroPointsBesideItself) {
   EXPECT_EQ(sut->zero_file, data("good/dial_gauge.zeros"));
 }
 
-TEST(DialGaugeConfig, NamesEachMistakeWithItsPlace) {
-  const auto sut = load(data("bad/gauges.dial_gauge.textproto"));
-  ASSERT_FALSE(sut);
-  for (const char* const mistake :
-       {"gauge 'a b': name is not", "gauge 'b': minimum_mm is not below",
-        "gauge 'b': is there twice", "gauge 'c': source is missing",
-        "gauge 'd': there is no line 'x'", "gauge 'd': channel is missing",
-        "gauge 'e': nominal_mm is missing", "gauge 'e': noise_um is negative",
-        "gauge 'e': a percentage is outside", "gauge 'e': resolution_um is below",
-        "gauge 'f': nominal_mm is no length", "gauge 'f': decimals is more than 6",
-        "line 'l': device is missing", "line 'l': reopen_ms is 0"}) {
-    EXPECT_THAT(sut.error(), HasSubstr(std::string("gauges.dial_gauge.textproto: ") + mistake));
+TEST(DialGaugeConfig, NamesEveryMistakeWithItsPlace) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".dial_gauge.textproto")) {
+    const auto sut = load(file);
+    ASSERT_FALSE(sut);
+    tests::expect_its_mistakes(file, sut.error());
   }
 }
 

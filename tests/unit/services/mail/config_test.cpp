@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/expected_mistakes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::mail {
@@ -56,28 +57,12 @@ TEST(MailConfig, TakesEveryField) {
   EXPECT_TRUE(sut->send_replayed);
 }
 
-TEST(MailConfig, TellsEveryMistake) {
-  const auto sut = load(data("bad/everything.mail.textproto"));
-  ASSERT_FALSE(sut);
-  for (const char* mistake :
-       {"server.host is missing", "server.port is not 1 to 65535", "server.hello is no name",
-        "server has a time-out of 0", "server needs password_file or password_env",
-        "server.user needs starttls: REQUIRED", "from: 'nobody' is no address",
-        "recipient 'a b' has no name of 1 to 32", "recipient 'x' has no address",
-        "recipient 'x' is there twice", "recipient 'y': 'y' is no address",
-        "template 'done' has no subject", "template 'done' is to 'z', who is no recipient",
-        "template 'two' has a subject of more than one line",
-        "template 'two', text: expected {key}, {{ or }} at byte 3",
-        "template 'three', subject: there is no {call.x}; there is call.channel",
-        "template 'three', text: {to} names recipients", "retry needs first_ms of 1 or more",
-        "retry.give_up_hours is 0"}) {
-    EXPECT_THAT(sut.error(), HasSubstr(std::string("everything.mail.textproto: ") + mistake));
+TEST(MailConfig, NamesEveryMistakeWithItsPlace) {
+  for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".mail.textproto")) {
+    const auto sut = load(file);
+    ASSERT_FALSE(sut);
+    tests::expect_its_mistakes(file, sut.error());
   }
-}
-
-TEST(MailConfig, NamesTheLineOfAMisspeltField) {
-  EXPECT_THAT(load(data("bad/misspelt.mail.textproto")).error(),
-              HasSubstr("misspelt.mail.textproto:1:15: "));
 }
 
 TEST(MailPassword, IsTheFirstLineOfItsFile) {

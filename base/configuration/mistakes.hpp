@@ -1,0 +1,55 @@
+// What the schema cannot see: every mistake of a configuration at once, each with its place.
+//
+//   Mistakes mistakes(mail, places);
+//   mistakes.expect(mail.server().port() > 0, {{"server"}, {"port"}}, "0; expected 1 to 65535");
+//   if (!mistakes.none()) return tl::unexpected(mistakes.text());
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <google/protobuf/message.h>
+
+#include "base/configuration/config_file.hpp"
+
+namespace millrace::base::configuration {
+
+using ConfigStep = ConfigPlaces::Step;
+/// From the outermost field to the one that is meant.
+using ConfigPath = std::vector<ConfigStep>;
+
+/// `path` and one step more.
+ConfigPath operator/(ConfigPath path, ConfigStep step);
+ConfigPath operator/(ConfigPath path, std::string field);
+
+/// The one collector of every program. Both that it is given outlive it.
+class Mistakes {
+ public:
+  Mistakes(const google::protobuf::Message& config, const ConfigPlaces& places)
+      : config_(config), places_(places) {}
+
+  /// Notes "FILE:LINE:COLUMN: FIELD.FIELD: WHAT" unless `holds`; returns `holds`. Of a field that
+  /// was not written the place is that of the next outer one.
+  bool expect(bool holds, const ConfigPath& path, std::string_view what);
+
+  /// Notes a value outside `first` to `last` (NaN is); returns whether it is inside.
+  template <typename Number>
+  bool expect_range(Number value, Number first, Number last, const ConfigPath& path) {
+    const bool inside = value >= first && value <= last;
+    return expect(inside, path,
+                  inside ? "" : fmt::format("{}; expected {} to {}", value, first, last));
+  }
+
+  [[nodiscard]] bool none() const { return text_.empty(); }
+  /// A line for each, in the order in which they were found.
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  const google::protobuf::Message& config_;
+  const ConfigPlaces& places_;
+  std::string text_;
+};
+
+}  // namespace millrace::base::configuration

@@ -1,0 +1,20 @@
+// Numbers as text, whatever the locale says.
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string_view>
+
+namespace millrace::base::text {
+
+/// The whole of `text` as a number in `base`; nothing if it is none, has more behind it or does not
+/// fit.
+template <typename Number>
+std::optional<Number> parse_number(std::string_view text, int base = 10) {
+  Number number{};
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number, base);
+  return error == std::errc{} && end == last ? std::optional(number) : std::nullopt;
+}
+
+}  // namespace millrace::base::text

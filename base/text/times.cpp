@@ -1,0 +1,131 @@
+#include "base/text/times.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "base/text/characters.hpp"
+
+namespace millrace::base::text {
+
+namespace {
+
+using std::chrono::nanoseconds;
+
+struct Unit {
+  std::string_view name;
+  double nanoseconds;
+};
+
+constexpr std::array<Unit, 8> units{{{"ns", 1},
+                                     {"us", 1e3},
+                                     {"ms", 1e6},
+                                     {"s", 1e9},
+                                     {"m", 60e9},
+                                     {"min", 60e9},
+                                     {"h", 3600e9},
+                                     {"d", 86400e9}}};
+
+std::optional<double> factor_of(std::string_view unit) {
+  const auto* const found = std::ranges::find(units, unit, &Unit::name);
+  return found == units.end() ? std::nullopt : std::optional(found->nanoseconds);
+}
+
+/// Takes `digits` digits from the front of `text`, and `before` before them.
+std::optional<int> take(std::string_view& text, std::string_view before, std::size_t digits) {
+  if (!text.starts_with(before) || text.size() < before.size() + digits) {
+    return std::nullopt;
+  }
+  const std::string_view number = text.substr(before.size(), digits);
+  if (!std::ranges::all_of(number, is_digit)) {
+    return std::nullopt;
+  }
+  int value = 0;
+  for (const char c : number) {
+    value = value * 10 + (c - '0');
+  }
+  text.remove_prefix(before.size() + digits);
+  return value;
+}
+
+/// ".123" as nanoseconds; nothing is zero.
+nanoseconds take_fraction(std::string_view& text) {
+  nanoseconds value{};
+  if (text.size() > 1 && text.front() == '.' && is_digit(text[1])) {
+    text.remove_prefix(1);
+    for (std::int64_t unit = 100'000'000; unit > 0 && !text.empty() && is_digit(text.front());
+         unit /= 10) {
+      value += nanoseconds((text.front() - '0') * unit);
+      text.remove_prefix(1);
+    }
+  }
+  return value;
+}
+
+std::optional<Time> point(std::string_view text) {
+  using namespace std::chrono;
+  const auto y = take(text, "", 4);
+  const auto mon = take(text, "-", 2);
+  const auto d = take(text, "-", 2);
+  if (!y || !mon || !d) {
+    return std::nullopt;
+  }
+  const year_month_day date(year(*y), month(static_cast<unsigned>(*mon)),
+                            day(static_cast<unsigned>(*d)));
+  nanoseconds of_day{};
+  if (const auto h = take(text, "T", 2)) {
+    const auto min = take(text, ":", 2);
+    const auto s = min ? take(text, ":", 2) : std::nullopt;
+    // A leap second is the first one of the next minute.
+    if (!min || *h > 23 || *min > 59 || s.value_or(0) > 60) {
+      return std::nullopt;
+    }
+    of_day = hours(*h) + minutes(*min) + seconds(s.value_or(0));
+    of_day += s ? take_fraction(text) : nanoseconds{};
+  }
+  if (!date.ok() || (!text.empty() && text != "Z")) {
+    return std::nullopt;
+  }
+  return sys_days(date) + of_day;
+}
+
+}  // namespace
+
+tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
+  // More than a century does not fit.
+  constexpr double longest = 3e18;
+  double number = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  std::string_view unit(end, static_cast<std::size_t>(last - end));
+  unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
+  const auto factor = factor_of(unit.empty() ? "s" : unit);
+  const double value = number * factor.value_or(0);
+  // Written so that NaN is refused too.
+  if (error != std::errc{} || !factor || !(value >= 0 && value <= longest)) {
+    return tl::unexpected(fmt::format(
+        "'{}' is no time span; expected a number with ns, us, ms, s, m or min, h or d", text));
+  }
+  return nanoseconds(std::llround(value));
+}
+
+tl::expected<Time, std::string> parse_time(std::string_view text, Time now) {
+  if (const auto found = point(text)) {
+    return *found;
+  }
+  const bool has_unit = !text.empty() && !is_digit(text.back()) && text.back() != '.';
+  const auto before = parse_time_span(text);
+  if (!has_unit || !before) {
+    return tl::unexpected(fmt::format(
+        "'{}' is no time; expected UTC as in 2026-03-01 or 2026-03-01T07:00:00Z, or a time before "
+        "now as in 15m, 12h, 7d",
+        text));
+  }
+  return now - *before;
+}
+
+}  // namespace millrace::base::text

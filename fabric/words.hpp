@@ -1,0 +1,29 @@
+// The one word for each enumerator of the fabric: on command lines, in output and logs, in
+// identities, in archives.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "fabric/command.hpp"
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+
+/// "interim", "final"; like the others "unknown" for a value from a fabric newer than this program.
+std::string_view name_of(ReplyKind kind);
+/// "ok", "failed", "repeated", "refused".
+std::string_view name_of(ServiceCode code);
+/// "at-least-once", "at-most-once".
+std::string_view name_of(Delivery delivery);
+/// "link down", "idle", "running" …
+std::string_view name_of(ChannelState state);
+/// "seen", "dispatched" …
+std::string_view name_of(EventKind kind);
+/// "answer", "retry", "drain", "ping".
+std::string_view name_of(CommandKind kind);
+
+/// The other way; nothing for another word.
+std::optional<Delivery> parse_delivery(std::string_view word);
+
+}  // namespace millrace::fabric

@@ -1,0 +1,95 @@
+// Who serves which machine, as another gateway hears it.
+#include "fabric/ends/gateway_watch.hpp"
+
+#include <set>
+
+#include <boost/asio/io_context.hpp>
+#include <gtest/gtest.h>
+
+#include "fabric/ends/call_end.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/recording_listeners.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using namespace std::chrono_literals;
+using tests::run_until;
+
+struct Heard final : ends::GatewayWatchListener {
+  void on_machine(const MachineStatus& status) override { machines.insert(status.machine); }
+  void on_machine_gone(const std::string& machine, const InstanceId&) override {
+    machines.erase(machine);
+  }
+  void on_channel(const ChannelStatus&) override {}
+
+  std::set<std::string> machines;
+};
+
+constexpr std::chrono::milliseconds lease{400};
+
+dds::ParticipantOptions with_lease(dds::ParticipantOptions options) {
+  options.lease = lease;
+  return options;
+}
+
+class AWatchedGateway : public testing::Test {
+ protected:
+  bool until(const std::function<bool()>& done) { return run_until(context, done); }
+  bool until_known() {
+    return until([&] { return heard.machines.contains("cnc"); });
+  }
+
+  TwoProcesses processes;
+  boost::asio::io_context context;
+  dds::Participant here{processes.here()};
+  dds::Participant there{with_lease(processes.there())};
+  Heard heard;
+  ends::GatewayWatch watch{here, context.get_executor(), heard};
+  RecordingGateway unused;
+  ends::CallEnd sut{there, context.get_executor(), unused};
+  MachineStatus status{.machine = "cnc", .gateway = InstanceId::random()};
+};
+
+TEST_F(AWatchedGateway, IsThereAsLongAsItAssertsItself) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  const auto later = std::chrono::steady_clock::now() + 4 * lease;
+  ASSERT_TRUE(until([&] {
+    sut.assert_machines();
+    EXPECT_TRUE(heard.machines.contains("cnc"));
+    return testing::Test::HasFailure() || std::chrono::steady_clock::now() > later;
+  }));
+}
+
+// DDS's own threads go on renewing the lease of its process.
+TEST_F(AWatchedGateway, IsGoneWhenItDoesNotAssertItselfAlthoughItsProcessIsThere) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+}
+
+TEST_F(AWatchedGateway, IsThereAgainWhenItPublishesItsMachinesAnew) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
+  ASSERT_TRUE(sut.publish(status));
+  EXPECT_TRUE(until_known());
+}
+
+TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
+  ASSERT_TRUE(sut.publish(status));
+  ASSERT_TRUE(until_known());
+  ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
+  Heard later;
+  const ends::GatewayWatch other(here, context.get_executor(), later);
+  bool known = false;
+  EXPECT_TRUE(until([&] {
+    known = known || later.machines.contains("cnc");
+    return known && later.machines.empty();
+  }));
+}
+
+}  // namespace
+}  // namespace millrace::fabric
