@@ -1,9 +1,7 @@
 #include "gateway/dispatch/dispatcher.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <set>
-#include <tuple>
 
 #include <fmt/format.h>
 
@@ -13,25 +11,6 @@
 namespace millrace::gateway::dispatch {
 
 namespace {
-
-/// How closely an instance's scope names a channel: 0 = any channel will do, up to 3 = machine and
-/// channel; nothing if the channel is out of its scope.
-std::optional<int> closeness(const fabric::InstanceIdentity& identity,
-                             const fabric::ChannelKey& key) {
-  if (identity.channels.empty()) {
-    return 0;
-  }
-  std::optional<int> best;
-  for (const fabric::ChannelScope& scope : identity.channels) {
-    const bool machine_fits = scope.machine.empty() || scope.machine == key.machine;
-    const bool channel_fits = scope.channel == 0 || scope.channel == key.channel;
-    if (machine_fits && channel_fits) {
-      const int named = (scope.channel != 0 ? 2 : 0) + (scope.machine.empty() ? 0 : 1);
-      best = std::max(best.value_or(0), named);
-    }
-  }
-  return best;
-}
 
 std::string name_of(const fabric::InstanceIdentity& identity) {
   if (identity.name.empty()) {
@@ -53,89 +32,72 @@ std::string scope_of(const fabric::InstanceIdentity& identity) {
 }  // namespace
 
 Decisions Dispatcher::on_instance_ready(const fabric::InstanceIdentity& identity) {
-  Instance& instance = instances_[identity.id];
-  const bool back = instance.identity.id != identity.id || instance.lost_at.has_value();
-  instance.identity = identity;
-  instance.lost_at.reset();
-  instance.seen = true;
+  Instance* const known = instances_.find(identity.id);
+  const bool back = known == nullptr || known->lost_at.has_value();
+  const std::string before = known != nullptr ? known->identity.uuid : identity.uuid;
+  Instance& instance = instances_.enter(identity.id);
+  instances_.change(instance, [&] {
+    instance.identity = identity;
+    instance.lost_at.reset();
+    instance.seen = true;
+  });
   Decisions decisions;
   if (back) {
     give_again(instance, decisions);
   }
-  give_out(decisions);
+  give_out(identity.uuid, decisions);
+  if (before != identity.uuid) {
+    give_out(before, decisions);
+  }
   return decisions;
 }
 
-Decisions Dispatcher::on_instance_gone(const fabric::InstanceId& instance, SteadyTime now) {
+Decisions Dispatcher::on_instance_gone(const fabric::InstanceId& id, SteadyTime now) {
   Decisions decisions;
-  if (const auto found = instances_.find(instance); found != instances_.end()) {
-    found->second.lost_at = now + options_.grace;
-    give_out(decisions);
+  if (Instance* const instance = instances_.find(id)) {
+    instances_.change(*instance, [&] { instance->lost_at = now + options_.grace; });
+    give_out(instance->identity.uuid, decisions);
   }
   return decisions;
 }
 
 Decisions Dispatcher::on_time(SteadyTime now) {
   Decisions decisions;
-  for (auto it = instances_.begin(); it != instances_.end();) {
-    if (it->second.lost_at && *it->second.lost_at <= now) {
-      lose(it->second, decisions);
-      it = instances_.erase(it);
-    } else {
-      ++it;
-    }
+  std::set<std::string> changed;
+  while (Instance* const instance = instances_.lost(now)) {
+    changed.insert(instance->identity.uuid);
+    lose(*instance, decisions);
   }
-  give_out(decisions);
+  for (const std::string& uuid : changed) {
+    give_out(uuid, decisions);
+  }
   return decisions;
-}
-
-std::optional<SteadyTime> Dispatcher::next_time() const {
-  constexpr SteadyTime never = SteadyTime::max();
-  SteadyTime next = never;
-  for (const auto& [id, instance] : instances_) {
-    next = std::min(next, instance.lost_at.value_or(never));
-  }
-  return next == never ? std::nullopt : std::optional(next);
 }
 
 std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
                                                     const fabric::ChannelKey& key) const {
-  const std::string wanted = fabric::canonical_uuid(uuid);
-  std::string elsewhere;
-  bool draining = false;
-  for (const auto& [id, instance] : instances_) {
-    if (instance.identity.uuid != wanted || !instance.seen) {
-      continue;
-    }
-    if (!closeness(instance.identity, key)) {
-      elsewhere = scope_of(instance.identity);
-    } else if (instance.identity.draining) {
-      draining = true;
-    } else {
-      return {};
-    }
+  const Instances::Service service = instances_.service(fabric::canonical_uuid(uuid), key);
+  if (service.served) {
+    return {};
   }
-  if (draining) {
+  if (service.draining) {
     return fmt::format("V.G.SERVICE.UUID {}: its instances are draining and take nothing new",
                        printable(uuid));
   }
-  if (!elsewhere.empty()) {
+  if (service.elsewhere != nullptr) {
     return fmt::format("V.G.SERVICE.UUID {} is served for {}, not for {}", printable(uuid),
-                       elsewhere, key.to_string());
+                       scope_of(service.elsewhere->identity), key.to_string());
   }
-  return explain_unserved(uuid, known_uuids());
+  return explain_unserved(uuid, instances_.uuids());
 }
 
 fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
-  const bool once = std::ranges::any_of(instances_, [&](const auto& one) {
-    return one.second.identity.uuid == uuid &&
-           one.second.identity.delivery == fabric::Delivery::at_most_once;
-  });
-  return once ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+  return instances_.any_at_most_once(uuid) ? fabric::Delivery::at_most_once
+                                           : fabric::Delivery::at_least_once;
 }
 
 Decisions Dispatcher::add(const Call& call) {
-  const bool again = index_.contains(call.id);
+  const bool again = jobs_.contains(call.id);
   forget(call.id);
   Job job;
   job.call = call.id;
@@ -146,7 +108,7 @@ Decisions Dispatcher::add(const Call& call) {
   Decisions decisions;
   if (again) {
     // Its instance has room for another one.
-    give_out(decisions);
+    give_out(entered.uuid, decisions);
   } else {
     // Nothing that has waited longer can be given now, or it would have been.
     try_to_give(entered, decisions);
@@ -155,7 +117,7 @@ Decisions Dispatcher::add(const Call& call) {
 }
 
 Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
-  if (index_.contains(call.id)) {
+  if (jobs_.contains(call.id)) {
     // An operator had it given out again before its channel was seen.
     return {};
   }
@@ -166,81 +128,109 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
   job.uuid = fabric::canonical_uuid(call.request.uuid);
   job.attempts = last.number;
   job.instance = last.instance;
-  job.given = true;
   job.delivery = call.delivery;
-  enter(job);
   Decisions decisions;
-  auto [it, unknown] = instances_.try_emplace(last.instance);
-  Instance& instance = it->second;
-  ++instance.running;
-  if (unknown) {
-    instance.identity.id = last.instance;
-    instance.identity.uuid = job.uuid;
-    instance.lost_at = now + options_.rejoin;
-    instance.seen = false;
-  } else if (!instance.lost_at) {
-    decisions.emplace_back(
-        Give{job.call, job.key, Assignment{last, job.delivery, name_of(instance.identity)}});
+  Instance* instance = instances_.find(last.instance);
+  if (instance == nullptr) {
+    instance = &instances_.enter(last.instance);
+    instances_.change(*instance, [&] {
+      instance->identity.uuid = job.uuid;
+      instance->lost_at = now + options_.rejoin;
+      instance->seen = false;
+    });
   }
-  give_out(decisions);
+  Job& entered = enter(std::move(job));
+  hand_over(entered, instance);
+  if (!instance->lost_at) {
+    decisions.emplace_back(assignment(entered, *instance));
+  }
+  give_out(entered.uuid, decisions);
   return decisions;
 }
 
 Decisions Dispatcher::remove(const fabric::CallId& call) {
   Decisions decisions;
-  const auto found = index_.find(call);
-  if (found == index_.end()) {
+  const auto found = jobs_.find(call);
+  if (found == jobs_.end()) {
     return decisions;
   }
-  const auto job = found->second;
-  const auto instance = job->given ? instances_.find(job->instance) : instances_.end();
+  Instance* const instance = found->second.at;
   forget(call);
-  if (instance != instances_.end()) {
-    fill(instance->second, decisions);
+  if (instance != nullptr) {
+    fill(*instance, decisions);
   }
   return decisions;
 }
 
-Dispatcher::Job& Dispatcher::enter(Job job) {
+Job& Dispatcher::enter(Job job) {
   job.number = ++entered_;
-  jobs_.push_back(std::move(job));
-  index_.emplace(jobs_.back().call, std::prev(jobs_.end()));
-  note(jobs_.back());
-  return jobs_.back();
+  const fabric::CallId call = job.call;
+  Job& entered = jobs_.insert_or_assign(call, std::move(job)).first->second;
+  note(entered);
+  return entered;
 }
 
 void Dispatcher::note(Job& job) {
-  if (!job.given && !job.held) {
-    waiting_.emplace(job.number, &job);
-  } else {
-    waiting_.erase(job.number);
+  unlist(job);
+  if (job.held) {
+    held_.emplace(job.number, &job);
+  } else if (job.at == nullptr) {
+    waiting_[job.uuid].emplace(job.number, &job);
   }
+}
+
+void Dispatcher::unlist(const Job& job) {
+  held_.erase(job.number);
+  const auto queue = waiting_.find(job.uuid);
+  if (queue != waiting_.end()) {
+    queue->second.erase(job.number);
+    if (queue->second.empty()) {
+      waiting_.erase(queue);
+    }
+  }
+}
+
+/// Null: takes it from whoever has it.
+void Dispatcher::hand_over(Job& job, Instance* instance) {
+  if (Instance* const from = std::exchange(job.at, instance)) {
+    std::erase(from->jobs, &job);
+    instances_.load(*from, from->running - 1, from->last_used);
+  }
+  if (instance != nullptr) {
+    instance->jobs.push_back(&job);
+    instances_.load(*instance, instance->running + 1, instance->last_used);
+  }
+  note(job);
 }
 
 void Dispatcher::forget(const fabric::CallId& call) {
-  const auto entry = index_.find(call);
-  if (entry == index_.end()) {
+  const auto entry = jobs_.find(call);
+  if (entry == jobs_.end()) {
     return;
   }
-  const auto job = entry->second;
-  if (const auto found = instances_.find(job->instance); job->given && found != instances_.end()) {
-    --found->second.running;
-  }
-  waiting_.erase(job->number);
-  index_.erase(entry);
-  jobs_.erase(job);
+  hand_over(entry->second, nullptr);
+  unlist(entry->second);
+  jobs_.erase(entry);
 }
 
-void Dispatcher::give_out(Decisions& decisions) {
-  for (auto next = waiting_.begin(); next != waiting_.end();) {
-    // It waits no more if it is given.
-    Job& job = *(next++)->second;
-    try_to_give(job, decisions);
+void Dispatcher::give_out(const std::string& uuid, Decisions& decisions) {
+  const auto queue = waiting_.find(uuid);
+  if (queue == waiting_.end()) {
+    return;
+  }
+  // The queue goes with its last call, and a call leaves it when it is given.
+  std::vector<Job*> waiting;
+  waiting.reserve(queue->second.size());
+  for (const auto& [number, job] : queue->second) {
+    waiting.push_back(job);
+  }
+  for (Job* const job : waiting) {
+    try_to_give(*job, decisions);
   }
 }
 
 void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
-  if (Instance* instance = choose(job)) {
+  if (Instance* const instance = instances_.choose(job.uuid, job.key)) {
     give(job, *instance, decisions);
   } else if (std::string reason = why_waiting(job); reason != job.reason) {
     job.reason = std::move(reason);
@@ -249,113 +239,82 @@ void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
 }
 
 void Dispatcher::fill(Instance& instance, Decisions& decisions) {
-  const fabric::InstanceIdentity& identity = instance.identity;
-  if (identity.draining || instance.lost_at) {
+  if (instance.identity.draining || instance.lost_at) {
     return;
   }
-  for (auto next = waiting_.begin(); next != waiting_.end();) {
-    if (instance.running >= std::max(1U, identity.concurrency)) {
+  while (instance.room() > 0) {
+    const auto queue = waiting_.find(instance.identity.uuid);
+    if (queue == waiting_.end()) {
       return;
     }
-    Job& job = *(next++)->second;
-    if (job.uuid == identity.uuid && closeness(identity, job.key)) {
-      give(job, instance, decisions);
+    const auto next = std::ranges::find_if(queue->second, [&](const auto& one) {
+      return Instances::serves(instance.identity, one.second->key);
+    });
+    if (next == queue->second.end()) {
+      return;
     }
+    give(*next->second, instance, decisions);
   }
+}
+
+Give Dispatcher::assignment(const Job& job, const Instance& instance) {
+  return {
+      job.call, job.key,
+      Assignment{Attempt{job.instance, job.attempts}, job.delivery, name_of(instance.identity)}};
 }
 
 void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
   ++job.attempts;
   job.instance = instance.identity.id;
-  job.given = true;
-  note(job);
   job.delivery = instance.identity.delivery;
   job.reason.clear();
-  ++instance.running;
-  instance.last_used = ++given_;
-  decisions.emplace_back(Give{
-      job.call, job.key,
-      Assignment{Attempt{job.instance, job.attempts}, job.delivery, name_of(instance.identity)}});
+  hand_over(job, &instance);
+  instances_.load(instance, instance.running, ++given_);
+  decisions.emplace_back(assignment(job, instance));
 }
 
 void Dispatcher::give_again(Instance& instance, Decisions& decisions) {
-  for (Job& job : jobs_) {
-    const bool lost_here = job.held && job.delivery == fabric::Delivery::at_most_once;
-    if (job.instance != instance.identity.id || !(job.given || lost_here)) {
-      continue;
+  std::vector<Job*> lost_here;
+  for (const auto& [number, job] : held_) {
+    if (job->instance == instance.identity.id) {
+      lost_here.push_back(job);
     }
-    if (!job.given) {
-      job.given = true;
-      job.held = false;
-      note(job);
-      ++instance.running;
-    }
-    decisions.emplace_back(Give{
-        job.call, job.key,
-        Assignment{Attempt{job.instance, job.attempts}, job.delivery, name_of(instance.identity)}});
+  }
+  for (Job* const job : lost_here) {
+    job->held = false;
+    hand_over(*job, &instance);
+  }
+  std::ranges::sort(instance.jobs, {}, &Job::number);
+  for (const Job* const job : instance.jobs) {
+    decisions.emplace_back(assignment(*job, instance));
   }
 }
 
-void Dispatcher::lose(const Instance& instance, Decisions& decisions) {
+void Dispatcher::lose(Instance& instance, Decisions& decisions) {
   const std::string name = name_of(instance.identity);
-  for (Job& job : jobs_) {
-    if (!job.given || job.instance != instance.identity.id) {
-      continue;
-    }
-    job.given = false;
-    job.held = job.delivery == fabric::Delivery::at_most_once;
-    note(job);
-    job.reason = job.held ? fmt::format(
-                                "{} is lost with this call, which must not run twice; an "
-                                "operator must answer or retry it",
-                                name)
-                          : fmt::format("{} is lost; the call goes to another instance", name);
-    decisions.emplace_back(TakeBack{job.call, job.key, job.reason, job.held});
+  std::vector<Job*> jobs = instance.jobs;
+  std::ranges::sort(jobs, {}, &Job::number);
+  for (Job* const job : jobs) {
+    job->held = job->delivery == fabric::Delivery::at_most_once;
+    hand_over(*job, nullptr);
+    job->reason = job->held ? fmt::format(
+                                  "{} is lost with this call, which must not run twice; an "
+                                  "operator must answer or retry it",
+                                  name)
+                            : fmt::format("{} is lost; the call goes to another instance", name);
+    decisions.emplace_back(TakeBack{job->call, job->key, job->reason, job->held});
   }
-}
-
-Dispatcher::Instance* Dispatcher::choose(const Job& job) {
-  Instance* best = nullptr;
-  std::tuple<int, std::uint32_t, std::uint64_t> best_rank;
-  for (auto& [id, instance] : instances_) {
-    const fabric::InstanceIdentity& identity = instance.identity;
-    const auto close = closeness(identity, job.key);
-    if (identity.uuid != job.uuid || !close || identity.draining || instance.lost_at ||
-        instance.running >= std::max(1U, identity.concurrency)) {
-      continue;
-    }
-    const std::tuple rank(-*close, instance.running, instance.last_used);
-    if (best == nullptr || rank < best_rank) {
-      best = &instance;
-      best_rank = rank;
-    }
-  }
-  return best;
+  instances_.erase(instance);
 }
 
 std::string Dispatcher::why_waiting(const Job& job) const {
-  std::size_t busy = 0;
-  for (const auto& [id, instance] : instances_) {
-    const fabric::InstanceIdentity& identity = instance.identity;
-    if (identity.uuid == job.uuid && closeness(identity, job.key) && !identity.draining &&
-        !instance.lost_at) {
-      ++busy;
-    }
-  }
+  const std::size_t busy = instances_.ready(job.uuid, job.key);
   if (busy == 0) {
     return fmt::format("no instance of {} is ready for {}", printable(job.uuid),
                        job.key.to_string());
   }
   return busy == 1 ? std::string("the only instance is busy")
                    : fmt::format("all {} instances are busy", busy);
-}
-
-std::vector<std::string> Dispatcher::known_uuids() const {
-  std::set<std::string> uuids;
-  for (const auto& [id, instance] : instances_) {
-    uuids.insert(instance.identity.uuid);
-  }
-  return {uuids.begin(), uuids.end()};
 }
 
 }  // namespace millrace::gateway::dispatch

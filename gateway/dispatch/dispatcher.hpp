@@ -12,7 +12,6 @@
 #pragma once
 
 #include <chrono>
-#include <list>
 #include <map>
 #include <optional>
 #include <string>
@@ -22,6 +21,7 @@
 
 #include "fabric/messages.hpp"
 #include "gateway/call.hpp"
+#include "gateway/dispatch/instances.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::dispatch {
@@ -59,6 +59,23 @@ struct DispatcherOptions {
   std::chrono::milliseconds rejoin{1500};
 };
 
+/// A call that the dispatcher has, waiting or given.
+struct Job {
+  /// Counted from 1, in the order of their arrival.
+  std::uint64_t number = 0;
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  std::string uuid;
+  std::uint32_t attempts = 0;
+  /// Who has the call now, or null.
+  Instance* at = nullptr;
+  /// The instance of the last attempt.
+  fabric::InstanceId instance;
+  bool held = false;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  std::string reason;
+};
+
 class Dispatcher {
  public:
   explicit Dispatcher(DispatcherOptions options = {}) : options_(options) {}
@@ -71,7 +88,7 @@ class Dispatcher {
   /// Loses what has been gone for too long.
   Decisions on_time(SteadyTime now);
   /// When on_time has something to do.
-  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return instances_.next_loss(); }
 
   /// Why nobody serves this UUID for this channel; nothing if somebody does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
@@ -90,61 +107,37 @@ class Dispatcher {
   Decisions remove(const fabric::CallId& call);
 
  private:
-  struct Instance {
-    fabric::InstanceIdentity identity;
-    std::uint32_t running = 0;
-    /// When it was last given a call, counted in calls; for the round robin.
-    std::uint64_t last_used = 0;
-    /// Gone; lost at this time unless it comes back.
-    std::optional<SteadyTime> lost_at;
-    /// False for an instance that only the journal has named yet.
-    bool seen = true;
-  };
-
-  struct Job {
-    /// Counted from 1, in the order of their arrival.
-    std::uint64_t number = 0;
-    fabric::CallId call;
-    fabric::ChannelKey key;
-    std::string uuid;
-    std::uint32_t attempts = 0;
-    /// The instance of the last attempt, and whether it has the call now.
-    fabric::InstanceId instance;
-    bool given = false;
-    bool held = false;
-    fabric::Delivery delivery = fabric::Delivery::at_least_once;
-    std::string reason;
-  };
-
   struct IdHash {
     std::size_t operator()(const fabric::CallId& id) const { return id.epoch ^ id.number; }
   };
+  /// Those of a UUID that wait for an instance, by their number.
+  using Queue = std::map<std::uint64_t, Job*>;
 
   Job& enter(Job job);
-  /// Whoever changes `given` or `held` says so here.
+  /// Whoever changes `at` or `held` says so here.
   void note(Job& job);
+  void unlist(const Job& job);
   void forget(const fabric::CallId& call);
-  /// All that waits, after the instances changed.
-  void give_out(Decisions& decisions);
+  /// All that waits for instances of a UUID, after these changed.
+  void give_out(const std::string& uuid, Decisions& decisions);
   /// One call that waits: gives it, or says why it waits.
   void try_to_give(Job& job, Decisions& decisions);
   /// What waits for this instance, which has room for it.
   void fill(Instance& instance, Decisions& decisions);
   void give(Job& job, Instance& instance, Decisions& decisions);
   void give_again(Instance& instance, Decisions& decisions);
-  void lose(const Instance& instance, Decisions& decisions);
-  [[nodiscard]] Instance* choose(const Job& job);
+  void lose(Instance& instance, Decisions& decisions);
+  void hand_over(Job& job, Instance* instance);
+  [[nodiscard]] static Give assignment(const Job& job, const Instance& instance);
   [[nodiscard]] std::string why_waiting(const Job& job) const;
-  [[nodiscard]] std::vector<std::string> known_uuids() const;
 
   DispatcherOptions options_;
-  std::map<fabric::InstanceId, Instance> instances_;
-  /// In the order of their arrival. With a thousand channels at once it matters what is looked
-  /// through for each call: hence the two tables.
-  std::list<Job> jobs_;
-  std::unordered_map<fabric::CallId, std::list<Job>::iterator, IdHash> index_;
-  /// Those that wait for an instance, by their number.
-  std::map<std::uint64_t, Job*> waiting_;
+  Instances instances_;
+  /// Of a thousand channels each looks here several times in a call.
+  std::unordered_map<fabric::CallId, Job, IdHash> jobs_;
+  std::unordered_map<std::string, Queue> waiting_;
+  /// Those that an operator must decide about.
+  Queue held_;
   std::uint64_t entered_ = 0;
   std::uint64_t given_ = 0;
 };

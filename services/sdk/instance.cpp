@@ -10,6 +10,7 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
+#include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -26,6 +27,8 @@ namespace {
 
 /// Tools want to see load; nobody may be kept busy with it.
 constexpr auto status_period = std::chrono::seconds(1);
+
+constexpr const char* loop_thread = "loop";
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -122,6 +125,8 @@ void Instance::Impl::start() {
     const auto work = asio::make_work_guard(context);
     context.run();
   });
+  // For `top -H`: of the threads of a service this is the one that keeps it on the fabric.
+  ::pthread_setname_np(thread.native_handle(), loop_thread);
 }
 
 void Instance::Impl::leave() {

@@ -1,0 +1,218 @@
+#include "gateway/dispatch/instances.hpp"
+
+#include <algorithm>
+
+namespace millrace::gateway::dispatch {
+
+namespace {
+
+constexpr fabric::ChannelScope any_channel{};
+
+/// Without repeats; an instance that names none serves every channel.
+std::vector<fabric::ChannelScope> scopes_of(const fabric::InstanceIdentity& identity) {
+  if (identity.channels.empty()) {
+    return {any_channel};
+  }
+  std::vector<fabric::ChannelScope> scopes = identity.channels;
+  std::ranges::sort(scopes);
+  scopes.erase(std::unique(scopes.begin(), scopes.end()), scopes.end());
+  return scopes;
+}
+
+bool takes_calls(const Instance& instance) {
+  return !instance.identity.draining && !instance.lost_at;
+}
+
+}  // namespace
+
+/// Those that name the channel most closely come first; `visit` returns false to end.
+template <typename Visit>
+void Instances::visit_buckets(const Group& group, const fabric::ChannelKey& key, Visit visit) {
+  const auto only = group.buckets.begin();
+  if (group.buckets.size() == 1 && only->first == any_channel) {
+    visit(only->second);
+    return;
+  }
+  for (const fabric::ChannelScope& scope : std::array<fabric::ChannelScope, 4>{
+           {{key.machine, key.channel}, {"", key.channel}, {key.machine, 0}, any_channel}}) {
+    const auto found = group.buckets.find(scope);
+    if (found != group.buckets.end() && !visit(found->second)) {
+      return;
+    }
+  }
+}
+
+Instance* Instances::find(const fabric::InstanceId& id) {
+  const auto found = instances_.find(id);
+  return found == instances_.end() ? nullptr : &found->second;
+}
+
+Instance& Instances::enter(const fabric::InstanceId& id) {
+  const auto [entry, made] = instances_.try_emplace(id);
+  if (made) {
+    entry->second.identity.id = id;
+    list(entry->second);
+  }
+  return entry->second;
+}
+
+void Instances::erase(Instance& instance) {
+  unlist(instance);
+  instances_.erase(instance.identity.id);
+}
+
+void Instances::list(Instance& instance) {
+  const fabric::InstanceIdentity& identity = instance.identity;
+  if (instance.lost_at) {
+    losses_.emplace(*instance.lost_at, identity.id);
+  }
+  Group& group = groups_[identity.uuid];
+  const auto scopes = scopes_of(identity);
+  group.members.emplace(identity.id, &instance);
+  group.at_most_once += identity.delivery == fabric::Delivery::at_most_once ? 1U : 0U;
+  group.repeated += scopes.size() > 1 ? 1U : 0U;
+  for (const fabric::ChannelScope& scope : scopes) {
+    Bucket& bucket = group.buckets[scope];
+    instance.buckets.push_back(&bucket);
+    ++bucket.all;
+    bucket.serving += instance.seen && !identity.draining ? 1U : 0U;
+    bucket.draining += instance.seen && identity.draining ? 1U : 0U;
+    bucket.ready += takes_calls(instance) ? 1U : 0U;
+  }
+  rank(instance);
+}
+
+void Instances::unlist(Instance& instance) {
+  const fabric::InstanceIdentity& identity = instance.identity;
+  if (instance.lost_at) {
+    losses_.erase({*instance.lost_at, identity.id});
+  }
+  unrank(instance);
+  const auto entry = groups_.find(identity.uuid);
+  Group& group = entry->second;
+  group.members.erase(identity.id);
+  group.at_most_once -= identity.delivery == fabric::Delivery::at_most_once ? 1U : 0U;
+  group.repeated -= instance.buckets.size() > 1 ? 1U : 0U;
+  for (Bucket* const bucket : instance.buckets) {
+    bucket->serving -= instance.seen && !identity.draining ? 1U : 0U;
+    bucket->draining -= instance.seen && identity.draining ? 1U : 0U;
+    bucket->ready -= takes_calls(instance) ? 1U : 0U;
+    --bucket->all;
+  }
+  instance.buckets.clear();
+  std::erase_if(group.buckets, [](const auto& one) { return one.second.all == 0; });
+  if (group.members.empty()) {
+    groups_.erase(entry);
+  }
+}
+
+void Instances::rank(Instance& instance) {
+  if (takes_calls(instance) && instance.room() > 0) {
+    for (Bucket* const bucket : instance.buckets) {
+      bucket->with_room.emplace(
+          Bucket::Rank{instance.running, instance.last_used, instance.identity.id}, &instance);
+    }
+  }
+}
+
+void Instances::unrank(const Instance& instance) {
+  for (Bucket* const bucket : instance.buckets) {
+    bucket->with_room.erase(
+        Bucket::Rank{instance.running, instance.last_used, instance.identity.id});
+  }
+}
+
+void Instances::load(Instance& instance, std::uint32_t running, std::uint64_t last_used) {
+  unrank(instance);
+  instance.running = running;
+  instance.last_used = last_used;
+  rank(instance);
+}
+
+const Instances::Group* Instances::group(const std::string& uuid) const {
+  const auto found = groups_.find(uuid);
+  return found == groups_.end() ? nullptr : &found->second;
+}
+
+Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
+  Instance* best = nullptr;
+  if (const Group* const of = group(uuid)) {
+    visit_buckets(*of, key, [&](const Bucket& bucket) {
+      best = bucket.with_room.empty() ? nullptr : bucket.with_room.begin()->second;
+      return best == nullptr;
+    });
+  }
+  return best;
+}
+
+bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
+  return identity.channels.empty() ||
+         std::ranges::any_of(identity.channels, [&](const fabric::ChannelScope& scope) {
+           return (scope.machine.empty() || scope.machine == key.machine) &&
+                  (scope.channel == 0 || scope.channel == key.channel);
+         });
+}
+
+std::size_t Instances::ready(const std::string& uuid, const fabric::ChannelKey& key) const {
+  const Group* const of = group(uuid);
+  if (of == nullptr) {
+    return 0;
+  }
+  if (of->repeated > 0) {
+    // One may serve the channel under two names.
+    return static_cast<std::size_t>(std::ranges::count_if(of->members, [&](const auto& member) {
+      return takes_calls(*member.second) && serves(member.second->identity, key);
+    }));
+  }
+  std::size_t count = 0;
+  visit_buckets(*of, key, [&](const Bucket& bucket) {
+    count += bucket.ready;
+    return true;
+  });
+  return count;
+}
+
+Instances::Service Instances::service(const std::string& uuid,
+                                      const fabric::ChannelKey& key) const {
+  Service service;
+  const Group* const of = group(uuid);
+  if (of == nullptr) {
+    return service;
+  }
+  visit_buckets(*of, key, [&](const Bucket& bucket) {
+    service.served = service.served || bucket.serving > 0;
+    service.draining = service.draining || bucket.draining > 0;
+    return !service.served;
+  });
+  if (!service.served && !service.draining) {
+    const auto one =
+        std::ranges::find_if(of->members, [](const auto& any) { return any.second->seen; });
+    service.elsewhere = one == of->members.end() ? nullptr : one->second;
+  }
+  return service;
+}
+
+bool Instances::any_at_most_once(const std::string& uuid) const {
+  const Group* const of = group(uuid);
+  return of != nullptr && of->at_most_once > 0;
+}
+
+std::vector<std::string> Instances::uuids() const {
+  std::vector<std::string> all;
+  all.reserve(groups_.size());
+  for (const auto& [uuid, group] : groups_) {
+    all.push_back(uuid);
+  }
+  std::ranges::sort(all);
+  return all;
+}
+
+std::optional<SteadyTime> Instances::next_loss() const {
+  return losses_.empty() ? std::nullopt : std::optional(losses_.begin()->first);
+}
+
+Instance* Instances::lost(SteadyTime now) {
+  return losses_.empty() || losses_.begin()->first > now ? nullptr : find(losses_.begin()->second);
+}
+
+}  // namespace millrace::gateway::dispatch
