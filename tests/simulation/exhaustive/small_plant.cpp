@@ -18,7 +18,7 @@ constexpr Party controller_party = 1;
 constexpr Party gateway_party = 2;
 constexpr Party first_party = 3;
 constexpr Party second_party = 4;
-constexpr Party gateway_ears = gateway_party + Process::ears_of;
+constexpr Party gateway_inbox = gateway_party + Process::inboxes;
 
 constexpr std::uint64_t bit(Party party) {
   return std::uint64_t{1} << party;
@@ -37,7 +37,7 @@ GatewayPlan gateway_plan(const SmallPlan& plan) {
   machine.name = "m0";
   machine.pace = {.active = 50ms, .active_for = 0ms, .idle = 50ms, .whole = 100ms};
   gateway.file.machines.push_back(machine);
-  gateway.pulse = false;
+  gateway.watches_itself = false;
   gateway.journal.sync = gateway::journal::Sync::always;
   gateway.journal.period = 1h;
   gateway.bug = plan.bug;
@@ -80,7 +80,7 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
 /// Whom the mishap changes at once, beside those who say of themselves what they have come to.
 std::uint64_t SmallPlant::struck() const {
   const std::uint64_t described =
-      bit(controller_party) | bit(gateway_ears) | bit(first_party) | bit(second_party);
+      bit(controller_party) | bit(gateway_inbox) | bit(first_party) | bit(second_party);
   const bool link = plan_.mishap == Mishap::link_cut || plan_.mishap == Mishap::link_silent;
   return described | (link ? bit(gateway_party) : 0);
 }
@@ -135,7 +135,7 @@ bool SmallPlant::done() const {
 void SmallPlant::describe() {
   const auto hash = std::hash<std::string>{};
   explorer_.describe(controller_party, [this, hash] { return hash(controller_.place()); });
-  explorer_.describe(gateway_ears, [this, hash] { return hash(gateway_.hearing()); });
+  explorer_.describe(gateway_inbox, [this, hash] { return hash(gateway_.hearing()); });
   explorer_.describe(first_party, [this, hash] { return hash(first_.place()); });
   explorer_.describe(second_party, [this, hash] { return hash(second_.place()); });
 }

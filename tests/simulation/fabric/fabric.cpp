@@ -13,9 +13,9 @@ EndNumber Fabric::add(Process& process) {
   return ends_.size() - 1;
 }
 
-EndNumber Fabric::join(Process& process, GatewayEars& ears, GatewayWatchEars& watch) {
+EndNumber Fabric::join(Process& process, GatewayListener& listener, GatewayWatchListener& watch) {
   const EndNumber number = add(process);
-  ends_[number]->gateway = &ears;
+  ends_[number]->gateway = &listener;
   talk_.join(number, process, watch);
   for (EndNumber other = 0; other < number; ++other) {
     if (ends_[other]->there && ends_[other]->instance != nullptr) {
@@ -25,10 +25,10 @@ EndNumber Fabric::join(Process& process, GatewayEars& ears, GatewayWatchEars& wa
   return number;
 }
 
-EndNumber Fabric::join(Process& process, InstanceEars& ears,
+EndNumber Fabric::join(Process& process, InstanceListener& listener,
                        const fabric::InstanceIdentity& identity) {
   const EndNumber number = add(process);
-  ends_[number]->instance = &ears;
+  ends_[number]->instance = &listener;
   ends_[number]->identity = identity;
   for (EndNumber other = 0; other < number; ++other) {
     if (ends_[other]->there && ends_[other]->gateway != nullptr) {

@@ -28,9 +28,9 @@
 namespace millrace::tests::simulation {
 
 /// fabric::ends::CallEndListener, as the gateway hears it.
-class GatewayEars {
+class GatewayListener {
  public:
-  virtual ~GatewayEars() = default;
+  virtual ~GatewayListener() = default;
   virtual void on_instance_ready(const fabric::InstanceIdentity& instance) = 0;
   virtual void on_instance_changed(const fabric::InstanceIdentity& instance) = 0;
   virtual void on_instance_gone(const fabric::InstanceId& instance) = 0;
@@ -38,9 +38,9 @@ class GatewayEars {
 };
 
 /// fabric::ends::ReplyEndListener.
-class InstanceEars {
+class InstanceListener {
  public:
-  virtual ~InstanceEars() = default;
+  virtual ~InstanceListener() = default;
   virtual void on_request(const fabric::Request& request) = 0;
   virtual void on_withdrawn(const fabric::RequestKey& key) = 0;
   virtual void on_orphaned(const fabric::RequestKey& key) = 0;
@@ -64,8 +64,9 @@ class Fabric {
 
   FabricWeather weather;
 
-  EndNumber join(Process& process, GatewayEars& ears, GatewayWatchEars& watch);
-  EndNumber join(Process& process, InstanceEars& ears, const fabric::InstanceIdentity& identity);
+  EndNumber join(Process& process, GatewayListener& listener, GatewayWatchListener& watch);
+  EndNumber join(Process& process, InstanceListener& listener,
+                 const fabric::InstanceIdentity& identity);
   /// `told`: it says good-bye; otherwise the others find out by its lease.
   void leave(EndNumber end, bool told);
   /// Its process was frozen, or goes on after so long.
@@ -113,8 +114,8 @@ class Fabric {
     std::uint64_t life = 0;
     bool there = true;
     bool awake = true;
-    GatewayEars* gateway = nullptr;
-    InstanceEars* instance = nullptr;
+    GatewayListener* gateway = nullptr;
+    InstanceListener* instance = nullptr;
     // A gateway's.
     fabric::registry::Registry registry;
     /// All that the registry was told and has told.
@@ -179,7 +180,7 @@ class Fabric {
   [[nodiscard]] Time delay(bool again);
   /// What changes when something comes to this end.
   [[nodiscard]] static std::uint64_t hearing(const End& end) {
-    return end.gateway != nullptr ? end.process->ears() : end.process->parties();
+    return end.gateway != nullptr ? end.process->inbox() : end.process->parties();
   }
   [[nodiscard]] std::uint64_t parties(const Pair& pair) const;
   void within(const PairPointer& pair, Time delay, std::function<void()> act);

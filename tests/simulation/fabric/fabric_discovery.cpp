@@ -115,7 +115,7 @@ void Fabric::look_around(EndNumber number) {
   }
   end.discovery_due = true;
   agenda_.after(random_.between(Time{}, 500us),
-                {.parties = end.process->ears(),
+                {.parties = end.process->inbox(),
                  .reads = end.process->parties(),
                  .means = agenda_.meaning("look around", number),
                  .lives = {.first = &end.process->life()}},

@@ -176,7 +176,7 @@ void Fabric::arrive_replies(const PairPointer& pair) {
   pair->replies = instance.replies.last;
   if (news) {
     agenda_.after(random_.between(Time{}, 300us),
-                  {.parties = gateway.process->ears(),
+                  {.parties = gateway.process->inbox(),
                    .reads = gateway.process->parties(),
                    .means = agenda_.meaning("take replies", pair->gateway),
                    .lives = {.first = &gateway.process->life()}},

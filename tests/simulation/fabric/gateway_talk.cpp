@@ -7,11 +7,11 @@
 
 namespace millrace::tests::simulation {
 
-void GatewayTalk::join(EndNumber number, Process& process, GatewayWatchEars& ears) {
+void GatewayTalk::join(EndNumber number, Process& process, GatewayWatchListener& listener) {
   End& end = ends_[number];
   end.process = &process;
   end.life = process.life();
-  end.ears = &ears;
+  end.listener = &listener;
   for (const auto& [other, it] : ends_) {
     if (other != number && it.there) {
       ways_.push_back(std::make_shared<Way>(Way{.from = other, .to = number}));
@@ -231,13 +231,13 @@ void GatewayTalk::take(End& end) {
   end.due = false;
   // What they did last comes first: the end of a gateway is judged by it.
   for (const auto& [key, status] : std::exchange(end.channels_in, {})) {
-    end.ears->on_channel(status);
+    end.listener->on_channel(status);
   }
   for (const auto& [place, status] : std::exchange(end.machines_in, {})) {
     if (status) {
-      end.ears->on_machine(*status);
+      end.listener->on_machine(*status);
     } else if (const auto known = end.known.extract(place); !known.empty()) {
-      end.ears->on_machine_gone(place.first, known.mapped());
+      end.listener->on_machine_gone(place.first, known.mapped());
     }
   }
 }

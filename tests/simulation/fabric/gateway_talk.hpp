@@ -22,9 +22,9 @@ struct FabricWeather;
 using EndNumber = std::size_t;
 
 /// fabric::ends::GatewayWatchListener.
-class GatewayWatchEars {
+class GatewayWatchListener {
  public:
-  virtual ~GatewayWatchEars() = default;
+  virtual ~GatewayWatchListener() = default;
   virtual void on_machine(const fabric::MachineStatus& status) = 0;
   virtual void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) = 0;
   virtual void on_channel(const fabric::ChannelStatus& status) = 0;
@@ -35,7 +35,7 @@ class GatewayTalk {
   GatewayTalk(Agenda& agenda, const FabricWeather& weather, Random random)
       : agenda_(agenda), weather_(weather), random_(random) {}
 
-  void join(EndNumber end, Process& process, GatewayWatchEars& ears);
+  void join(EndNumber end, Process& process, GatewayWatchListener& listener);
   void leave(EndNumber end, bool told);
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
@@ -62,7 +62,7 @@ class GatewayTalk {
   struct End {
     Process* process = nullptr;
     std::uint64_t life = 0;
-    GatewayWatchEars* ears = nullptr;
+    GatewayWatchListener* listener = nullptr;
     bool there = true;
     bool awake = true;
     bool watches_channels = false;

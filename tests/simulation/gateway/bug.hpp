@@ -1,5 +1,5 @@
-// Mistakes that can be made on purpose, to prove that the simulation finds them. They sit in the
-// simulation's own hands and feet of the gateway and the services; production code has none.
+// Mistakes that can be made on purpose, to prove that the simulation finds them. They sit in
+// what the simulation has around the decisions of gateways and services; production code has none.
 #pragma once
 
 #include <array>

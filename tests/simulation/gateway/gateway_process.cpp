@@ -45,7 +45,7 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
     in_trouble_ = !trouble.empty();
     begin_event();
     if (!ending_) {
-      carry_out(core_->set_obstacle(trouble, now()));
+      carry_out(control_->set_obstacle(trouble, now()));
     }
   };
 }
@@ -93,10 +93,10 @@ void GatewayProcess::start() {
     process().agenda().becomes(process().parties() | process().outbox(), *remains);
   }
   witness_.on_start(keeper_->ledger().open_calls(), plan_.file.policies);
-  core_.emplace(gateway::control::CallControlOptions{.paces = gateway::settings::paces_of(
-                                                         plan_.file.machines),
-                                                     .policies = plan_.file.policies},
-                keeper_->ledger());
+  control_.emplace(gateway::control::CallControlOptions{.paces = gateway::settings::paces_of(
+                                                            plan_.file.machines),
+                                                        .policies = plan_.file.policies},
+                   keeper_->ledger());
   gateway::machines::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
     byte = static_cast<std::uint8_t>(random_.next());
@@ -106,7 +106,7 @@ void GatewayProcess::start() {
   machines_ = std::make_unique<gateway::machines::Machines>(own, *this, *this);
   joined(fabric().join(process(), *this, *this));
   machines_->set(plan_.file.machines);
-  if (plan_.pulse) {
+  if (plan_.watches_itself) {
     stall_.emplace(fabric().weather.lease);
     beat();
   }
@@ -117,7 +117,7 @@ void GatewayProcess::forget() {
   machines_.reset();
   gate_.reset();
   links_.clear();
-  core_.reset();
+  control_.reset();
   keeper_.reset();
   stall_.reset();
   witness_.on_end();
@@ -163,24 +163,24 @@ void GatewayProcess::stop() {
     if (ending_) {
       ending_ = false;
       begin_event();
-      carry_out(core_->take_back(now()));
+      carry_out(control_->take_back(now()));
       note("ends with an answer half written");
       leave(true);
       forget();
     }
   });
   begin_event();
-  carry_out(core_->set_obstacle("the gateway is ending", now()));
+  carry_out(control_->set_obstacle("the gateway is ending", now()));
 }
 
 void GatewayProcess::end_when_answered() {
-  if (!ending_ || core_->answering()) {
+  if (!ending_ || control_->answering()) {
     return;
   }
   ending_ = false;
   process().after(Time{}, [this] {
     begin_event();
-    carry_out(core_->take_back(now()));
+    carry_out(control_->take_back(now()));
     note("has ended");
     leave(true);
     forget();
@@ -198,8 +198,8 @@ void GatewayProcess::read_file() {
   note("reads its configuration again");
   begin_event();
   witness_.on_policies(plan_.file.policies);
-  carry_out(
-      core_->change(gateway::settings::paces_of(plan_.file.machines), plan_.file.policies, now()));
+  carry_out(control_->change(gateway::settings::paces_of(plan_.file.machines), plan_.file.policies,
+                             now()));
   machines_->set(plan_.file.machines);
 }
 
@@ -218,7 +218,7 @@ void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
   gateway::control::Verdict verdict;
   const std::string text = fmt::format("operator: {}", call.to_string());
   begin_event();
-  auto actions = core_->on_answer(key, call, {text, 77, "operator"}, verdict, now());
+  auto actions = control_->on_answer(key, call, {text, 77, "operator"}, verdict, now());
   history().note("operator", fmt::format("answer {}: {}", call.to_string(), verdict.detail));
   carry_out(actions);
 }
@@ -226,7 +226,7 @@ void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
 void GatewayProcess::retry(const Key& key, const fabric::CallId& call) {
   gateway::control::Verdict verdict;
   begin_event();
-  auto actions = core_->on_retry(key, call, "operator", verdict, now());
+  auto actions = control_->on_retry(key, call, "operator", verdict, now());
   if (verdict.done) {
     witness_.on_retried(call);
   }

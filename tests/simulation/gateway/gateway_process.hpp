@@ -1,5 +1,5 @@
-// A gateway: the real core, the real choice of machines and the real journal keeper, with the
-// simulation as hands and feet, as gateway/gateway.cpp is with sockets.
+// A gateway: the real call control, the real choice of machines and the real journal keeper. The
+// simulation brings the events and carries out the actions, as gateway/live does with sockets.
 #pragma once
 
 #include <map>
@@ -34,13 +34,13 @@ struct GatewayPlan {
   /// It has no journal folder: a restart forgets all.
   bool in_memory = false;
   /// It watches whether it stood still; without, no timer of its own disturbs who counts them.
-  bool pulse = true;
+  bool watches_itself = true;
   Bug bug = Bug::none;
 };
 
 class GatewayProcess final : public Member,
-                             private GatewayEars,
-                             private GatewayWatchEars,
+                             private GatewayListener,
+                             private GatewayWatchListener,
                              public gateway::machines::MachinesIo,
                              public gateway::machines::MachinesListener,
                              public LinkObserver {
@@ -117,7 +117,7 @@ class GatewayProcess final : public Member,
     return witness_.describe(key, variable, value);
   }
 
-  // gateway_hands.cpp
+  // gateway_actions.cpp
   void carry_out(const gateway::control::ChannelActions& actions);
   void carry_out(const Key& key, const gateway::Read& action);
   void carry_out(const Key& key, const gateway::Write& action);
@@ -154,7 +154,7 @@ class GatewayProcess final : public Member,
 
   // Of this life of the process.
   std::optional<gateway::journal::Keeper> keeper_;
-  std::optional<gateway::control::CallControl> core_;
+  std::optional<gateway::control::CallControl> control_;
   std::optional<gateway::machines::StallDetector> stall_;
   std::optional<gateway::machines::LinkGate> gate_;
   std::unique_ptr<gateway::machines::Machines> machines_;

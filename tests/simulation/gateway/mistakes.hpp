@@ -1,4 +1,4 @@
-// Makes one of the mistakes of bug.hpp in the simulation's hands and feet of a gateway.
+// Makes one of the mistakes of bug.hpp between a gateway's decisions and the simulated world.
 #pragma once
 
 #include <map>

@@ -35,7 +35,7 @@ struct ServicePlan {
   Bug bug = Bug::none;
 };
 
-class ServiceProcess final : public Member, private InstanceEars {
+class ServiceProcess final : public Member, private InstanceListener {
  public:
   ServiceProcess(ServicePlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
                  Random random);

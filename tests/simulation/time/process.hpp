@@ -15,7 +15,7 @@ class Process {
   /// The outbox of a party has its bit so much further up.
   static constexpr unsigned outboxes = 32;
   /// And what it could hear, so much.
-  static constexpr unsigned ears_of = 16;
+  static constexpr unsigned inboxes = 16;
 
   Process(Agenda& agenda, Party party) : agenda_(agenda), party_(party) {}
   Process(const Process&) = delete;
@@ -30,7 +30,7 @@ class Process {
   [[nodiscard]] std::uint64_t outbox() const { return parties() << outboxes; }
   /// What has come to it over the fabric and it has not taken, as a party of its own: that comes
   /// without its doing.
-  [[nodiscard]] std::uint64_t ears() const { return parties() << ears_of; }
+  [[nodiscard]] std::uint64_t inbox() const { return parties() << inboxes; }
   [[nodiscard]] Agenda& agenda() const { return agenda_; }
 
   void start() { running_ = true; }

@@ -1,4 +1,4 @@
-// What a gateway hears: of instances, of other gateways, of its machines.
+// What comes to a gateway: from instances, from other gateways, from its machines.
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,13 +13,13 @@ void GatewayProcess::on_instance_ready(const fabric::InstanceIdentity& instance)
   begin_event();
   note("sees instance " + instance.id.to_string().substr(0, 8));
   witness_.on_ready(instance);
-  carry_out(core_->on_instance_ready(mistakes_.seen(instance), now()));
+  carry_out(control_->on_instance_ready(mistakes_.seen(instance), now()));
 }
 
 void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instance) {
   begin_event();
   witness_.on_ready(instance);
-  carry_out(core_->on_instance_ready(mistakes_.seen(instance), now()));
+  carry_out(control_->on_instance_ready(mistakes_.seen(instance), now()));
 }
 
 void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
@@ -27,13 +27,13 @@ void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
   note("loses instance " + instance.to_string().substr(0, 8));
   witness_.on_gone(instance);
   if (!mistakes_.makes(Bug::instance_loss_ignored)) {
-    carry_out(core_->on_instance_gone(instance, now()));
+    carry_out(control_->on_instance_gone(instance, now()));
   }
 }
 
 void GatewayProcess::on_reply(const fabric::Reply& reply) {
   begin_event();
-  carry_out(core_->on_reply(mistakes_.heard(reply, witness_), now()));
+  carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now()));
 }
 
 void GatewayProcess::on_machine(const fabric::MachineStatus& status) {
@@ -63,18 +63,18 @@ void GatewayProcess::on_link_up(const std::string& machine,
     served_.insert({machine, channel});
   }
   note(fmt::format("serves {} channels of {}", channels.size(), machine));
-  carry_out(core_->on_link_up(machine, channels, now()));
+  carry_out(control_->on_link_up(machine, channels, now()));
 }
 
 void GatewayProcess::on_link_down(const std::string& machine, const std::string& reason) {
   served_no_more(machine);
-  carry_out(core_->on_link_down(machine, reason, now()));
+  carry_out(control_->on_link_down(machine, reason, now()));
 }
 
 void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
   served_no_more(machine);
   note(fmt::format("drops its link to {}: {}", machine, reason));
-  carry_out(core_->on_link_dropped(machine, reason, now()));
+  carry_out(control_->on_link_dropped(machine, reason, now()));
 }
 
 void GatewayProcess::served_no_more(const std::string& machine) {
@@ -84,23 +84,23 @@ void GatewayProcess::served_no_more(const std::string& machine) {
 void GatewayProcess::on_retired(const Key& key) {
   served_.erase(key);
   if (mistakes_.makes(Bug::reload_drops_calls)) {
-    carry_out(core_->release(key, "not in the configuration any more", now()));
+    carry_out(control_->release(key, "not in the configuration any more", now()));
     return;
   }
-  carry_out(core_->retire(key, now()));
+  carry_out(control_->retire(key, now()));
 }
 
 void GatewayProcess::on_refused(const Key& key, const std::string& reason) {
   served_.erase(key);
   witness_.on_refused(key);
-  carry_out(core_->release(key, reason, now()));
+  carry_out(control_->release(key, reason, now()));
 }
 
 void GatewayProcess::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
   note(fmt::format("inherits {} of {} from {}", status.call.to_string(), status.key.to_string(),
                    from));
   if (!mistakes_.makes(Bug::inheritance_forgotten)) {
-    core_->inherit(status.key, {status.uuid, from, status.call});
+    control_->inherit(status.key, {status.uuid, from, status.call});
   }
 }
 
@@ -117,17 +117,17 @@ void GatewayProcess::on_contested() {
 }
 
 std::vector<std::uint16_t> GatewayProcess::channels_of(const std::string& machine) const {
-  return core_->channels_of(machine);
+  return control_->channels_of(machine);
 }
 
 void GatewayProcess::on_read(const Key& key, const gateway::Snapshot& snapshot) {
   history().add(Looked{plan_.number, key, snapshot, looked_from_});
   mistakes_.on_read(key, snapshot);
-  carry_out(core_->on_read(key, snapshot, now()));
+  carry_out(control_->on_read(key, snapshot, now()));
 }
 
 void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {
-  carry_out(core_->on_read_failed(key, reason, now()));
+  carry_out(control_->on_read_failed(key, reason, now()));
 }
 
 void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::string& reason) {
@@ -135,7 +135,7 @@ void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::s
     carry_out(key, *again);
     return;
   }
-  carry_out(core_->on_write(key, outcome, reason, now()));
+  carry_out(control_->on_write(key, outcome, reason, now()));
 }
 
 }  // namespace millrace::tests::simulation

@@ -52,7 +52,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
   if (const auto made_up = mistakes_.instead_of(key, action, witness_)) {
     process().after(Time{}, [this, key, snapshot = *made_up] {
       begin_event();
-      carry_out(core_->on_read(key, snapshot, now()));
+      carry_out(control_->on_read(key, snapshot, now()));
     });
     return;
   }
@@ -82,7 +82,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::WakeAt& action) {
   process().timer(std::max(delay, Time{}), [this, key, number] {
     if (wake_numbers_[key] == number) {
       begin_event();
-      carry_out(core_->on_wake(key, now()));
+      carry_out(control_->on_wake(key, now()));
     }
   });
 }
@@ -91,7 +91,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Record& action) {
   witness_.on_record(key, action.entry);
   auto recorded = [this, key, ticket = action.ticket] {
     begin_event();
-    carry_out(core_->on_recorded(key, ticket, now()));
+    carry_out(control_->on_recorded(key, ticket, now()));
   };
   if (mistakes_.skips(action.entry)) {
     process().after(Time{}, std::move(recorded));
@@ -136,7 +136,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Hide&) {
 }
 
 void GatewayProcess::arm_timer() {
-  const auto next = core_->next_time();
+  const auto next = control_->next_time();
   if (next == armed_) {
     return;
   }
@@ -149,7 +149,7 @@ void GatewayProcess::arm_timer() {
     if (number == armed_number_) {
       armed_.reset();
       begin_event();
-      carry_out(core_->on_time(now()));
+      carry_out(control_->on_time(now()));
     }
   });
 }
