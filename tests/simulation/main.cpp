@@ -3,9 +3,12 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <string>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "tests/simulation/exhaustive/walk.hpp"
@@ -20,6 +23,9 @@ using namespace millrace::tests::simulation;
 struct Flags {
   std::string seeds = "1..500";
   std::uint64_t seed = 0;
+  /// So many seeds that nobody has chosen, drawn from this text.
+  std::uint64_t fresh = 0;
+  std::string from;
   bool trace = false;
   std::string bug;
   unsigned most = 10;
@@ -47,9 +53,34 @@ std::pair<std::uint64_t, std::uint64_t> range_of(const std::string& seeds) {
   return {first, dots == std::string::npos ? first : std::stoull(seeds.substr(dots + 2))};
 }
 
+/// The first of the fresh seeds that a text stands for.
+std::uint64_t first_fresh(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a
+  for (const char letter : text) {
+    hash = (hash ^ static_cast<unsigned char>(letter)) * 0x100000001b3U;
+  }
+  // Beyond those that somebody types, and short enough to be typed.
+  return (std::uint64_t{1} << 40U) + (Random(hash).next() >> 25U);
+}
+
+std::pair<std::uint64_t, std::uint64_t> seeds_of(const Flags& flags) {
+  if (flags.fresh > 0) {
+    const std::uint64_t first = first_fresh(flags.from);
+    return {first, first + flags.fresh - 1};
+  }
+  return flags.seed != 0 ? std::pair(flags.seed, flags.seed) : range_of(flags.seeds);
+}
+
+std::string today() {
+  return fmt::format("{:%F}", fmt::gmtime(std::time(nullptr)));
+}
+
 int run(const Flags& flags) {
-  const auto [first, last] =
-      flags.seed != 0 ? std::pair(flags.seed, flags.seed) : range_of(flags.seeds);
+  const auto [first, last] = seeds_of(flags);
+  if (flags.fresh > 0) {
+    fmt::print("seeds {}..{}, drawn from \"{}\"\n", first, last, flags.from);
+    std::fflush(stdout);
+  }
   const auto begin = std::chrono::steady_clock::now();
   unsigned failed = 0;
   std::size_t answered = 0;
@@ -68,9 +99,8 @@ int run(const Flags& flags) {
     virtual_time += outcome.took;
     if (!outcome.violations.empty()) {
       ++failed;
-      fmt::print("seed {}: {}\n  replay: millrace-simulation --seed {} --trace{}\n", seed,
-                 fmt::join(outcome.violations, "\n  "), seed,
-                 flags.bug.empty() ? "" : " --bug " + flags.bug);
+      fmt::print("seed {}: {}\n  replay: {}\n", seed, fmt::join(outcome.violations, "\n  "),
+                 replay(seed, options.bug));
       std::fflush(stdout);
     }
   }
@@ -133,6 +163,10 @@ int main(int argc, char** argv) {
   Flags flags;
   app.add_option("--seeds", flags.seeds, "FIRST..LAST: which simulations to run");
   app.add_option("--seed", flags.seed, "One simulation");
+  flags.from = today();
+  app.add_option("--fresh", flags.fresh, "Instead: so many seeds that are drawn from a text");
+  app.add_option("--from", flags.from, "That text; today's date if left out")
+      ->envname("MILLRACE_SEEDS_FROM");
   app.add_flag("--trace", flags.trace, "Print what happens");
   app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/simulation.md)")
       ->check(CLI::IsMember(names_of(bug_names)));

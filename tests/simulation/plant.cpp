@@ -26,6 +26,10 @@ Plant::Plant(Agenda& agenda, History& history, Random random, Bug bug)
   policies_ = draw_policies(random_);
   build_controllers();
   build_gateways();
+  if (random_.chance(30)) {
+    stranger_ = std::make_unique<Stranger>(random_.pick(uuids_), agenda_, ++parties_, history_,
+                                           fabric_, random_.fork());
+  }
 }
 
 gateway::Policies Plant::draw_policies(Random& random) {
@@ -62,9 +66,11 @@ void Plant::build_services() {
     plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
     plan.habits.slow = static_cast<unsigned>(random_.below(40));
     plan.habits.fails = static_cast<unsigned>(random_.below(10));
-    plan.habits.refused = random_.chance(20) ? 10 : 0;
+    plan.habits.refused = random_.chance(30) ? 10 : 0;
     plan.habits.interim = static_cast<unsigned>(random_.below(50));
     plan.habits.stuck = random_.chance(20) ? 5 : 0;
+    plan.habits.obeys = static_cast<unsigned>(random_.below(101));
+    plan.foreign = random_.chance(20);
     plan.bug = bug_;
     const std::size_t instances = 1 + random_.below(3);
     for (std::size_t one = 0; one < instances; ++one) {
@@ -102,6 +108,7 @@ void Plant::build_controllers() {
       habits.cycle = random_.between(100us, 4ms);
       habits.pause = random_.mostly(Time{}, 20ms, 400ms, 30);
       habits.interpreted = random_.chance(30);
+      habits.waits_for_text = !habits.interpreted && random_.chance(15);
       habits.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
       controller->add(rules, habits, random_.fork());
     }

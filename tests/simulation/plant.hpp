@@ -8,6 +8,7 @@
 
 #include "tests/simulation/gateway/gateway_process.hpp"
 #include "tests/simulation/service/service_process.hpp"
+#include "tests/simulation/service/stranger.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -21,6 +22,8 @@ class Plant {
   std::vector<std::unique_ptr<Controller>>& controllers() { return controllers_; }
   std::vector<std::unique_ptr<GatewayProcess>>& gateways() { return gateways_; }
   std::vector<std::unique_ptr<ServiceProcess>>& services() { return services_; }
+  /// Null if there is none.
+  Stranger* stranger() { return stranger_.get(); }
   std::vector<std::unique_ptr<Cable>>& cables() { return cables_; }
   [[nodiscard]] Cable& cable_of(const Controller& controller);
   /// Those that are set up for it by their first configuration.
@@ -54,6 +57,7 @@ class Plant {
   std::vector<std::unique_ptr<GatewayProcess>> gateways_;
   std::vector<GatewayFile> first_files_;
   std::vector<std::unique_ptr<ServiceProcess>> services_;
+  std::unique_ptr<Stranger> stranger_;
 };
 
 }  // namespace millrace::tests::simulation

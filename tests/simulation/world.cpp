@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tests/simulation/faults/storm.hpp"
+#include "tests/simulation/last_words.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -20,8 +21,20 @@ constexpr Time settlement = 500ms;
 
 }  // namespace
 
+std::string replay(std::uint64_t seed, Bug bug) {
+  std::string command = fmt::format("millrace-simulation --seed {} --trace", seed);
+  for (const BugName& one : bug_names) {
+    if (one.bug == bug) {
+      command += fmt::format(" --bug {}", one.name);
+    }
+  }
+  return command;
+}
+
 World::World(std::uint64_t seed, Options options)
-    : random_(Random(~seed).next()),
+    : seed_(seed),
+      bug_(options.bug),
+      random_(Random(~seed).next()),
       history_(agenda_, std::move(options.trace)),
       plant_(agenda_, history_, random_.fork(), options.bug) {
   storm_ = std::make_unique<Storm>(plant_, random_.fork());
@@ -97,7 +110,8 @@ void World::watch_the_serving() {
 }
 
 /// A journal that lost its end may leave a program waiting that asks nothing any more, and so may
-/// an interim answer that crossed its next request: whoever stands at the machine resets it.
+/// an interim answer that crossed its next request, or the end of an answer that a program did not
+/// wait for: whoever stands at the machine resets it.
 void World::rescue() {
   for (auto& controller : plant_.controllers()) {
     const auto gateways = plant_.gateways_of(*controller);
@@ -108,7 +122,8 @@ void World::rescue() {
         return status != gateway->statuses().end() &&
                status->second.state == fabric::ChannelState::idle;
       });
-      const bool excused = lost_memory || controller->channel(number).crossed;
+      const bool excused = lost_memory || controller->channel(number).crossed ||
+                           controller->program(number).may_be_wiped();
       if (excused && idle && !controller->program(number).done()) {
         controller->reset(number, 100ms);
       }
@@ -151,11 +166,15 @@ void World::judge_the_end() {
 }
 
 Outcome World::run() {
+  const LastWords words(fmt::format("seed {}", seed_), replay(seed_, bug_));
   for (auto& service : plant_.services()) {
     agenda_.after(random_.between(Time{}, 300ms), {}, [&service] { service->start(); });
   }
   for (auto& gateway : plant_.gateways()) {
     agenda_.after(random_.between(Time{}, 300ms), {}, [&gateway] { gateway->start(); });
+  }
+  if (plant_.stranger() != nullptr) {
+    plant_.stranger()->start();
   }
   for (auto& controller : plant_.controllers()) {
     controller->start_programs();

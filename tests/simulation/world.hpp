@@ -17,7 +17,7 @@ namespace millrace::tests::simulation {
 
 struct Options {
   Bug bug = Bug::none;
-  History::Trace trace;
+  History::Trace trace{};
 };
 
 struct Outcome {
@@ -26,6 +26,9 @@ struct Outcome {
   Time took{};
   std::size_t answered = 0;
 };
+
+/// The command that repeats a simulation.
+std::string replay(std::uint64_t seed, Bug bug);
 
 class Storm;
 
@@ -46,6 +49,9 @@ class World {
   [[nodiscard]] bool done();
   void judge_the_end();
 
+  /// The seed and the mistake.
+  std::uint64_t seed_;
+  Bug bug_;
   Random random_;
   Agenda agenda_;
   History history_;

@@ -6,8 +6,7 @@
 // - a sample taken back is seen as such by who is matched and had it, not by who comes later; it
 //   may overtake the sample itself; so may the news that its writers are gone;
 // - each side finds and loses the other on its own, by hearing from it (discovery, lease); who
-// loses
-//   a writer and finds it again gets its samples once more;
+//   loses a writer and finds it again gets its samples once more;
 // - a process that is killed leaves nothing; one that is frozen is lost by lease and loses others.
 #pragma once
 
@@ -35,6 +34,8 @@ class GatewayListener {
   virtual void on_instance_changed(const fabric::InstanceIdentity& instance) = 0;
   virtual void on_instance_gone(const fabric::InstanceId& instance) = 0;
   virtual void on_reply(const fabric::Reply& reply) = 0;
+  /// A reply in the name of an instance that has not written it.
+  virtual void on_stranger(const fabric::Reply& reply) = 0;
 };
 
 /// fabric::ends::ReplyEndListener.
@@ -97,11 +98,13 @@ class Fabric {
     /// None: taken back.
     std::optional<Value> value;
   };
-  template <typename Value>
+  template <typename SampleKey, typename Value>
   struct Writer {
     std::uint64_t last = 0;
-    std::map<fabric::RequestKey, Sample<Value>> samples;
+    std::map<SampleKey, Sample<Value>> samples;
   };
+  /// Which request, and in whose name it is answered.
+  using ReplyKey = std::pair<fabric::RequestKey, fabric::InstanceId>;
   /// As fabric::wire::Presence.
   enum class Presence : std::uint8_t { alive, withdrawn, orphaned };
   /// What a reader has and its process has not taken.
@@ -121,12 +124,13 @@ class Fabric {
     /// All that the registry was told and has told.
     Meaning registry_knows = 0;
     std::set<fabric::registry::EndpointHandle> matched;
-    std::map<std::string, Writer<fabric::Request>> requests;
-    std::map<std::pair<fabric::RequestKey, fabric::InstanceId>, fabric::Reply> replies_in;
+    std::map<std::string, Writer<fabric::RequestKey, fabric::Request>> requests;
+    /// With the end that has written it.
+    std::map<std::pair<ReplyKey, EndNumber>, fabric::Reply> replies_in;
     bool discovery_due = false;
     // An instance's.
     fabric::InstanceIdentity identity;
-    Writer<fabric::Reply> replies;
+    Writer<ReplyKey, fabric::Reply> replies;
     std::map<fabric::RequestKey, Cached> requests_in;
     /// Gateways that have a request here.
     std::map<fabric::RequestKey, std::set<EndNumber>> requested_by;
@@ -159,6 +163,9 @@ class Fabric {
   using PairPointer = std::shared_ptr<Pair>;
 
   EndNumber add(Process& process);
+  /// Of an instance's end.
+  static fabric::registry::EndpointHandle reader_of(EndNumber end) { return 2 * end + 1; }
+  static fabric::registry::EndpointHandle writer_of(EndNumber end) { return 2 * end + 2; }
   void pair_up(EndNumber gateway, EndNumber instance);
   void refresh(const PairPointer& pair);
   void refresh(const PairPointer& pair, Side& side, const End& other, bool of_instance);

@@ -6,18 +6,6 @@
 
 namespace millrace::tests::simulation {
 
-namespace {
-
-fabric::registry::EndpointHandle reader_of(EndNumber end) {
-  return 2 * end + 1;
-}
-
-fabric::registry::EndpointHandle writer_of(EndNumber end) {
-  return 2 * end + 2;
-}
-
-}  // namespace
-
 void Fabric::refresh(const PairPointer& pair) {
   refresh(pair, pair->of_instance, *ends_[pair->instance], true);
   refresh(pair, pair->of_gateway, *ends_[pair->gateway], false);

@@ -39,8 +39,8 @@ void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key, const std
 
 void Fabric::publish(EndNumber number, const fabric::Reply& reply) {
   End& end = *ends_[number];
-  Writer<fabric::Reply>& writer = end.replies;
-  writer.samples[key_of(reply)] = {++writer.last, reply};
+  auto& writer = end.replies;
+  writer.samples[{key_of(reply), reply.instance}] = {++writer.last, reply};
   lay_out(end, reply.call, reply.state, reply.instance, writer.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_replies(pair);
@@ -169,7 +169,7 @@ void Fabric::arrive_replies(const PairPointer& pair) {
   bool news = false;
   for (auto& [key, sample] : instance.replies.samples) {
     if (sample.number > pair->replies) {
-      gateway.replies_in[{key, instance.identity.id}] = *sample.value;
+      gateway.replies_in[{key, pair->instance}] = *sample.value;
       news = true;
     }
   }
@@ -193,7 +193,12 @@ void Fabric::take_replies(EndNumber number) {
     agenda_.touches(end.process->parties());
   }
   for (const auto& [key, reply] : std::exchange(end.replies_in, {})) {
-    end.gateway->on_reply(reply);
+    // As fabric::ends::CallEnd judges it.
+    if (end.registry.speaks_for(writer_of(key.second), reply.instance)) {
+      end.gateway->on_reply(reply);
+    } else {
+      end.gateway->on_stranger(reply);
+    }
   }
 }
 

@@ -26,7 +26,10 @@ Storm::Storm(Plant& plant, Random random) : plant_(plant), random_(random) {
                                   &Storm::cut_off,
                                   &Storm::lose_samples,
                                   &Storm::reload_gateway,
-                                  &Storm::part_gateways};
+                                  &Storm::part_gateways,
+                                  &Storm::stranger_speaks,
+                                  &Storm::speak_for_another,
+                                  &Storm::speak_again};
   const auto share = static_cast<unsigned>(10 + random_.below(60));
   for (const Fault fault : all) {
     if (random_.chance(share)) {

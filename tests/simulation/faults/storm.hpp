@@ -2,6 +2,7 @@
 // that rare ones are not drowned by frequent ones.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "tests/simulation/plant.hpp"
@@ -50,6 +51,11 @@ class Storm {
   void cut_path();
   void cut_off();
   void lose_samples();
+  // faults/storm_strangers.cpp
+  void stranger_speaks();
+  void speak_for_another();
+  void speak_again();
+  [[nodiscard]] std::optional<fabric::ChannelStatus> some_call();
 
   Plant& plant_;
   Random random_;

@@ -28,6 +28,9 @@ enum class Bug : std::uint8_t {
   reload_drops_calls,
   withdraws_for_others,
   cycle_waits_for_the_request,
+  cancelled_result_sent,
+  stranger_believed,
+  refused_answer_forgotten,
 };
 
 struct BugName {
@@ -54,6 +57,9 @@ inline constexpr std::array bug_names{
     BugName{Bug::reload_drops_calls, "reload-drops-calls"},
     BugName{Bug::withdraws_for_others, "withdraws-for-others"},
     BugName{Bug::cycle_waits_for_the_request, "cycle-waits-for-the-request"},
+    BugName{Bug::cancelled_result_sent, "cancelled-result-sent"},
+    BugName{Bug::stranger_believed, "stranger-believed"},
+    BugName{Bug::refused_answer_forgotten, "refused-answer-forgotten"},
 };
 
 }  // namespace millrace::tests::simulation

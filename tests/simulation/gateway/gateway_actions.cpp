@@ -67,7 +67,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Write& action) {
     });
     return;
   }
-  witness_.on_write(key, action.variable);
+  witness_.on_write(key, action.variable, action.value);
   machines_->write(key, action.variable, action.value);
 }
 

@@ -33,7 +33,20 @@ void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
 
 void GatewayProcess::on_reply(const fabric::Reply& reply) {
   begin_event();
-  carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now()));
+  if (mistakes_.forgets(reply)) {
+    witness_.on_reply(reply, [] {});
+    return;
+  }
+  witness_.on_reply(reply, [&] {
+    carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now()));
+  });
+}
+
+void GatewayProcess::on_stranger(const fabric::Reply& reply) {
+  note("hears a stranger speak for instance " + reply.instance.to_string().substr(0, 8));
+  if (mistakes_.makes(Bug::stranger_believed)) {
+    on_reply(reply);
+  }
 }
 
 void GatewayProcess::on_machine(const fabric::MachineStatus& status) {

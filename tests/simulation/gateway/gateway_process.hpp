@@ -85,6 +85,7 @@ class GatewayProcess final : public Member,
   void on_instance_changed(const fabric::InstanceIdentity& instance) override;
   void on_instance_gone(const fabric::InstanceId& instance) override;
   void on_reply(const fabric::Reply& reply) override;
+  void on_stranger(const fabric::Reply& reply) override;
   // Other gateways.
   void on_machine(const fabric::MachineStatus& status) override;
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "gateway/response.hpp"
+
 namespace millrace::tests::simulation {
 
 using gateway::ReadSet;
@@ -32,6 +34,11 @@ fabric::Reply Mistakes::heard(const fabric::Reply& reply, const Witness& witness
     taken.call = current;
   }
   return taken;
+}
+
+bool Mistakes::forgets(const fabric::Reply& reply) const {
+  return makes(Bug::refused_answer_forgotten) && reply.kind == fabric::ReplyKind::final &&
+         !gateway::Response::of(reply.text, reply.state);
 }
 
 std::optional<Snapshot> Mistakes::instead_of(const Key& key, const gateway::Read& read,

@@ -20,6 +20,8 @@ class Mistakes {
 
   [[nodiscard]] fabric::InstanceIdentity seen(const fabric::InstanceIdentity& instance) const;
   [[nodiscard]] fabric::Reply heard(const fabric::Reply& reply, const Witness& witness) const;
+  /// Nobody cares for this reply.
+  [[nodiscard]] bool forgets(const fabric::Reply& reply) const;
   /// A look that is made up instead of taken.
   std::optional<gateway::Snapshot> instead_of(const Key& key, const gateway::Read& read,
                                               const Witness& witness);

@@ -13,7 +13,11 @@ void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Po
   history_.add(Resumed{number_, {}, {}, {}, false});
   for (const gateway::Call& call : open_calls) {
     const std::string uuid = fabric::canonical_uuid(call.request.uuid);
-    current_[call.key] = {call.id, call.request, call.answer, policies_.of(call.key.machine, uuid)};
+    Current& current = current_[call.key];
+    current = {call.id, call.request, call.answer, policies_.of(call.key.machine, uuid)};
+    for (const gateway::Attempt& attempt : call.attempts) {
+      current.asked.insert(attempt.instance);
+    }
     history_.add(Resumed{number_, call.key, call.id, call.request, call.clearing});
   }
 }
@@ -39,12 +43,16 @@ void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_troubl
     history_.add(Claimed{number_, key, event.call, request, in_trouble});
   } else if (event.kind == EventKind::lost || event.kind == EventKind::refused) {
     given_.erase(event.call);
+    if (event.kind == EventKind::refused) {
+      refusal_told_ = event.call;
+    }
   }
 }
 
 void Witness::on_record(const Key& key, const gateway::JournalEntry& entry) {
   if (const auto* dispatched = std::get_if<gateway::DispatchedEntry>(&entry)) {
     if (dispatched->attempt > 0) {
+      current_.at(key).asked.insert(dispatched->instance);
       given_out(*dispatched);
     }
   } else if (const auto* answer = std::get_if<gateway::AnsweredEntry>(&entry)) {
@@ -58,6 +66,9 @@ void Witness::on_record(const Key& key, const gateway::JournalEntry& entry) {
     const auto current = current_.find(key);
     const bool answered = current != current_.end() && current->second.call == ended->call &&
                           current->second.answer.has_value();
+    if (current != current_.end() && current->second.call == ended->call) {
+      current->second.over = true;
+    }
     history_.add(Ended{number_, key, ended->call, answered});
   }
 }
@@ -106,9 +117,28 @@ void Witness::given_out(const gateway::DispatchedEntry& entry) {
   history_.add(fact);
 }
 
-void Witness::on_write(const Key& key, gateway::Variable variable) {
+void Witness::on_write(const Key& key, gateway::Variable variable, const gateway::Value& value) {
   const Current& current = current_.at(key);
-  history_.add(WriteAsked{number_, key, current.call, current.request, variable});
+  history_.add(WriteAsked{number_, key, current.call, current.request, variable, value});
+}
+
+void Witness::on_reply(const fabric::Reply& reply, const std::function<void()>& take) {
+  ReplyTaken fact;
+  fact.gateway = number_;
+  fact.reply = reply;
+  const auto found = current_.find(reply.key);
+  if (found != current_.end()) {
+    const Current& current = found->second;
+    fact.awaited = current.call == reply.call && !current.over && !current.answer &&
+                   current.asked.contains(reply.instance);
+    fact.refused = current.policy.refused;
+    fact.before = current.answer;
+  }
+  refusal_told_ = {};
+  take();
+  fact.now = found == current_.end() ? std::nullopt : found->second.answer;
+  fact.refusal_told = refusal_told_ != fabric::CallId{};
+  history_.add(fact);
 }
 
 AdsWrite Witness::describe(const Key& key, gateway::Variable variable,

@@ -1,8 +1,10 @@
 // What is seen of a gateway: makes facts for the history of what it takes in and decides.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,9 @@ class Witness {
 
   void on_tell(const Key& key, const fabric::Event& event, bool in_trouble);
   void on_record(const Key& key, const gateway::JournalEntry& entry);
-  void on_write(const Key& key, gateway::Variable variable);
+  void on_write(const Key& key, gateway::Variable variable, const gateway::Value& value);
+  /// A reply comes; `take` has the gateway decide what becomes of it.
+  void on_reply(const fabric::Reply& reply, const std::function<void()>& take);
   void on_retried(const fabric::CallId& call);
 
   /// What the write is about.
@@ -49,6 +53,9 @@ class Witness {
     gateway::PendingRequest request;
     std::optional<gateway::Answer> answer;
     gateway::Policy policy;
+    /// The instances it was given to.
+    std::set<fabric::InstanceId> asked{};
+    bool over = false;
   };
 
   void given_out(const gateway::DispatchedEntry& entry);
@@ -60,6 +67,8 @@ class Witness {
   std::map<Key, Current> current_;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> ready_;
   std::map<fabric::CallId, fabric::InstanceId> given_;
+  /// The call that it said last of that an answer is refused.
+  fabric::CallId refusal_told_;
 };
 
 }  // namespace millrace::tests::simulation

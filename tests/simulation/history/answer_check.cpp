@@ -57,7 +57,25 @@ void AnswerCheck::on(const Looked& fact, Time now) {
   }
 }
 
+void AnswerCheck::judge_value(const WriteAsked& fact) {
+  const auto expect = [&](bool right, const char* what) {
+    if (!right) {
+      violations_.push_back(fmt::format("{} for {} is {}", name_of(fact.variable).substr(12),
+                                        fact.call.to_string(), what));
+    }
+  };
+  if (const auto* text = std::get_if<std::string>(&fact.value)) {
+    expect(text->size() <= fabric::max_text && text->find('\0') == std::string::npos,
+           "what no channel can take");
+    expect(!text->starts_with(strange), "the word of a stranger");
+    expect(!text->starts_with(unwanted), "what a handler returned that was told to stop");
+  } else if (fact.variable == gateway::Variable::response_state) {
+    expect(fact.value != gateway::Value{std::uint32_t{0}}, "0, which releases nobody");
+  }
+}
+
 void AnswerCheck::on(const WriteAsked& fact, Time) {
+  judge_value(fact);
   // It may be done, or not; the gateway may never learn.
   channels_[fact.key].cleared |= fact.variable == gateway::Variable::request_state;
   const auto look = looks_.find({fact.gateway, fact.key});
@@ -149,8 +167,12 @@ void AnswerCheck::on(const JournalLost&, Time) {
   finals_.clear();
 }
 
+void AnswerCheck::on(const ResponseEmptied& fact, Time) {
+  channels_[fact.key].text_by.reset();
+}
+
 void AnswerCheck::on(const ProgramReleased& fact, Time) {
-  if (!fact.crossed && fact.state == 0 && channels_[fact.key].writers.size() < 2) {
+  if (!fact.crossed && !fact.by_text && fact.state == 0 && channels_[fact.key].writers.size() < 2) {
     violations_.push_back(
         fmt::format("I3: {} goes on although RESPONSE_STATE is 0", fact.key.to_string()));
     return;

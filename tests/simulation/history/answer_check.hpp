@@ -3,6 +3,7 @@
 //    write, its program still waited for it.
 // I3 RESPONSE is complete before RESPONSE_STATE ≠ 0; a program reads the answer to its own
 //    question.
+// And: what is written is what a channel can take, and no stranger's word.
 #pragma once
 
 #include <map>
@@ -36,8 +37,8 @@ class AnswerCheck final : public Check {
     /// The request was answered, and RESPONSE_STATE is 0 again although nothing else was asked.
     bool wiped = false;
     /// Whose text stands in RESPONSE: two gateways that do not hear each other write over each
-    /// other's.
-    GatewayNumber text_by = 0;
+    /// other's; nothing once the program has emptied it.
+    std::optional<GatewayNumber> text_by{};
     /// Who has written since the program asked.
     std::set<GatewayNumber> writers;
   };
@@ -48,6 +49,7 @@ class AnswerCheck final : public Check {
 
   void on(const ProgramAsked& fact, Time now);
   void on(const ProgramMoved& fact, Time now);
+  void on(const ResponseEmptied& fact, Time now);
   void on(const ProgramReleased& fact, Time now);
   void on(const Looked& fact, Time now);
   void on(const WriteAsked& fact, Time now);
@@ -58,6 +60,7 @@ class AnswerCheck final : public Check {
   template <typename Other>
   void on(const Other&, Time) {}
 
+  void judge_value(const WriteAsked& fact);
   static void close(Channel& channel, Time now);
 
   std::map<Key, Channel> channels_;

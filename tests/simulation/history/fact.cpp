@@ -18,6 +18,12 @@ std::string text_of(const gateway::PendingRequest& request) {
   return fmt::format("{:.8} \"{}\" state {}", request.uuid, request.text, request.state);
 }
 
+std::string text_of(const fabric::Reply& reply) {
+  return fmt::format("{}\"{}\" state {} to {}",
+                     reply.kind == fabric::ReplyKind::interim ? "meanwhile " : "",
+                     gateway::printable(reply.text), reply.state, reply.call.to_string());
+}
+
 std::string text_of(const gateway::Snapshot& snapshot) {
   std::string words;
   const auto add = [&](gateway::Variable variable, const gateway::Value& value) {
@@ -44,6 +50,9 @@ struct Words {
   }
   std::string operator()(const ProgramMoved& one) const {
     return fmt::format("{}  {}", one.key.to_string(), one.why);
+  }
+  std::string operator()(const ResponseEmptied& one) const {
+    return fmt::format("{}  program empties RESPONSE", one.key.to_string());
   }
   std::string operator()(const ProgramReleased& one) const {
     return fmt::format("{}  program goes on with state {}, \"{}\"", one.key.to_string(), one.state,
@@ -98,6 +107,14 @@ struct Words {
   std::string operator()(const Cancelled& one) const {
     return fmt::format("instance {} is told that nobody waits for {}", short_of(one.instance),
                        one.call.to_string());
+  }
+  std::string operator()(const Replied& one) const {
+    return fmt::format("{}  instance {} says {}", one.reply.key.to_string(), short_of(one.instance),
+                       text_of(one.reply));
+  }
+  std::string operator()(const ReplyTaken& one) const {
+    return fmt::format("{}  gateway {} takes {}{}", one.reply.key.to_string(), one.gateway,
+                       text_of(one.reply), one.refusal_told ? " and refuses it" : "");
   }
   std::string operator()(const Retried& one) const {
     return fmt::format("operator: retry {}", one.call.to_string());

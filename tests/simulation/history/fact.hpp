@@ -8,6 +8,7 @@
 
 #include "fabric/messages.hpp"
 #include "gateway/journal_entry.hpp"
+#include "gateway/policy.hpp"
 #include "gateway/snapshot.hpp"
 #include "tests/simulation/time/agenda.hpp"
 
@@ -30,6 +31,10 @@ struct ProgramMoved {
   /// Nothing but the states changed.
   bool texts_stay = true;
 };
+/// It wrote RESPONSE itself, before it asks.
+struct ResponseEmptied {
+  Key key;
+};
 /// RESPONSE_STATE let it go on; this is what it read then.
 struct ProgramReleased {
   Key key;
@@ -38,6 +43,8 @@ struct ProgramReleased {
   bool crossed = false;
   std::string text;
   std::uint32_t state = 0;
+  /// It waited for RESPONSE alone: the answer may not be complete.
+  bool by_text = false;
 };
 /// A look of a gateway: what it read, and between which times.
 struct Looked {
@@ -53,6 +60,7 @@ struct WriteAsked {
   fabric::CallId call;
   gateway::PendingRequest request;
   gateway::Variable variable{};
+  gateway::Value value;
 };
 /// A gateway has the final answer of this call.
 struct Answered {
@@ -135,6 +143,25 @@ struct Cancelled {
   fabric::InstanceId instance;
   fabric::CallId call;
 };
+/// An instance says something of a call.
+struct Replied {
+  fabric::InstanceId instance;
+  fabric::Reply reply;
+};
+/// A gateway takes what the writer of an instance has said, and what comes of it at once.
+struct ReplyTaken {
+  GatewayNumber gateway = 0;
+  fabric::Reply reply;
+  /// The call stands in its channel, unanswered, and was given to this instance.
+  bool awaited = false;
+  /// Of the policy under which the call was accepted.
+  std::optional<gateway::Rule> refused;
+  /// What the call in the channel was answered with before, and is now.
+  std::optional<gateway::Answer> before;
+  std::optional<gateway::Answer> now;
+  /// The gateway says that it refuses it.
+  bool refusal_told = false;
+};
 /// An operator has the call given out again.
 struct Retried {
   fabric::CallId call;
@@ -149,9 +176,10 @@ struct Note {
   std::string what;
 };
 
-using Fact = std::variant<ProgramAsked, ProgramMoved, ProgramReleased, Looked, WriteAsked, Answered,
-                          WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused, Started,
-                          Finished, Cancelled, Retried, JournalLost, Note>;
+using Fact =
+    std::variant<ProgramAsked, ProgramMoved, ResponseEmptied, ProgramReleased, Looked, WriteAsked,
+                 Answered, WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused, Started,
+                 Finished, Cancelled, Replied, ReplyTaken, Retried, JournalLost, Note>;
 
 /// One line, without the time.
 std::string to_string(const Fact& fact);

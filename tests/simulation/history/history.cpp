@@ -7,6 +7,7 @@
 #include "tests/simulation/history/answer_check.hpp"
 #include "tests/simulation/history/dispatch_check.hpp"
 #include "tests/simulation/history/execution_check.hpp"
+#include "tests/simulation/history/reply_check.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -20,7 +21,8 @@ double seconds(Time time) {
 /// heard is in the memory of the gateway only.
 bool lasts(const Fact& fact) {
   return !std::holds_alternative<Looked>(fact) && !std::holds_alternative<Heard>(fact) &&
-         !std::holds_alternative<Finished>(fact) && !std::holds_alternative<Note>(fact);
+         !std::holds_alternative<Finished>(fact) && !std::holds_alternative<Replied>(fact) &&
+         !std::holds_alternative<Note>(fact);
 }
 
 }  // namespace
@@ -29,6 +31,7 @@ History::History(Agenda& agenda, Trace trace) : agenda_(agenda), trace_(std::mov
   checks_.push_back(std::make_unique<AnswerCheck>());
   checks_.push_back(std::make_unique<DispatchCheck>());
   checks_.push_back(std::make_unique<ExecutionCheck>());
+  checks_.push_back(std::make_unique<ReplyCheck>());
 }
 
 void History::add(const Fact& fact) {

@@ -151,6 +151,11 @@ void MachineChannel::power_up() {
   }
   kernel_ = std::make_shared<Kernel>(key_, rules_, agenda_, programs_);
   standing_ = {};
+  at(Variable::response).on_write([this](sim::Writer writer) {
+    if (writer == sim::Writer::program) {
+      history_.add(ResponseEmptied{key_});
+    }
+  });
   for (const Variable variable : {Variable::uuid, Variable::request, Variable::request_state}) {
     at(variable).on_write([this, variable](sim::Writer writer) {
       if (writer != sim::Writer::program) {

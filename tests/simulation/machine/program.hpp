@@ -17,6 +17,8 @@ struct ProgramHabits {
   /// In a hundred calls.
   unsigned impatient = 10;
   unsigned repeats_itself = 0;
+  /// It waits until RESPONSE, which it empties before, has a text, and looks at no state.
+  bool waits_for_text = false;
   /// Between two writes, and until RESPONSE_STATE is looked at again.
   Time cycle = 2ms;
   Time pause = 50ms;
@@ -40,6 +42,9 @@ class Program {
   [[nodiscard]] virtual bool active() const = 0;
   [[nodiscard]] virtual bool done() const = 0;
   [[nodiscard]] virtual std::size_t answered() const = 0;
+  /// It began its request before the answer to the one before was complete, so that the last writes
+  /// of that may have wiped it.
+  [[nodiscard]] virtual bool may_be_wiped() const { return false; }
   /// Where it is: two that are at the same go on in the same way. For who tries all orders; empty
   /// if it cannot be told.
   [[nodiscard]] virtual std::string place() const { return {}; }

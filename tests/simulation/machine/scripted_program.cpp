@@ -71,6 +71,11 @@ void ScriptedProgram::begin() {
   }
   --left_;
   ++call_;
+  // Who looks at no state cannot tell.
+  hasty_ = habits_.waits_for_text && call_ > 1 &&
+           (channel_.state(Variable::request_state) != 0 ||
+            channel_.state(Variable::response_state) == 0 ||
+            is_interim(channel_.state(Variable::response_state)));
   const bool again = call_ > 1 && random_.chance(habits_.repeats_itself);
   if (!again) {
     request_.uuid = random_.pick(habits_.uuids);
@@ -87,6 +92,9 @@ void ScriptedProgram::write_request() {
 }
 
 void ScriptedProgram::write_state() {
+  if (habits_.waits_for_text) {
+    channel_.set(Variable::response, std::string());
+  }
   channel_.set(Variable::request_state, request_.state);
   waiting_ = true;
   looking_ = false;
@@ -104,6 +112,10 @@ void ScriptedProgram::write_state() {
 
 void ScriptedProgram::look() {
   looking_ = false;
+  if (habits_.waits_for_text) {
+    look_at_text();
+    return;
+  }
   if (!waiting_ || channel_.state(Variable::response_state) == wait_at_) {
     return;
   }
@@ -122,11 +134,19 @@ void ScriptedProgram::look() {
         &ScriptedProgram::read_response);
 }
 
+void ScriptedProgram::look_at_text() {
+  const std::string text = channel_.text(Variable::response);
+  if (waiting_ && !text.empty() && !text.ends_with(in_progress)) {
+    waiting_ = false;
+    read_response();
+  }
+}
+
 void ScriptedProgram::read_response() {
   ++answered_;
   history_.add(ProgramReleased{channel_.key(), channel_.standing(), channel_.crossed,
                                channel_.text(Variable::response),
-                               channel_.state(Variable::response_state)});
+                               channel_.state(Variable::response_state), habits_.waits_for_text});
   next();
 }
 

@@ -16,6 +16,7 @@ class ScriptedProgram final : public Program {
   [[nodiscard]] bool done() const override { return left_ == 0 && !active_; }
   [[nodiscard]] bool active() const override { return active_; }
   [[nodiscard]] std::size_t answered() const override { return answered_; }
+  [[nodiscard]] bool may_be_wiped() const override { return hasty_; }
   [[nodiscard]] std::string place() const override;
 
  private:
@@ -24,6 +25,7 @@ class ScriptedProgram final : public Program {
   void write_request();
   void write_state();
   void look();
+  void look_at_text();
   void read_response();
   void lose_patience(std::uint64_t call);
   void next();
@@ -39,6 +41,7 @@ class ScriptedProgram final : public Program {
   bool calm_ = false;
   bool looking_ = false;
   bool waiting_ = false;
+  bool hasty_ = false;
   std::uint64_t life_ = 0;
   std::uint64_t call_ = 0;
   std::uint32_t wait_at_ = 0;

@@ -40,6 +40,9 @@ void ServiceProcess::start() {
   }
   open_desk();
   asked_.clear();
+  runs_.clear();
+  garbled_.clear();
+  last_answer_ = {};
   desk_knows_ = 0;
   closing_ = false;
   closed_ = false;
@@ -154,51 +157,151 @@ void ServiceProcess::perform(const sdk::Actions& actions) {
 }
 
 void ServiceProcess::perform(const sdk::Start& start) {
+  const auto run = std::make_shared<Run>();
+  run->request = start.request;
+  run->obeys = random_.chance(plan_.habits.obeys);
+  runs_[start.request.call] = run;
   // The handler's thread wakes.
-  process().after(random_.between(Time{}, 200us),
-                  [this, request = start.request] { handle(request); });
+  process().after(random_.between(Time{}, 200us), [this, run] { handle(run); });
 }
 
 void ServiceProcess::perform(const sdk::Send& send) {
-  fabric().publish(*end(), send.reply);
+  fabric::Reply reply = send.reply;
+  const bool good =
+      reply.code == fabric::ServiceCode::ok || reply.code == fabric::ServiceCode::repeated;
+  const auto garbled = garbled_.find(reply.call);
+  if (reply.kind == fabric::ReplyKind::final && good && garbled != garbled_.end()) {
+    reply.text = garbled->second.text;
+    reply.state = garbled->second.state;
+  }
+  say(std::move(reply));
 }
 
 void ServiceProcess::perform(const sdk::Cancel& cancel) {
   history().add(Cancelled{identity_.id, cancel.call});
+  const auto found = runs_.find(cancel.call);
+  if (found == runs_.end() || found->second->ended) {
+    return;
+  }
+  const RunPointer run = found->second;
+  run->cancelled = true;
+  if (run->obeys) {
+    process().after(random_.between(Time{}, 5ms), [this, run] { finish(run); });
+  }
 }
 
-void ServiceProcess::handle(const fabric::Request& request) {
+void ServiceProcess::say(fabric::Reply reply) {
+  history().add(Replied{identity_.id, reply});
+  if (reply.kind == fabric::ReplyKind::final) {
+    last_answer_ = reply;
+  }
+  fabric().publish(*end(), reply);
+}
+
+void ServiceProcess::speak_again(const fabric::CallId& call) {
+  if (!process().awake() || last_answer_.call != call) {
+    return;
+  }
+  fabric::Reply reply = last_answer_;
+  if (random_.chance(50)) {
+    reply.kind = fabric::ReplyKind::interim;
+    reply.state = first_interim;
+  } else {
+    reply.text += " again";
+    reply.state = random_.chance(50) ? reply.state + 1 : 0;
+  }
+  history().add(Replied{identity_.id, reply});
+  fabric().publish(*end(), reply);
+}
+
+void ServiceProcess::handle(const RunPointer& run) {
+  if (run->ended) {
+    return;
+  }
+  const fabric::Request& request = run->request;
   history().add(Started{identity_.id, request, plan_.delivery});
   if (random_.chance(plan_.habits.stuck)) {
     stuck_ = true;
     return;
   }
-  Time end = random_.mostly(100us, 20ms, calm_ ? 200ms : 2000ms, plan_.habits.slow);
+  const Time end = random_.mostly(100us, 20ms, calm_ ? 200ms : 2000ms, plan_.habits.slow);
   if (random_.chance(plan_.habits.interim)) {
     const auto count = 1 + random_.below(3);
     for (std::size_t i = 0; i < count; ++i) {
       const auto state = static_cast<std::uint32_t>(
           first_interim + random_.below(last_interim - first_interim + 1));
-      process().timer(random_.between(Time{}, end), [this, request, state] {
-        perform(
-            desk_->on_interim(request.call, {answer_to(request.text) + " soon", state}, moment()));
-      });
+      sdk::Response response{answer_to(request.text) + in_progress, state};
+      if (random_.chance(plan_.habits.refused)) {
+        response = garbage(request.text);
+      }
+      // Also when it has answered.
+      process().timer(random_.between(Time{}, end + end / 8),
+                      [this, run, response] { say_meanwhile(run, response); });
     }
   }
-  process().after(end, [this, request] { finish(request); });
+  process().after(end, [this, run] { finish(run); });
 }
 
-void ServiceProcess::finish(const fabric::Request& request) {
-  history().add(Finished{identity_.id, request.call});
-  sdk::Result result = sdk::Response{answer_to(request.text), 1};
-  if (random_.chance(plan_.habits.fails)) {
-    result = tl::unexpected(failure_of(request.text));
-  } else if (random_.chance(plan_.habits.refused)) {
-    result = random_.chance(50) ? sdk::Response{answer_to(request.text), 0}
-                                : sdk::Response{std::string(200, 'x'), 1};
+void ServiceProcess::say_meanwhile(const RunPointer& run, const sdk::Response& response) {
+  // As sdk::Call does, which throws for such a text. It asks whether the call has its answer, too;
+  // that may come just after it has asked.
+  const bool takes = plan_.foreign || sdk::check_text(response.text).empty();
+  if (takes && !run->cancelled && runs_[run->request.call] == run) {
+    perform(desk_->on_interim(run->request.call, response, moment()));
   }
-  told("result of " + request.call.to_string());
-  perform(desk_->on_result(request.call, result, moment()));
+}
+
+sdk::Response ServiceProcess::garbage(const std::string& request) {
+  switch (random_.below(3)) {
+    case 0:
+      return {answer_to(request), 0};
+    case 1:
+      return {std::string(200, 'x'), 1};
+    default:
+      return {answer_to(request) + '\0', 1};
+  }
+}
+
+sdk::Result ServiceProcess::result_of(const Run& run) {
+  const std::string& text = run.request.text;
+  if (run.cancelled) {
+    return sdk::Response{unwanted + text, 1};
+  }
+  garbled_.erase(run.request.call);
+  if (random_.chance(plan_.habits.fails)) {
+    return tl::unexpected(failure_of(text));
+  }
+  if (random_.chance(plan_.habits.refused)) {
+    const sdk::Response response = garbage(text);
+    if (!plan_.foreign) {
+      return response;
+    }
+    garbled_[run.request.call] = response;
+  }
+  return sdk::Response{answer_to(text), 1};
+}
+
+void ServiceProcess::finish(const RunPointer& run) {
+  if (run->ended) {
+    return;
+  }
+  run->ended = true;
+  const fabric::CallId call = run->request.call;
+  history().add(Finished{identity_.id, call});
+  const sdk::Result result = result_of(*run);
+  told("result of " + call.to_string());
+  const sdk::Actions actions = desk_->on_result(call, result, moment());
+  if (plan_.bug == Bug::cancelled_result_sent && run->cancelled && result) {
+    fabric::Reply reply;
+    reply.key = run->request.key;
+    reply.instance = identity_.id;
+    reply.call = call;
+    reply.attempt = run->request.attempt;
+    reply.text = result->text;
+    reply.state = result->state;
+    say(reply);
+  }
+  perform(actions);
 }
 
 }  // namespace millrace::tests::simulation

@@ -18,11 +18,13 @@ namespace millrace::tests::simulation {
 struct HandlerHabits {
   unsigned slow = 10;
   unsigned fails = 5;
-  /// Answers what cannot be written.
+  /// Answers what cannot be written: an interim answer, or the last one.
   unsigned refused = 0;
   unsigned interim = 10;
   /// Never comes to an end.
   unsigned stuck = 0;
+  /// Ends early when it is told that nobody waits.
+  unsigned obeys = 0;
 };
 
 struct ServicePlan {
@@ -32,6 +34,8 @@ struct ServicePlan {
   std::uint32_t concurrency = 1;
   std::vector<fabric::ChannelScope> channels;
   HandlerHabits habits;
+  /// Not written with the SDK: what cannot be written goes out as it is.
+  bool foreign = false;
   Bug bug = Bug::none;
 };
 
@@ -45,10 +49,14 @@ class ServiceProcess final : public Member, private InstanceListener {
   void kill();
   /// Asks for no new call and leaves when the last one is answered.
   void drain();
+  /// Says something more of this call if it is the one that it has answered last: after that a
+  /// gateway that has the answer must not listen.
+  void speak_again(const fabric::CallId& call);
   /// From now on handlers are well.
   void calm_down();
 
   [[nodiscard]] const ServicePlan& plan() const { return plan_; }
+  [[nodiscard]] const fabric::InstanceId& instance() const { return identity_.id; }
   [[nodiscard]] bool stuck() const { return stuck_; }
   [[nodiscard]] bool idle() const { return !desk_ || desk_->idle(); }
   /// All that its future follows from, but for what is on its way to it. For who tries all orders.
@@ -64,8 +72,22 @@ class ServiceProcess final : public Member, private InstanceListener {
   void perform(const services::sdk::Send& send);
   void perform(const services::sdk::Cancel& cancel);
   void perform(const services::sdk::Drop&) {}
-  void handle(const fabric::Request& request);
-  void finish(const fabric::Request& request);
+
+  /// A handler that runs.
+  struct Run {
+    fabric::Request request;
+    bool obeys = false;
+    /// It was told that nobody waits.
+    bool cancelled = false;
+    bool ended = false;
+  };
+  using RunPointer = std::shared_ptr<Run>;
+  void handle(const RunPointer& run);
+  void say_meanwhile(const RunPointer& run, const services::sdk::Response& response);
+  void finish(const RunPointer& run);
+  [[nodiscard]] services::sdk::Result result_of(const Run& run);
+  [[nodiscard]] services::sdk::Response garbage(const std::string& request);
+  void say(fabric::Reply reply);
   void open_desk();
   void told(const std::string& what);
   void close_when_idle();
@@ -80,6 +102,11 @@ class ServiceProcess final : public Member, private InstanceListener {
   std::optional<services::sdk::CallDesk> desk_;
   /// Who has asked, for who mistakes one for the other.
   std::set<fabric::RequestKey> asked_;
+  /// The newest of each call.
+  std::map<fabric::CallId, RunPointer> runs_;
+  /// Final answers that the SDK would not let out.
+  std::map<fabric::CallId, services::sdk::Response> garbled_;
+  fabric::Reply last_answer_;
   /// All that the desk was told, which is all that it knows.
   Meaning desk_knows_ = 0;
   bool closing_ = false;

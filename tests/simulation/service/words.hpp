@@ -21,6 +21,9 @@ inline std::string answer_to(const std::string& request) {
   return fmt::format("re {};", request);
 }
 
+/// An interim answer ends with it.
+inline constexpr const char* in_progress = " soon";
+
 /// An error of the SDK names it.
 inline std::string failure_of(const std::string& request) {
   return fmt::format("cannot do re {};", request);
@@ -28,6 +31,12 @@ inline std::string failure_of(const std::string& request) {
 
 /// What the SDK answers for a handler that was told to stop and must not run twice.
 inline constexpr const char* given_up = "ERROR: the call was given up while it ran";
+
+/// What a handler returns begins with it if it was told before that nobody waits.
+inline constexpr const char* unwanted = "nobody waits: ";
+
+/// What somebody says who has not been asked begins with it.
+inline constexpr const char* strange = "stranger: ";
 
 /// What a program gets in place of an answer that cannot be written; it names no request.
 inline bool stands_for_a_refused_one(const std::string& answer) {

@@ -1,0 +1,52 @@
+// What is said of calls by those who were not asked.
+#include <algorithm>
+
+#include "tests/simulation/faults/storm.hpp"
+
+namespace millrace::tests::simulation {
+
+std::optional<fabric::ChannelStatus> Storm::some_call() {
+  std::vector<fabric::ChannelStatus> found;
+  for (const auto& gateway : plant_.gateways()) {
+    for (const auto& [key, status] : gateway->statuses()) {
+      if (status.call != fabric::CallId{}) {
+        found.push_back(status);
+      }
+    }
+  }
+  return found.empty() ? std::nullopt : std::optional(random_.pick(found));
+}
+
+void Storm::stranger_speaks() {
+  const auto status = some_call();
+  if (status && plant_.stranger() != nullptr) {
+    plant_.stranger()->speak_of(*status);
+  }
+}
+
+void Storm::speak_for_another() {
+  // Its writer is that of an instance all the same.
+  const auto status = some_call();
+  const ServiceProcess& service = *random_.pick(plant_.services());
+  if (!status || !service.running() || service.frozen() || service.instance() == status->instance) {
+    return;
+  }
+  const fabric::Reply reply = words_of_a_stranger(*status, status->instance, random_);
+  plant_.history().note(service.name(),
+                        "speaks for another: " + to_string(Replied{service.instance(), reply}));
+  plant_.fabric().publish(*service.end(), reply);
+}
+
+void Storm::speak_again() {
+  const auto status = some_call();
+  if (!status || status->state != fabric::ChannelState::answering) {
+    return;
+  }
+  for (const auto& service : plant_.services()) {
+    if (service->running() && service->instance() == status->instance) {
+      service->speak_again(status->call);
+    }
+  }
+}
+
+}  // namespace millrace::tests::simulation

@@ -1,0 +1,75 @@
+#include "tests/simulation/history/reply_check.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/response.hpp"
+#include "gateway/words.hpp"
+#include "tests/simulation/service/words.hpp"
+
+namespace millrace::tests::simulation {
+
+std::vector<std::string> ReplyCheck::on(const Fact& fact, Time) {
+  std::visit([this](const auto& one) { on(one); }, fact);
+  return std::exchange(violations_, {});
+}
+
+void ReplyCheck::expect(bool right, const char* what, const fabric::Reply& reply) {
+  if (!right) {
+    violations_.push_back(fmt::format("{}: \"{}\" state {} of {}: {}", reply.call.to_string(),
+                                      gateway::printable(reply.text), reply.state,
+                                      reply.instance.to_string().substr(0, 8), what));
+  }
+}
+
+void ReplyCheck::on(const Resumed& fact) {
+  if (fact.call == fabric::CallId{}) {
+    std::erase_if(refused_, [&](const auto& one) { return std::get<0>(one) == fact.gateway; });
+  }
+}
+
+void ReplyCheck::on(const Replied& fact) {
+  expect(!fact.reply.text.starts_with(unwanted),
+         "its handler returned it after it was told that nobody waits, and it is sent", fact.reply);
+}
+
+/// Its time may be over in the same moment: then the gateway has answered it.
+bool ReplyCheck::unchanged(const ReplyTaken& fact) {
+  return fact.now == fact.before || fact.now->instance == fabric::InstanceId{};
+}
+
+void ReplyCheck::on(const ReplyTaken& fact) {
+  const fabric::Reply& reply = fact.reply;
+  const bool known = refused_.contains({fact.gateway, reply.call, reply.instance, reply.attempt});
+  if (!fact.awaited || known || reply.kind == fabric::ReplyKind::interim) {
+    expect(unchanged(fact) && !fact.refusal_told,
+           "it is no answer to the call, and changes what becomes of it", reply);
+    return;
+  }
+  const bool writable = gateway::Response::of(reply.text, reply.state).has_value();
+  if (!writable || reply.code == fabric::ServiceCode::refused) {
+    refused_.insert({fact.gateway, reply.call, reply.instance, reply.attempt});
+    judge_refused(fact);
+    return;
+  }
+  expect(fact.now == gateway::Answer{reply.instance, reply.attempt, reply.text, reply.state},
+         "it is the answer, and is not taken for it", reply);
+}
+
+void ReplyCheck::judge_refused(const ReplyTaken& fact) {
+  const fabric::Reply& reply = fact.reply;
+  expect(fact.refusal_told, "it cannot be written, and nobody says so", reply);
+  if (fact.refused && fact.refused->response_state == 0) {
+    expect(unchanged(fact), "it cannot be written, and the call is not held", reply);
+    return;
+  }
+  // The service's own library has put its error in place of the answer.
+  const bool replaced = reply.code == fabric::ServiceCode::refused && reply.state != 0;
+  const std::uint32_t otherwise = replaced ? reply.state : gateway::refused_state;
+  const std::uint32_t state = fact.refused ? fact.refused->response_state : otherwise;
+  expect(fact.now && fact.now->state == state && stands_for_a_refused_one(fact.now->text),
+         "it cannot be written, and its program does not get an error at once", reply);
+}
+
+}  // namespace millrace::tests::simulation
