@@ -37,9 +37,8 @@ void GatewayProcess::on_reply(const fabric::Reply& reply) {
     witness_.on_reply(reply, [] {});
     return;
   }
-  witness_.on_reply(reply, [&] {
-    carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now()));
-  });
+  witness_.on_reply(
+      reply, [&] { carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now())); });
 }
 
 void GatewayProcess::on_stranger(const fabric::Reply& reply) {
