@@ -64,11 +64,15 @@ void ReplyCheck::judge_refused(const ReplyTaken& fact) {
     expect(unchanged(fact), "it cannot be written, and the call is not held", reply);
     return;
   }
-  // The service's own library has put its error in place of the answer.
-  const bool replaced = reply.code == fabric::ServiceCode::refused && reply.state != 0;
-  const std::uint32_t otherwise = replaced ? reply.state : gateway::refused_state;
+  // If the service itself says that it refuses its answer, what it says instead is the program's.
+  const auto instead = gateway::Response::of(reply.text, reply.state);
+  const std::uint32_t otherwise = instead ? reply.state : gateway::refused_state;
   const std::uint32_t state = fact.refused ? fact.refused->response_state : otherwise;
-  expect(fact.now && fact.now->state == state && stands_for_a_refused_one(fact.now->text),
+  const bool right_text =
+      fact.now &&
+      (instead ? fact.now->text == (fact.refused ? gateway::printable(reply.text) : reply.text)
+               : fact.now->text.starts_with("ERROR: the service's answer "));
+  expect(right_text && fact.now->state == state,
          "it cannot be written, and its program does not get an error at once", reply);
 }
 

@@ -173,6 +173,7 @@ void ServiceProcess::perform(const sdk::Send& send) {
   if (reply.kind == fabric::ReplyKind::final && good && garbled != garbled_.end()) {
     reply.text = garbled->second.text;
     reply.state = garbled->second.state;
+    reply.code = static_cast<fabric::ServiceCode>(random_.below(4));
   }
   say(std::move(reply));
 }
