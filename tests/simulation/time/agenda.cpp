@@ -1,18 +1,9 @@
 #include "tests/simulation/time/agenda.hpp"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 
 namespace millrace::tests::simulation {
-
-namespace {
-
-bool later(const Happening& a, const Happening& b) {
-  return std::tie(a.at, a.number) > std::tie(b.at, b.number);
-}
-
-}  // namespace
 
 void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   Happening one;
@@ -26,38 +17,62 @@ void Agenda::at(Time when, const Plan& plan, std::function<void()> act) {
   one.lives.first_planned_in = plan.lives.first != nullptr ? *plan.lives.first : 0;
   one.lives.second_planned_in = plan.lives.second != nullptr ? *plan.lives.second : 0;
   one.act = std::move(act);
-  waiting_.push_back(std::move(one));
   if (order_ != nullptr) {
+    waiting_.push_back(std::move(one));
     order_->planned(waiting_.back(), plan.means);
   } else {
-    std::ranges::push_heap(waiting_, later);
+    keep(std::move(one));
   }
 }
 
-bool Agenda::step() {
-  if (waiting_.empty()) {
-    return false;
-  }
-  if (order_ == nullptr) {
-    std::ranges::pop_heap(waiting_, later);
+void Agenda::keep(Happening happening) {
+  Due due{happening.at, happening.number, waiting_.size()};
+  if (free_.empty()) {
+    waiting_.push_back(std::move(happening));
   } else {
-    // Who tries all orders need not try when nothing happens.
-    std::erase_if(waiting_, [](const Happening& one) { return one.lives.over(); });
-    const auto chosen = order_->choose(waiting_, now_);
-    if (!chosen) {
-      return false;
-    }
-    std::swap(waiting_[*chosen], waiting_.back());
+    due.place = free_.back();
+    free_.pop_back();
+    waiting_[due.place] = std::move(happening);
   }
+  due_.push_back(due);
+  std::ranges::push_heap(due_, later);
+}
+
+std::optional<Happening> Agenda::take() {
+  if (order_ == nullptr) {
+    if (due_.empty()) {
+      return std::nullopt;
+    }
+    std::ranges::pop_heap(due_, later);
+    const std::size_t place = due_.back().place;
+    due_.pop_back();
+    free_.push_back(place);
+    return std::move(waiting_[place]);
+  }
+  // Who tries all orders need not try when nothing happens.
+  std::erase_if(waiting_, [](const Happening& one) { return one.lives.over(); });
+  const auto chosen = waiting_.empty() ? std::nullopt : order_->choose(waiting_, now_);
+  if (!chosen) {
+    return std::nullopt;
+  }
+  std::swap(waiting_[*chosen], waiting_.back());
   Happening next = std::move(waiting_.back());
   waiting_.pop_back();
-  now_ = std::max(now_, next.at);
+  return next;
+}
+
+bool Agenda::step() {
+  auto next = take();
+  if (!next) {
+    return false;
+  }
+  now_ = std::max(now_, next->at);
   if (order_ != nullptr) {
     // What is first and what second is seen by the time.
     now_ += 1ns;
-    order_->happens(next);
+    order_->happens(*next);
   }
-  next.act();
+  next->act();
   if (order_ != nullptr) {
     order_->happened();
   }

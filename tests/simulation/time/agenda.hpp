@@ -97,7 +97,7 @@ struct Plan {
 class Order {
  public:
   virtual ~Order() = default;
-  /// Index into `waiting`, which is a heap by time; nothing if all is over.
+  /// Index into `waiting`, which is in no order; nothing if all is over.
   virtual std::optional<std::size_t> choose(const std::vector<Happening>& waiting, Time now) = 0;
   /// What has been chosen is about to happen.
   virtual void happens(const Happening& /*happening*/) {}
@@ -149,13 +149,29 @@ class Agenda {
   }
   /// Lets one thing happen; false if there is none.
   bool step();
-  [[nodiscard]] std::size_t size() const { return waiting_.size(); }
 
  private:
+  /// When something happens, and where it is kept.
+  struct Due {
+    Time at{};
+    std::uint64_t number = 0;
+    std::size_t place = 0;
+  };
+  static bool later(const Due& a, const Due& b) {
+    return a.at != b.at ? a.at > b.at : a.number > b.number;
+  }
+  void keep(Happening happening);
+  /// Nothing if all is over.
+  std::optional<Happening> take();
+
   Order* order_;
   Time now_{};
   std::uint64_t planned_ = 0;
+  /// In no order. Without somebody who chooses, `due_` is a heap by time, and what has happened
+  /// leaves its place in `free_` for another.
   std::vector<Happening> waiting_;
+  std::vector<Due> due_;
+  std::vector<std::size_t> free_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -78,7 +78,9 @@ class Process {
  private:
   void plan(Time delay, Plan plan, std::function<void()> act) {
     plan.lives.first = &life_;
-    agenda_.after(delay, plan, [this, life = life_, act = std::move(act)] { run(life, act); });
+    agenda_.after(delay, plan, [this, life = life_, act = std::move(act)]() mutable {
+      run(life, std::move(act));
+    });
   }
 
   Agenda& agenda_;
