@@ -153,6 +153,16 @@ class OpenCall {
     Ticket entry = 0;
   };
 
+  /// An answer, told from the next one of the same instance: a service of another make may leave
+  /// the attempt out.
+  struct Refused {
+    Attempt of;
+    fabric::Time answered{};
+    bool operator==(const Refused&) const = default;
+  };
+
+  static constexpr std::size_t most_refused = 16;
+
   OpenCall(Call call, const Policy& policy, Phase phase)
       : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
 
@@ -192,8 +202,8 @@ class OpenCall {
   std::optional<Response> next_interim_;
   std::variant<std::monostate, Interim, AnswerWriter> interim_;
   bool interim_refused_ = false;
-  /// Attempts whose answer was refused; it may be delivered again.
-  std::vector<Attempt> refused_;
+  /// The newest answers that were refused; each may be delivered again.
+  std::vector<Refused> refused_;
 };
 
 }  // namespace millrace::gateway::channel

@@ -53,10 +53,18 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
 
 void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now) {
   const Attempt attempt{reply.instance, reply.attempt};
-  if (std::ranges::count(refused_, attempt) > 0) {
+  const Refused said{attempt, reply.answered};
+  if (std::ranges::count(refused_, said) > 0) {
     return;
   }
   auto response = Response::of(reply.text, reply.state);
+  if (!response || reply.code == fabric::ServiceCode::refused) {
+    // While the call is held, any number may come.
+    refused_.push_back(said);
+    if (refused_.size() > most_refused) {
+      refused_.erase(refused_.begin());
+    }
+  }
   if (!response) {
     const std::string what = "the service's answer " + response.error();
     refuse(attempt, what, Response::in_words("ERROR: " + what, refused_state), out, now);
@@ -78,7 +86,6 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
 void OpenCall::refuse(const Attempt& of, const std::string& what, Response instead,
                       ChannelOutput& out, Moment now) {
   ++out.counters().failed;
-  refused_.push_back(of);
   const bool hold = policy_.refused && policy_.refused->response_state == 0;
   if (policy_.refused && !hold) {
     instead = Response::in_words(instead.text(), policy_.refused->response_state);

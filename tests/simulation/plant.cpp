@@ -71,6 +71,7 @@ void Plant::build_services() {
     plan.habits.stuck = random_.chance(20) ? 5 : 0;
     plan.habits.obeys = static_cast<unsigned>(random_.below(101));
     plan.foreign = random_.chance(20);
+    plan.counts_no_attempts = random_.chance(30);
     plan.bug = bug_;
     const std::size_t instances = 1 + random_.below(3);
     for (std::size_t one = 0; one < instances; ++one) {

@@ -25,7 +25,7 @@ void ReplyCheck::expect(bool right, const char* what, const fabric::Reply& reply
 
 void ReplyCheck::on(const Resumed& fact) {
   if (fact.call == fabric::CallId{}) {
-    std::erase_if(refused_, [&](const auto& one) { return std::get<0>(one) == fact.gateway; });
+    refused_.erase(fact.gateway);
   }
 }
 
@@ -41,7 +41,8 @@ bool ReplyCheck::unchanged(const ReplyTaken& fact) {
 
 void ReplyCheck::on(const ReplyTaken& fact) {
   const fabric::Reply& reply = fact.reply;
-  const bool known = refused_.contains({fact.gateway, reply.call, reply.instance, reply.attempt});
+  const Said said{reply.call, reply.instance, reply.attempt, reply.answered};
+  const bool known = refused_[fact.gateway].contains(said);
   if (!fact.awaited || known || reply.kind == fabric::ReplyKind::interim) {
     expect(unchanged(fact) && !fact.refusal_told,
            "it is no answer to the call, and changes what becomes of it", reply);
@@ -49,7 +50,7 @@ void ReplyCheck::on(const ReplyTaken& fact) {
   }
   const bool writable = gateway::Response::of(reply.text, reply.state).has_value();
   if (!writable || reply.code == fabric::ServiceCode::refused) {
-    refused_.insert({fact.gateway, reply.call, reply.instance, reply.attempt});
+    refused_[fact.gateway].insert(said);
     judge_refused(fact);
     return;
   }

@@ -8,6 +8,7 @@
 // - What a handler returns after it was told that nobody waits is never sent.
 #pragma once
 
+#include <map>
 #include <set>
 #include <tuple>
 #include <vector>
@@ -30,9 +31,10 @@ class ReplyCheck final : public Check {
   [[nodiscard]] static bool unchanged(const ReplyTaken& fact);
   void judge_refused(const ReplyTaken& fact);
 
-  /// Answers that a gateway has refused since it started: the attempt they are of. They may be
-  /// delivered again.
-  std::set<std::tuple<GatewayNumber, fabric::CallId, fabric::InstanceId, std::uint32_t>> refused_;
+  /// An answer: of which attempt, and when it was given.
+  using Said = std::tuple<fabric::CallId, fabric::InstanceId, std::uint32_t, fabric::Time>;
+  /// What gateways have refused since they started. It may be delivered again.
+  std::map<GatewayNumber, std::set<Said>> refused_;
   std::vector<std::string> violations_;
 };
 

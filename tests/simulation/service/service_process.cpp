@@ -168,6 +168,10 @@ void ServiceProcess::perform(const sdk::Start& start) {
 void ServiceProcess::perform(const sdk::Send& send) {
   fabric::Reply reply = send.reply;
   if (plan_.foreign && reply.kind == fabric::ReplyKind::final) {
+    if (plan_.counts_no_attempts) {
+      reply.attempt = 0;
+    }
+    reply.answered = wall();
     const auto garbled = garbled_.find(reply.call);
     if (garbled != garbled_.end()) {
       reply.text = garbled->second.text;

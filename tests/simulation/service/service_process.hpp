@@ -36,6 +36,8 @@ struct ServicePlan {
   HandlerHabits habits;
   /// Not written with the SDK: what cannot be written goes out as it is.
   bool foreign = false;
+  /// One of those that leaves the attempt out.
+  bool counts_no_attempts = false;
   Bug bug = Bug::none;
 };
 

@@ -108,6 +108,30 @@ TEST_F(RefusedAnswer, ThatIsDeliveredAgainChangesNothing) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
 }
 
+// A service of another make leaves the attempt out of its replies; its next answer was taken for
+// the refused one, and the program waited. Found by the simulation, seeds 1069 and 2145.
+TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) {
+  desk.policy.refused = Rule{};
+  desk.dispatched_call();
+  const auto said = [&](const std::string& text, std::chrono::seconds at) {
+    auto reply = desk.reply(text, 1);
+    reply.attempt = 0;
+    reply.answered = fabric::Time(at);
+    return reply;
+  };
+  reply(said(too_long, 1s));
+  desk.feed(sut().retry("ann@hmi", desk.now));
+  desk.feed(sut().assign(desk.assignment(1, 2), desk.now));
+  reply(said(too_long, 1s));
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::running) << "delivered again";
+  reply(said(too_long, 2s));
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held) << "once more what cannot be written";
+  desk.feed(sut().retry("ann@hmi", desk.now));
+  desk.feed(sut().assign(desk.assignment(1, 3), desk.now));
+  reply(said("1.41421", 3s));
+  expect_told("1.41421", 1);
+}
+
 // The gateway was killed by its own assertion. Found by the simulation, seed 918109 and others.
 TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
   for (const auto& policy : {std::optional<Rule>(), std::optional(Rule{})}) {
