@@ -84,12 +84,15 @@ class ServiceProcess final : public Member, private InstanceListener {
     bool ended = false;
   };
   using RunPointer = std::shared_ptr<Run>;
+  void say(fabric::Reply reply);
+  // service_handlers.cpp
   void handle(const RunPointer& run);
   void say_meanwhile(const RunPointer& run, const services::sdk::Response& response);
   void finish(const RunPointer& run);
   [[nodiscard]] services::sdk::Result result_of(const Run& run);
+  /// What no channel can take.
   [[nodiscard]] services::sdk::Response garbage(const std::string& request);
-  void say(fabric::Reply reply);
+  // service_process.cpp
   void open_desk();
   void told(const std::string& what);
   void close_when_idle();

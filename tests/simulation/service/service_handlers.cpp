@@ -1,0 +1,99 @@
+// What the handlers of a service do.
+#include "tests/simulation/service/service_process.hpp"
+#include "tests/simulation/service/words.hpp"
+
+namespace millrace::tests::simulation {
+
+namespace sdk = services::sdk;
+
+void ServiceProcess::handle(const RunPointer& run) {
+  if (run->ended) {
+    return;
+  }
+  const fabric::Request& request = run->request;
+  history().add(Started{identity_.id, request, plan_.delivery});
+  if (random_.chance(plan_.habits.stuck)) {
+    stuck_ = true;
+    return;
+  }
+  const Time end = random_.mostly(100us, 20ms, calm_ ? 200ms : 2000ms, plan_.habits.slow);
+  if (random_.chance(plan_.habits.interim)) {
+    const auto count = 1 + random_.below(3);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto state = static_cast<std::uint32_t>(
+          first_interim + random_.below(last_interim - first_interim + 1));
+      sdk::Response response{answer_to(request.text) + in_progress, state};
+      if (random_.chance(plan_.habits.refused)) {
+        response = garbage(request.text);
+      }
+      // Also when it has answered.
+      process().timer(random_.between(Time{}, end + end / 8),
+                      [this, run, response] { say_meanwhile(run, response); });
+    }
+  }
+  process().after(end, [this, run] { finish(run); });
+}
+
+void ServiceProcess::say_meanwhile(const RunPointer& run, const sdk::Response& response) {
+  // As sdk::Call does, which throws for such a text. It asks whether the call has its answer, too;
+  // that may come just after it has asked.
+  const bool takes = plan_.foreign || sdk::check_text(response.text).empty();
+  if (takes && !run->cancelled && runs_[run->request.call] == run) {
+    perform(desk_->on_interim(run->request.call, response, moment()));
+  }
+}
+
+sdk::Response ServiceProcess::garbage(const std::string& request) {
+  switch (random_.below(3)) {
+    case 0:
+      return {answer_to(request), 0};
+    case 1:
+      return {std::string(200, 'x'), 1};
+    default:
+      return {answer_to(request) + '\0', 1};
+  }
+}
+
+sdk::Result ServiceProcess::result_of(const Run& run) {
+  const std::string& text = run.request.text;
+  if (run.cancelled) {
+    return sdk::Response{unwanted + text, 1};
+  }
+  garbled_.erase(run.request.call);
+  if (random_.chance(plan_.habits.fails)) {
+    return tl::unexpected(failure_of(text));
+  }
+  if (random_.chance(plan_.habits.refused)) {
+    const sdk::Response response = garbage(text);
+    if (!plan_.foreign) {
+      return response;
+    }
+    garbled_[run.request.call] = response;
+  }
+  return sdk::Response{answer_to(text), 1};
+}
+
+void ServiceProcess::finish(const RunPointer& run) {
+  if (run->ended) {
+    return;
+  }
+  run->ended = true;
+  const fabric::CallId call = run->request.call;
+  history().add(Finished{identity_.id, call});
+  const sdk::Result result = result_of(*run);
+  told("result of " + call.to_string());
+  const sdk::Actions actions = desk_->on_result(call, result, moment());
+  if (plan_.bug == Bug::cancelled_result_sent && run->cancelled && result) {
+    fabric::Reply reply;
+    reply.key = run->request.key;
+    reply.instance = identity_.id;
+    reply.call = call;
+    reply.attempt = run->request.attempt;
+    reply.text = result->text;
+    reply.state = result->state;
+    say(reply);
+  }
+  perform(actions);
+}
+
+}  // namespace millrace::tests::simulation
