@@ -141,6 +141,9 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
   Ticket entry = unconfirmed_attempt();
   if (call_.attempts.empty() || call_.attempts.back() != to.attempt) {
     call_.attempts.push_back(to.attempt);
+    // Refused under this number was an answer to an attempt that the journal has lost with the
+    // power; the same answer again would be one to this.
+    std::erase_if(refused_, [&](const Refused& one) { return one.of == to.attempt; });
     call_.delivery = to.delivery;
     out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
     entry = out.record(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,

@@ -29,6 +29,14 @@ void ReplyCheck::on(const Resumed& fact) {
   }
 }
 
+void ReplyCheck::on(const GivenOut& fact) {
+  // The journal may have lost an attempt of this number, whose answer was refused.
+  std::erase_if(refused_[fact.gateway], [&](const Said& one) {
+    const auto& [call, instance, attempt, when] = one;
+    return call == fact.call && instance == fact.instance && attempt == fact.attempt;
+  });
+}
+
 void ReplyCheck::on(const Replied& fact) {
   expect(!fact.reply.text.starts_with(unwanted),
          "its handler returned it after it was told that nobody waits, and it is sent", fact.reply);

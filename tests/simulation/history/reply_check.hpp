@@ -23,6 +23,7 @@ class ReplyCheck final : public Check {
 
  private:
   void on(const Resumed& fact);
+  void on(const GivenOut& fact);
   void on(const Replied& fact);
   void on(const ReplyTaken& fact);
   template <typename Other>

@@ -132,6 +132,23 @@ TEST_F(RefusedAnswer, IsNotMistakenForTheNextOneOfAServiceThatCountsNoAttempts) 
   expect_told("1.41421", 1);
 }
 
+// A power cut took the attempt from the journal, not its answer from the fabric; the answer to the
+// one that got its number was taken for it, and the program waited. Seed 1013540.
+TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext) {
+  desk.policy.refused = Rule{};
+  desk.dispatched_call();
+  auto said = desk.reply(too_long, 1);
+  said.attempt = 2;
+  reply(said);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
+  desk.feed(sut().retry("ann@hmi", desk.now));
+  desk.feed(sut().assign(desk.assignment(1, 2), desk.now));
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
+  reply(said);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::held)
+      << "its instance remembers its answer";
+}
+
 // The gateway was killed by its own assertion. Found by the simulation, seed 918109 and others.
 TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
   for (const auto& policy : {std::optional<Rule>(), std::optional(Rule{})}) {
