@@ -123,7 +123,7 @@ void World::rescue() {
                status->second.state == fabric::ChannelState::idle;
       });
       const bool excused = lost_memory || controller->channel(number).crossed ||
-                           controller->program(number).may_be_wiped();
+                           controller->program(number).may_be_stuck();
       if (excused && idle && !controller->program(number).done()) {
         controller->reset(number, 100ms);
       }

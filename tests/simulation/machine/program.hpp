@@ -42,9 +42,10 @@ class Program {
   [[nodiscard]] virtual bool active() const = 0;
   [[nodiscard]] virtual bool done() const = 0;
   [[nodiscard]] virtual std::size_t answered() const = 0;
-  /// It began its request before the answer to the one before was complete, so that the last writes
-  /// of that may have wiped it.
-  [[nodiscard]] virtual bool may_be_wiped() const { return false; }
+  /// It may wait for what does not come. It began its request before the answer to the one before
+  /// was complete, whose last writes wiped it; or the text it waits for was overwritten by a
+  /// gateway that did not hear of the one that answered.
+  [[nodiscard]] virtual bool may_be_stuck() const { return false; }
   /// Where it is: two that are at the same go on in the same way. For who tries all orders; empty
   /// if it cannot be told.
   [[nodiscard]] virtual std::string place() const { return {}; }

@@ -47,6 +47,11 @@ void ScriptedProgram::calm_down() {
   left_ = std::min<std::size_t>(left_, 1);
 }
 
+bool ScriptedProgram::may_be_stuck() const {
+  return hasty_ || (habits_.waits_for_text && channel_.state(Variable::request_state) == 0 &&
+                    channel_.text(Variable::response).ends_with(in_progress));
+}
+
 std::string ScriptedProgram::place() const {
   return fmt::format("{} {} {} {} {} {} {} {} {}", left_, active_, calm_, looking_, waiting_, call_,
                      wait_at_, request_.text, request_.state);

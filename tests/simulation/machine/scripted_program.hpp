@@ -16,7 +16,7 @@ class ScriptedProgram final : public Program {
   [[nodiscard]] bool done() const override { return left_ == 0 && !active_; }
   [[nodiscard]] bool active() const override { return active_; }
   [[nodiscard]] std::size_t answered() const override { return answered_; }
-  [[nodiscard]] bool may_be_wiped() const override { return hasty_; }
+  [[nodiscard]] bool may_be_stuck() const override;
   [[nodiscard]] std::string place() const override;
 
  private:
