@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/program/supervisor.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::base::program {
 
@@ -36,16 +37,16 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
       return app.exit(error);
     }
-    fmt::print(stderr, "{}: {}\nTry '{} --help'.\n", name, error.what(), name);
+    fmt::print(stderr, "{}: {}\nTry '{} --help'.\n", name, text::safe(error.what(), "\n"), name);
     return exit_usage;
   }
   try {
     return body();
   } catch (const UsageError& error) {
-    fmt::print(stderr, "{}: {}\n", name, error.what());
+    fmt::print(stderr, "{}: {}\n", name, text::safe(error.what(), "\n"));
     return exit_usage;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", name, error.what());
+    fmt::print(stderr, "{}: {}\n", name, text::safe(error.what(), "\n"));
     return exit_failed;
   }
 }
@@ -54,12 +55,6 @@ void ready(std::string_view what) {
   fmt::print("ready: {}\n", what);
   std::fflush(stdout);
   tell_supervisor(fmt::format("READY=1\nSTATUS={}", what));
-}
-
-void add_domain(CLI::App& app, std::uint32_t& domain) {
-  app.add_option("--domain", domain, "DDS domain to join")
-      ->check(CLI::Range(0U, 232U))
-      ->capture_default_str();
 }
 
 }  // namespace millrace::base::program

@@ -47,7 +47,4 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 /// when the program serves.
 void ready(std::string_view what);
 
-/// Adds --domain N, the DDS domain (0 to 232, the numbers whose ports exist), default 0.
-void add_domain(CLI::App& app, std::uint32_t& domain);
-
 }  // namespace millrace::base::program

@@ -1,21 +1,84 @@
 #include "base/program/log.hpp"
 
+#include <cstdlib>
+
 #include <CLI/App.hpp>
+#include <fmt/format.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/null_sink.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/program/barrier.hpp"
 #include "base/program/patient_sink.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::base::program {
+
+namespace {
+
+/// The line of an event. What is told of may come from anywhere: its controls show as \xNN, and a
+/// line end does not let it pass for an event of its own. Under systemd each line says how
+/// important it is, as sd-daemon(3) has it, so that `journalctl -p warning` finds it.
+class LineFormatter final : public spdlog::formatter {
+ public:
+  explicit LineFormatter(bool with_priority)
+      : with_priority_(with_priority),
+        pattern_("%Y-%m-%dT%H:%M:%S.%eZ %n %-5l %v", spdlog::pattern_time_type::utc) {}
+
+  void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& line) override {
+    const std::string priority =
+        with_priority_ ? fmt::format("<{}>", priority_of(message.level)) : "";
+    std::string text;
+    for (const char c : text::safe({message.payload.data(), message.payload.size()}, "\n")) {
+      text += c;
+      text += c == '\n' ? priority + "    " : "";
+    }
+    spdlog::details::log_msg safe = message;
+    safe.payload = text;
+    line.append(priority);
+    pattern_.format(safe, line);
+  }
+
+  [[nodiscard]] std::unique_ptr<spdlog::formatter> clone() const override {
+    return std::make_unique<LineFormatter>(with_priority_);
+  }
+
+ private:
+  /// As syslog(3) numbers them.
+  static int priority_of(spdlog::level::level_enum level) {
+    switch (level) {
+      case spdlog::level::critical:
+      case spdlog::level::err:
+        return 3;
+      case spdlog::level::warn:
+        return 4;
+      case spdlog::level::info:
+        return 6;
+      default:
+        return 7;
+    }
+  }
+
+  bool with_priority_;
+  spdlog::pattern_formatter pattern_;
+};
+
+/// systemd.exec(5): the device and inode of what the journal reads.
+bool is_journal(int fd) {
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  struct stat file {};
+  return stream != nullptr && ::fstat(fd, &file) == 0 &&
+         stream == fmt::format("{}:{}", file.st_dev, file.st_ino);
+}
+
+}  // namespace
 
 Log make_log(const std::string& name, spdlog::level::level_enum level) {
   // One for all of them: lines wait for their turn in one place.
   static const auto standard_error = std::make_shared<PatientSink>(STDERR_FILENO);
   auto log = std::make_shared<spdlog::logger>(name, standard_error);
-  log->set_formatter(std::make_unique<spdlog::pattern_formatter>("%Y-%m-%dT%H:%M:%S.%eZ %n %-5l %v",
-                                                                 spdlog::pattern_time_type::utc));
+  log->set_formatter(std::make_unique<LineFormatter>(is_journal(STDERR_FILENO)));
   log->set_level(level);
   report_contained_to([weak = std::weak_ptr(log)](const std::string& line) {
     const Log still = weak.lock();

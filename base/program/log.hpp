@@ -23,7 +23,8 @@ using Log = std::shared_ptr<spdlog::logger>;
 /// is kept for a reader that stands still, and what is dropped then is counted. What each level is
 /// for (docs/logging.md): error, warn - the operator must act or should know; info - the operator's
 /// story of the machine; debug - the integrator of a program or service; trace - the developer of
-/// millrace. What report_contained has to say goes to the newest of them.
+/// millrace. What report_contained has to say goes to the newest of them. No control character
+/// of a text that is logged gets through; further lines of an event are indented.
 Log make_log(const std::string& name, spdlog::level::level_enum level = spdlog::level::info);
 
 /// A logger that drops everything, for tests.

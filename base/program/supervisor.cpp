@@ -1,6 +1,5 @@
 #include "base/program/supervisor.hpp"
 
-#include <charconv>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
@@ -9,6 +8,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "base/text/number.hpp"
+
 namespace millrace::base::program {
 
 namespace {
@@ -16,13 +17,6 @@ namespace {
 std::string_view environment(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : std::string_view();
-}
-
-std::optional<std::int64_t> number(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(value)
-                                                                  : std::nullopt;
 }
 
 }  // namespace
@@ -50,10 +44,10 @@ void tell_supervisor(std::string_view lines) {
 
 std::optional<std::chrono::microseconds> watchdog_period() {
   const std::string_view process = environment("WATCHDOG_PID");
-  if (!process.empty() && number(process) != ::getpid()) {
+  if (!process.empty() && text::parse_number<std::int64_t>(process) != ::getpid()) {
     return std::nullopt;
   }
-  const auto period = number(environment("WATCHDOG_USEC"));
+  const auto period = text::parse_number<std::int64_t>(environment("WATCHDOG_USEC"));
   if (!period || *period <= 0) {
     return std::nullopt;
   }

@@ -1,12 +1,12 @@
 #include "cnc/simulator/options.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
+#include "base/text/number.hpp"
 #include "cnc/simulator/configuration.hpp"
 
 namespace millrace::cnc::simulator {
@@ -14,14 +14,7 @@ namespace millrace::cnc::simulator {
 namespace {
 
 using base::program::UsageError;
-
-template <typename Number>
-std::optional<Number> parse_number(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(value)
-                                                                  : std::nullopt;
-}
+using base::text::parse_number;
 
 void set_listen(const std::string& listen, Setup& setup) {
   const std::size_t colon = listen.rfind(':');

@@ -34,7 +34,7 @@ FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults)
   app.add_option(
          "--domain", domain_,
          fmt::format("DDS domain to join, whatever the file says; else {}", defaults_.domain))
-      ->check(CLI::Range(0U, 232U));
+      ->check(CLI::Range(0U, last_domain));
   app.add_option("--fabric", fabric_,
                  fmt::format("Fabric to join within the domain, whatever the file says; else {}",
                              defaults_.fabric));

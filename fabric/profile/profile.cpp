@@ -15,8 +15,6 @@ namespace millrace::fabric::profile {
 
 namespace {
 
-/// The highest domain whose ports exist.
-constexpr std::uint32_t max_domain = 232;
 /// Enough for a host's services, and few enough for packet filters and for searching peers.
 constexpr std::uint32_t default_processes = 20;
 constexpr std::uint32_t max_processes = 100;
@@ -49,7 +47,7 @@ void check(const config::Fabric& profile, base::configuration::Mistakes& mistake
   mistakes.expect(
       dds::is_fabric_name(profile.fabric()), {{"fabric"}},
       fmt::format("\"{}\"; expected some text without '*', '?', '/' and ','", profile.fabric()));
-  mistakes.expect_range(profile.domain(), 0U, max_domain, {{"domain"}});
+  mistakes.expect_range(profile.domain(), 0U, last_domain, {{"domain"}});
   if (profile.has_processes_per_host()) {
     mistakes.expect_range(profile.processes_per_host(), 1U, max_processes,
                           {{"processes_per_host"}});

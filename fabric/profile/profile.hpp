@@ -4,6 +4,7 @@
 //   Participant participant(read_profile("fabric.textproto").value());
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -16,6 +17,9 @@ class Fabric;
 }
 
 namespace millrace::fabric::profile {
+
+/// The highest DDS domain whose ports exist.
+inline constexpr std::uint32_t last_domain = 232;
 
 /// The error holds one line per mistake, "FILE:LINE:COLUMN: what was expected".
 tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::filesystem::path& file);

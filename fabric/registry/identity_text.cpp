@@ -1,11 +1,11 @@
 #include "fabric/registry/identity_text.hpp"
 
 #include <array>
-#include <charconv>
 
 #include <fmt/format.h>
 
 #include "base/text/characters.hpp"
+#include "base/text/number.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/registry/identity.hpp"
 #include "fabric/words.hpp"
@@ -20,17 +20,8 @@ constexpr std::string_view instance_key = "instance=";
 /// Far above what check_identity lets through: more is no identity of ours.
 constexpr std::size_t max_text_size = 64 * 1024;
 
+using base::text::parse_number;
 using Parsed = tl::expected<void, std::string>;
-
-template <typename Number>
-std::optional<Number> parse_number(std::string_view text, int base = 10) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.begin(), text.end(), number, base);
-  if (error != std::errc() || end != text.end()) {
-    return std::nullopt;
-  }
-  return number;
-}
 
 std::string escape(std::string_view value) {
   std::string text;

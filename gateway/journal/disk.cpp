@@ -2,7 +2,6 @@
 
 #include <cerrno>
 #include <system_error>
-#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,6 +12,8 @@ namespace millrace::gateway::journal {
 
 namespace {
 
+using base::posix::Fd;
+
 constexpr mode_t readable_by_group = 0640;
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view what) {
@@ -20,12 +21,12 @@ constexpr mode_t readable_by_group = 0640;
                           fmt::format("{} cannot be {}", path.string(), what));
 }
 
-Descriptor open_or_fail(const std::filesystem::path& path, int flags, std::string_view what) {
-  const int number = ::open(path.c_str(), flags | O_CLOEXEC, readable_by_group);
-  if (number < 0) {
+Fd open_or_fail(const std::filesystem::path& path, int flags, std::string_view what) {
+  Fd opened(::open(path.c_str(), flags | O_CLOEXEC, readable_by_group));
+  if (!opened) {
     fail(path, what);
   }
-  return Descriptor(number);
+  return opened;
 }
 
 std::filesystem::path draft_of(const std::filesystem::path& file) {
@@ -34,23 +35,10 @@ std::filesystem::path draft_of(const std::filesystem::path& file) {
 
 }  // namespace
 
-Descriptor::~Descriptor() {
-  if (number_ >= 0) {
-    ::close(number_);
-  }
-}
-
-Descriptor::Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-
-Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
-  std::swap(number_, other.number_);
-  return *this;
-}
-
-Descriptor lock_folder(const std::filesystem::path& folder) {
+Fd lock_folder(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "lock";
-  Descriptor lock = open_or_fail(path, O_RDWR | O_CREAT, "opened");
-  if (::flock(lock.number(), LOCK_EX | LOCK_NB) != 0) {
+  Fd lock = open_or_fail(path, O_RDWR | O_CREAT, "opened");
+  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) {
       throw std::runtime_error(fmt::format(
           "the journal folder {} is in use by another gateway; end it or choose another "
@@ -66,13 +54,13 @@ std::string read_file(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file)) {
     return {};
   }
-  const Descriptor in = open_or_fail(file, O_RDONLY, "opened");
+  const Fd in = open_or_fail(file, O_RDONLY, "opened");
   std::string bytes;
   constexpr std::size_t chunk = 65'536;
   while (true) {
     const std::size_t before = bytes.size();
     bytes.resize(before + chunk);
-    const ssize_t got = ::read(in.number(), bytes.data() + before, chunk);
+    const ssize_t got = ::read(in.get(), bytes.data() + before, chunk);
     if (got < 0) {
       fail(file, "read");
     }
@@ -83,9 +71,9 @@ std::string read_file(const std::filesystem::path& file) {
   }
 }
 
-void write_all(const Descriptor& file, std::string_view bytes, const std::filesystem::path& name) {
+void write_all(const Fd& file, std::string_view bytes, const std::filesystem::path& name) {
   while (!bytes.empty()) {
-    const ssize_t put = ::write(file.number(), bytes.data(), bytes.size());
+    const ssize_t put = ::write(file.get(), bytes.data(), bytes.size());
     if (put < 0 && errno != EINTR) {
       fail(name, "written");
     }
@@ -93,26 +81,26 @@ void write_all(const Descriptor& file, std::string_view bytes, const std::filesy
   }
 }
 
-void force(const Descriptor& file, const std::filesystem::path& name) {
-  if (::fdatasync(file.number()) != 0) {
+void force(const Fd& file, const std::filesystem::path& name) {
+  if (::fdatasync(file.get()) != 0) {
     fail(name, "forced to the disk");
   }
 }
 
-Descriptor begin_draft(const std::filesystem::path& file, std::string_view bytes) {
+Fd begin_draft(const std::filesystem::path& file, std::string_view bytes) {
   const std::filesystem::path name = draft_of(file);
-  Descriptor draft = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_TRUNC, "opened");
+  Fd draft = open_or_fail(name, O_WRONLY | O_APPEND | O_CREAT | O_TRUNC, "opened");
   write_all(draft, bytes, name);
   return draft;
 }
 
-void exchange(const Descriptor& draft, const std::filesystem::path& file) {
+void exchange(const Fd& draft, const std::filesystem::path& file) {
   const std::filesystem::path name = draft_of(file);
   force(draft, name);
   std::filesystem::rename(name, file);
   const std::filesystem::path parent = file.parent_path();
-  const Descriptor folder = open_or_fail(parent, O_RDONLY | O_DIRECTORY, "opened");
-  if (::fsync(folder.number()) != 0) {
+  const Fd folder = open_or_fail(parent, O_RDONLY | O_DIRECTORY, "opened");
+  if (::fsync(folder.get()) != 0) {
     fail(parent, "forced to the disk");
   }
 }

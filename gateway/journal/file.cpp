@@ -91,7 +91,7 @@ class File final : public Journal, private Storage {
 
   tl::expected<void, std::string> begin(std::string_view bytes) override {
     return attempt([&] {
-      file_ = std::make_shared<Descriptor>(begin_draft(path_, bytes));
+      file_ = std::make_shared<base::posix::Fd>(begin_draft(path_, bytes));
       exchange(*file_, path_);
     });
   }
@@ -111,7 +111,7 @@ class File final : public Journal, private Storage {
 
   void start_draft(std::vector<JournalEntry> entries) override {
     on_disk(
-        [this, entries = std::move(entries), draft = draft_ = std::make_shared<Descriptor>()] {
+        [this, entries = std::move(entries), draft = draft_ = std::make_shared<base::posix::Fd>()] {
           const std::string bytes = encode_file(entries);
           return attempt([&] { *draft = begin_draft(path_, bytes); }).map([&] {
             return bytes.size();
@@ -167,10 +167,10 @@ class File final : public Journal, private Storage {
   FileOptions options_;
   base::program::Log log_;
   std::filesystem::path path_;
-  Descriptor lock_;
-  std::shared_ptr<Descriptor> file_;
+  base::posix::Fd lock_;
+  std::shared_ptr<base::posix::Fd> file_;
   /// Of the thread until the draft is begun.
-  std::shared_ptr<Descriptor> draft_;
+  std::shared_ptr<base::posix::Fd> draft_;
   Keeper keeper_;
   std::function<void(const std::string&)> handler_;
   asio::steady_timer timer_;

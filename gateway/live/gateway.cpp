@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include <boost/asio/ip/host_name.hpp>
 #include <unistd.h>
 
+#include "base/posix/host.hpp"
 #include "gateway/live/gateway_impl.hpp"
 #include "gateway/live/machine_link.hpp"
 
@@ -16,8 +16,7 @@ namespace {
 namespace asio = boost::asio;
 
 machines::GatewayIdentity identity_of(const journal::Journal& journal) {
-  boost::system::error_code unnamed;
-  return {fabric::InstanceId::random(), asio::ip::host_name(unnamed),
+  return {fabric::InstanceId::random(), base::posix::host_name(),
           static_cast<std::uint32_t>(::getpid()), MILLRACE_VERSION,
           journal.ledger().numbers().epoch};
 }

@@ -1,11 +1,11 @@
 #include "services/archiver/archive.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 #include <fmt/format.h>
 
 #include "base/posix/folder_lock.hpp"
+#include "base/text/number.hpp"
 
 namespace millrace::services::archiver {
 
@@ -23,11 +23,9 @@ std::optional<std::uint64_t> number_of(const fs::path& file) {
   if (!name.starts_with(name_start) || !name.ends_with(name_end)) {
     return std::nullopt;
   }
-  const char* const first = name.data() + name_start.size();
-  const char* const last = name.data() + name.size() - name_end.size();
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(first, last, number);
-  return error == std::errc() && end == last ? std::optional(number) : std::nullopt;
+  const std::size_t digits = name.size() - name_start.size() - name_end.size();
+  return base::text::parse_number<std::uint64_t>(
+      std::string_view(name).substr(name_start.size(), digits));
 }
 
 fs::path name_of(const fs::path& folder, std::uint64_t number) {

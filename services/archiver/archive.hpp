@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "base/posix/fd.hpp"
-#include "services/archiver/closed_segment.hpp"
 #include "services/archiver/retention.hpp"
 #include "services/archiver/segment.hpp"
 

@@ -5,8 +5,8 @@
 
 #include "services/archiver/answering.hpp"
 #include "services/archiver/config.hpp"
+#include "services/archiver/observer_thread.hpp"
 #include "services/archiver/query_command.hpp"
-#include "services/archiver/recorder.hpp"
 #include "services/archiver/writer.hpp"
 #include "services/sdk/command_line.hpp"
 
@@ -15,10 +15,6 @@ namespace {
 using namespace millrace;
 namespace sdk = services::sdk;
 namespace archiver = services::archiver;
-
-fabric::Time now() {
-  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
-}
 
 archiver::Config configuration(const std::string& file) {
   if (file.empty()) {
@@ -42,7 +38,7 @@ archiver::CallInfo info(const sdk::Call& call) {
 /// Answers once the row is on the disk; the SDK's threads do not wait for that.
 sdk::LaterHandler writing_to(archiver::Writer& writer) {
   return [&writer](const std::shared_ptr<const sdk::Call>& call) {
-    auto put = archiver::put_of(info(*call), now());
+    auto put = archiver::put_of(info(*call), std::chrono::system_clock::now());
     if (!put) {
       call->answer(put.error());
       return;
@@ -66,20 +62,22 @@ int serve(int argc, char** argv) {
   std::string file;
   program.app().add_option("--config", file, "Settings (archiver.textproto)");
   std::optional<archiver::Writer> writer;
-  std::optional<archiver::Recorder> recorder;
+  std::optional<archiver::ObserverThread> observer;
   const std::function<sdk::LaterHandler()> make = [&] {
     const archiver::Config config = configuration(file);
-    writer.emplace(archiver::Archive(config.folder, config.policy, now()), program.log());
+    writer.emplace(
+        archiver::Archive(config.folder, config.policy, std::chrono::system_clock::now()),
+        program.log());
     if (config.record_events || config.record_channels) {
       const sdk::ServiceOptions& options = program.options();
-      recorder.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
+      observer.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
                                                        .fabric = options.fabric,
                                                        .lease = options.lease,
-                                                       .name = "archiver recorder",
+                                                       .name = "archiver observer",
                                                        .configuration = options.configuration},
-                       archiver::RecorderOptions{.events = config.record_events,
-                                                 .channels = config.record_channels,
-                                                 .without_text = config.without_text},
+                       archiver::Observed{.events = config.record_events,
+                                          .channels = config.record_channels,
+                                          .without_text = config.without_text},
                        [&](archiver::Row row) { writer->record(std::move(row)); });
     }
     return writing_to(*writer);

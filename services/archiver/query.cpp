@@ -135,7 +135,7 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
 
 /// Writes the rows of one file, at most `limit`, and counts them.
 std::uint64_t write_file(const std::filesystem::path& file, const Source& source,
-                         const Condition& condition, std::uint64_t limit, Table& table) {
+                         const Condition& condition, std::uint64_t limit, RowWriter& rows) {
   SQLite::Database database(file.string(), SQLite::OPEN_READONLY);
   if (!database.tableExists(source.table)) {
     return 0;  // written before there was one, and never since
@@ -148,7 +148,7 @@ std::uint64_t write_file(const std::filesystem::path& file, const Source& source
     for (std::size_t i = 0; i < cells.size(); ++i) {
       cells[i] = cell_of(select.getColumn(static_cast<int>(i)), source.columns[i]);
     }
-    table.write(cells);
+    rows.write(cells);
     ++count;
   }
   return count;
@@ -164,11 +164,11 @@ std::uint64_t write_rows(const std::filesystem::path& folder, const Filter& filt
   for (const Column& column : source.columns) {
     names.emplace_back(column.name);
   }
-  Table table(format, std::move(names), out);
+  RowWriter rows(format, std::move(names), out);
   const std::uint64_t limit = filter.limit.value_or(UINT64_MAX);
   std::uint64_t count = 0;
   for (const auto& file : archive_files(folder)) {
-    count += write_file(file, source, condition, limit - count, table);
+    count += write_file(file, source, condition, limit - count, rows);
   }
   return count;
 }

@@ -6,11 +6,32 @@
 #include <cstdint>
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
+#include <string>
 
-#include "services/archiver/filter.hpp"
-#include "services/archiver/table.hpp"
+#include "fabric/messages.hpp"
+#include "services/archiver/row_writer.hpp"
 
 namespace millrace::services::archiver {
+
+enum class Kind : std::uint8_t { put, event, channel };
+
+/// What is not set lets everything pass.
+struct Filter {
+  Kind kind = Kind::put;
+  std::optional<fabric::Time> since{};
+  /// Not included.
+  std::optional<fabric::Time> until{};
+  std::optional<std::string> machine{};
+  std::optional<std::uint16_t> channel{};
+  /// "5f3a-17".
+  std::optional<std::string> call{};
+  /// Of puts only: those that have this field, and with this value if there is one.
+  std::optional<std::string> key{};
+  std::optional<std::string> value{};
+  /// At most so many rows.
+  std::optional<std::uint64_t> limit{};
+};
 
 /// Writes what is found and returns the number of rows; works while an archiver writes. Throws
 /// std::runtime_error or SQLite::Exception for a folder or file that cannot be read.

@@ -45,9 +45,7 @@ void add_flags(CLI::App& app, Flags& flags) {
 }
 
 fabric::Time time_or_throw(const std::string& flag, const std::string& text) {
-  const auto now =
-      std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
-  const auto time = base::text::parse_time(text, now);
+  const auto time = base::text::parse_time(text, std::chrono::system_clock::now());
   if (!time) {
     throw program::UsageError(flag + ": " + time.error());
   }

@@ -1,5 +1,5 @@
-// The file of the archive that is written: an SQLite database in WAL mode that is written a batch
-// at a time.
+// A file of the archive: an SQLite database; in WAL mode and written a batch at a time while it is
+// the newest, closed and only read later.
 //
 //   Segment segment(folder / "archive-000001.db", {.begun = now, .first_put = 1});
 //   const auto ids = segment.append(rows);    // durable when it returns
@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "services/archiver/row.hpp"
@@ -44,6 +45,24 @@ class Segment {
   [[nodiscard]] std::uintmax_t size() const;
   /// Leaves a single plain file that can be copied, and read on read-only media.
   void end(fabric::Time now);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A file of the archive that is only read.
+class ClosedSegment {
+ public:
+  explicit ClosedSegment(const std::filesystem::path& file);
+  ~ClosedSegment();
+  ClosedSegment(ClosedSegment&&) noexcept;
+  ClosedSegment& operator=(ClosedSegment&&) noexcept;
+
+  /// The id of the put of this call.
+  [[nodiscard]] std::optional<std::int64_t> find(fabric::CallId call);
+  /// When it was closed.
+  [[nodiscard]] fabric::Time ended() const;
 
  private:
   struct Impl;

@@ -14,10 +14,6 @@ constexpr std::size_t max_batch = 4096;
 constexpr std::size_t max_recorded = 100'000;
 constexpr std::chrono::seconds retry_after{1};
 
-fabric::Time now() {
-  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
-}
-
 }  // namespace
 
 Writer::Writer(Archive archive, Log log)
@@ -91,7 +87,7 @@ Writer::Batch Writer::take() {
 void Writer::write(Batch batch) {
   std::vector<std::int64_t> ids;
   try {
-    ids = archive_.append(batch.rows, now());
+    ids = archive_.append(batch.rows, std::chrono::system_clock::now());
   } catch (const std::exception& error) {
     log_->error("the archive {} cannot be written: {}", archive_.file().string(), error.what());
     for (const Done& done : batch.done) {

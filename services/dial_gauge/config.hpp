@@ -10,7 +10,7 @@
 
 #include <tl/expected.hpp>
 
-#include "services/dial_gauge/desk.hpp"
+#include "services/dial_gauge/answering.hpp"
 #include "services/dial_gauge/frame.hpp"
 #include "services/dial_gauge/simulated_source.hpp"
 

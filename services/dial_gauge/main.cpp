@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "services/dial_gauge/station.hpp"
+#include "services/dial_gauge/running_gauges.hpp"
 #include "services/sdk/command_line.hpp"
 
 namespace {
@@ -36,10 +36,10 @@ int main(int argc, char** argv) {
       "--config", file,
       "Gauges to serve (dial_gauge.textproto). Without it, one simulated gauge "
       "G1 that shows 12.345 mm");
-  std::optional<dial_gauge::Station> station;
+  std::optional<dial_gauge::RunningGauges> gauges;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
-    station.emplace(configuration(file), program.log());
-    return [&](const sdk::Call& call) { return station->answer(call.text()); };
+    gauges.emplace(configuration(file), program.log());
+    return [&](const sdk::Call& call) { return gauges->answer(call.text()); };
   };
   return program.run(argc, argv, make);
 }

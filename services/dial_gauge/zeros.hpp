@@ -6,7 +6,7 @@
 
 #include <tl/expected.hpp>
 
-#include "services/dial_gauge/desk.hpp"
+#include "services/dial_gauge/answering.hpp"
 
 namespace millrace::services::dial_gauge {
 

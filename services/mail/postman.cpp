@@ -16,10 +16,6 @@ using sdk::Response;
 /// How often old calls are forgotten, if nothing else happens.
 constexpr std::chrono::hours look_around{1};
 
-fabric::Time now() {
-  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
-}
-
 bool is_done(Stage stage) {
   return stage == Stage::accepted || stage == Stage::refused;
 }
@@ -65,7 +61,7 @@ void Postman::read_spool() {
 
 Response Postman::answer(const CallInfo& call) {
   if (call.replayed && !config_.send_replayed) {
-    const auto mail = compose(config_, call, now());
+    const auto mail = compose(config_, call, std::chrono::system_clock::now());
     return mail ? answer_to({.verdict = Verdict::accepted}) : mail.error();
   }
   Lock lock(lock_);
@@ -77,11 +73,13 @@ Response Postman::answer(const CallInfo& call) {
     return entry.stage == Stage::waiting && entry.attempts == 0 ? first_attempt(lock, entry)
                                                                 : answer_from(entry);
   }
-  auto mail = compose(config_, call, now());
+  auto mail = compose(config_, call, std::chrono::system_clock::now());
   if (!mail) {
     return mail.error();
   }
-  return first_attempt(lock, {.call = call.call, .mail = *std::move(mail), .made = now()});
+  return first_attempt(
+      lock,
+      {.call = call.call, .mail = *std::move(mail), .made = std::chrono::system_clock::now()});
 }
 
 Response Postman::first_attempt(Lock& lock, const Entry& entry) {
@@ -125,7 +123,8 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
   busy_.insert(entry.call);
   lock.unlock();
   Outcome outcome = send(entry);
-  const auto result = after(entry, outcome, config_.retry, program_waits, now());
+  const auto result =
+      after(entry, outcome, config_.retry, program_waits, std::chrono::system_clock::now());
   tell(result.value_or(entry), outcome);
   if (result) {
     keep(lock, *result);
@@ -133,7 +132,7 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
     drop(lock, entry.call);
   }
   if (!outcome.contact) {
-    pause_until_ = now() + config_.retry.first;
+    pause_until_ = std::chrono::system_clock::now() + config_.retry.first;
   }
   busy_.erase(entry.call);
   changed_.notify_all();
@@ -190,7 +189,7 @@ void Postman::tell(const Entry& entry, const Outcome& outcome) const {
 void Postman::run() {
   Lock lock(lock_);
   while (!stopping_) {
-    const fabric::Time time = now();
+    const fabric::Time time = std::chrono::system_clock::now();
     fabric::Time wake = time + look_around;
     if (const Entry* entry = due(time, wake)) {
       attempt(lock, Entry(*entry), false);

@@ -41,7 +41,8 @@ class Call {
   /// True if the call comes from a recording and no machine waits for it.
   [[nodiscard]] bool replayed() const { return request_.replayed; }
 
-  /// True once nobody waits for the answer any more: the program was reset or calls something else.
+  /// True once nobody is seen to wait for the answer any more: REQUEST_STATE went to 0, or it, UUID
+  /// or REQUEST changed. An NC reset that leaves them as they are is not seen.
   /// A handler that takes long looks at it from time to time and may return anything then: nothing
   /// of it is sent. For good: if the call is wanted again, it is handled anew, as another Call.
   [[nodiscard]] bool cancelled() const { return *cancelled_; }

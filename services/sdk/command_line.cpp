@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
 #include "services/sdk/instance.hpp"
 #include "services/sdk/main.hpp"
 #include "services/sdk/stop_signals.hpp"
@@ -21,18 +22,17 @@ std::string title(const ServiceOptions& options) {
 }
 
 void add_delivery(CLI::App& app, fabric::Delivery& delivery) {
-  constexpr const char* most = "at-most-once";
-  constexpr const char* least = "at-least-once";
+  using fabric::Delivery;
   app.add_option_function<std::string>(
          "--delivery",
-         [&delivery](const std::string& name) {
-           delivery =
-               name == most ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+         [&delivery](const std::string& word) {
+           delivery = fabric::parse_delivery(word).value_or(delivery);
          },
          "What happens to a call whose instance is lost: at-least-once gives it to another one, "
          "at-most-once holds it for an operator")
-      ->check(CLI::IsMember({least, most}))
-      ->default_str(delivery == fabric::Delivery::at_most_once ? most : least)
+      ->check(CLI::IsMember({std::string(name_of(Delivery::at_least_once)),
+                             std::string(name_of(Delivery::at_most_once))}))
+      ->default_str(std::string(name_of(delivery)))
       ->type_name("POLICY");
 }
 

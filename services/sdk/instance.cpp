@@ -1,6 +1,5 @@
 #include "services/sdk/instance.hpp"
 
-#include <array>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -10,11 +9,11 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
-#include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include "base/loop/watchdog.hpp"
+#include "base/posix/host.hpp"
 #include "fabric/ends/instance_commands.hpp"
 #include "fabric/ends/reply_end.hpp"
 #include "services/sdk/runner.hpp"
@@ -27,14 +26,6 @@ namespace {
 
 /// Tools want to see load; nobody may be kept busy with it.
 constexpr auto status_period = std::chrono::seconds(1);
-
-constexpr const char* loop_thread = "loop";
-
-std::string host_name() {
-  std::array<char, 256> name{};
-  ::gethostname(name.data(), name.size() - 1);
-  return name.data();
-}
 
 fabric::InstanceIdentity make_identity(const ServiceOptions& options) {
   if (options.error_state == 0) {
@@ -51,7 +42,7 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options) {
       .name = options.name,
       .description = options.description,
       .version = options.version,
-      .host = host_name(),
+      .host = base::posix::host_name(),
       .pid = static_cast<std::uint32_t>(::getpid()),
       .channels = options.channels,
       .delivery = options.delivery,
@@ -125,8 +116,6 @@ void Instance::Impl::start() {
     const auto work = asio::make_work_guard(context);
     context.run();
   });
-  // For `top -H`: of the threads of a service this is the one that keeps it on the fabric.
-  ::pthread_setname_np(thread.native_handle(), loop_thread);
 }
 
 void Instance::Impl::leave() {

@@ -1,18 +1,17 @@
 #include "services/sdk/isg_settings.hpp"
 
-#include <charconv>
 #include <sstream>
 
 #include <fmt/format.h>
 
+#include "base/text/number.hpp"
 #include "fabric/channel_scope.hpp"
 #include "fabric/profile/profile.hpp"
+#include "fabric/words.hpp"
 
 namespace millrace::services::sdk {
 
 namespace {
-
-constexpr std::uint32_t last_domain = 232;
 
 using Read = tl::expected<void, std::string>;
 
@@ -33,11 +32,12 @@ Read read_profile(std::string_view value, IsgSettings& settings) {
 }
 
 Read read_domain(std::string_view value, IsgSettings& settings) {
-  std::uint32_t& domain = settings.options.domain;
-  const auto [end, error] = std::from_chars(value.begin(), value.end(), domain);
-  if (error != std::errc() || end != value.end() || domain > last_domain) {
-    return wrong("MILLRACE_DOMAIN", value, fmt::format("a number from 0 to {}", last_domain));
+  const auto domain = base::text::parse_number<std::uint32_t>(value);
+  if (!domain || *domain > fabric::profile::last_domain) {
+    return wrong("MILLRACE_DOMAIN", value,
+                 fmt::format("a number from 0 to {}", fabric::profile::last_domain));
   }
+  settings.options.domain = *domain;
   return {};
 }
 
@@ -59,11 +59,13 @@ Read read_channels(std::string_view value, IsgSettings& settings) {
 }
 
 Read read_delivery(std::string_view value, IsgSettings& settings) {
-  if (value != "at-least-once" && value != "at-most-once") {
-    return wrong("MILLRACE_DELIVERY", value, "at-least-once or at-most-once");
+  const auto delivery = fabric::parse_delivery(value);
+  if (!delivery) {
+    return wrong("MILLRACE_DELIVERY", value,
+                 fmt::format("{} or {}", name_of(fabric::Delivery::at_least_once),
+                             name_of(fabric::Delivery::at_most_once)));
   }
-  settings.options.delivery =
-      value == "at-most-once" ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
+  settings.options.delivery = *delivery;
   return {};
 }
 

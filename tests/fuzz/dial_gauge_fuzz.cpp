@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "services/dial_gauge/desk.hpp"
+#include "services/dial_gauge/answering.hpp"
 #include "services/dial_gauge/receiver.hpp"
 #include "services/dial_gauge/simulated_source.hpp"
 
@@ -30,9 +30,9 @@ void check(const millrace::services::sdk::Response& response) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
-  Desk desk({}, [](const Zeros&) { return tl::expected<void, std::string>(); });
-  desk.add({.name = "G1"}, std::make_unique<SimulatedSource>(Simulation{}, Time{}));
-  check(desk.answer(bytes.substr(0, 127), Time{}));
+  Answering answering({}, [](const Zeros&) { return tl::expected<void, std::string>(); });
+  answering.add({.name = "G1"}, std::make_unique<SimulatedSource>(Simulation{}, Time{}));
+  check(answering.answer(bytes.substr(0, 127), Time{}));
 
   for (const Form form : {Form::u_wave, Form::digimatic}) {
     const auto receiver = std::make_shared<Receiver>(form, Unit::inch);
@@ -40,9 +40,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const std::string& broken : receiver->hear(bytes, Time{})) {
       require(!broken.empty() && broken.size() <= 64);
     }
-    desk.add({.name = "radio", .decimals = 6}, std::make_unique<RadioSource>(receiver, 0));
-    check(desk.answer("READ radio", Time{}));
-    check(desk.answer("STATUS radio", Time{}));
+    answering.add({.name = "radio", .decimals = 6}, std::make_unique<RadioSource>(receiver, 0));
+    check(answering.answer("READ radio", Time{}));
+    check(answering.answer("STATUS radio", Time{}));
   }
   return 0;
 }

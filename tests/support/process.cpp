@@ -20,40 +20,21 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/posix/fd.hpp"
+
 namespace millrace::tests {
 
 namespace {
 
-/// A file descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int value = -1) : value_(value) {}
-  ~Descriptor() { reset(); }
-  Descriptor(Descriptor&& other) noexcept : value_(std::exchange(other.value_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    reset();
-    value_ = std::exchange(other.value_, -1);
-    return *this;
-  }
-
-  [[nodiscard]] int get() const { return value_; }
-  void reset() {
-    if (value_ >= 0) {
-      ::close(std::exchange(value_, -1));
-    }
-  }
-
- private:
-  int value_;
-};
+using base::posix::Fd;
 
 [[noreturn]] void throw_errno(const std::string& what) {
   throw std::system_error(errno, std::generic_category(), what);
 }
 
 struct Pipe {
-  Descriptor read;
-  Descriptor write;
+  Fd read;
+  Fd write;
 };
 
 Pipe make_pipe() {
@@ -61,7 +42,7 @@ Pipe make_pipe() {
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw_errno("pipe");
   }
-  return {Descriptor(ends[0]), Descriptor(ends[1])};
+  return {Fd(ends[0]), Fd(ends[1])};
 }
 
 /// Between fork and exec: only calls that are safe there. Never returns.
@@ -84,7 +65,7 @@ Pipe make_pipe() {
 struct Process::Impl {
   /// Of a child that has just been forked; anything else would make kill() reach strangers.
   const pid_t pid;
-  Descriptor pidfd;
+  Fd pidfd;
   std::optional<int> exit_code;
 
   mutable std::mutex mutex;
@@ -94,7 +75,7 @@ struct Process::Impl {
   bool closed = false;
   std::thread reader;
 
-  Impl(pid_t child, Descriptor out_end, Descriptor error_end)
+  Impl(pid_t child, Fd out_end, Fd error_end)
       : pid(child), pidfd(static_cast<int>(::syscall(SYS_pidfd_open, child, 0))) {
     assert(child > 0);
     reader =
@@ -131,7 +112,7 @@ struct Process::Impl {
   }
 
   /// Collects both streams until both are closed, so that the process never blocks on a full pipe.
-  void collect(Descriptor out_end, Descriptor error_end) {
+  void collect(Fd out_end, Fd error_end) {
     std::array<pollfd, 2> ends{{{out_end.get(), POLLIN, 0}, {error_end.get(), POLLIN, 0}}};
     const std::array<std::string*, 2> texts{&out, &error};
     while (ends[0].fd >= 0 || ends[1].fd >= 0) {

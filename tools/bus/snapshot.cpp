@@ -4,7 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 
-#include "tools/bus/observer.hpp"
+#include "fabric/observer/observer.hpp"
 
 namespace millrace::tools::bus {
 
@@ -12,7 +12,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Listener : ObserverListener {
+struct Listener : fabric::observer::ObserverListener {
   void on_entry(recording::Entry entry) override {
     // Load and calls change all the time and say nothing of who else is to come.
     if (live.add(entry)) {
@@ -32,7 +32,8 @@ Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience pati
   const auto work = boost::asio::make_work_guard(io);
   Listener listener;
   const auto start = Clock::now();
-  Observer observer(participant, io.get_executor(), listener, Interest::states);
+  fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                      fabric::observer::Interest::states);
   for (;;) {
     const auto end =
         std::min(std::max(start + patience.at_least, listener.last_news + patience.quiet),

@@ -16,8 +16,7 @@ namespace asio = boost::asio;
 namespace {
 
 Moment now() {
-  return {std::chrono::steady_clock::now(),
-          std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now())};
+  return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
 }
 
 std::uint64_t random_epoch() {

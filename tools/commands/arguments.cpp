@@ -1,9 +1,10 @@
 #include "tools/commands/arguments.hpp"
 
-#include <charconv>
+#include <algorithm>
 
 #include <fmt/format.h>
 
+#include "base/text/number.hpp"
 #include "base/text/times.hpp"
 #include "tools/print/units.hpp"
 
@@ -11,23 +12,17 @@ namespace millrace::tools::commands {
 
 namespace {
 
-/// Reads all of `text` as a number.
-template <typename Number>
-bool read_number(std::string_view text, Number& number, int base) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
-  return error == std::errc{} && end == text.data() + text.size();
-}
-
 fabric::CallId parse_call(const std::string& text) {
-  const auto dash = text.find('-');
-  fabric::CallId call;
-  if (dash == std::string::npos ||
-      !read_number(std::string_view(text).substr(0, dash), call.epoch, 16) ||
-      !read_number(std::string_view(text).substr(dash + 1), call.number, 10)) {
+  using base::text::parse_number;
+  const auto dash = std::min(text.find('-'), text.size());
+  const auto epoch = parse_number<std::uint64_t>(std::string_view(text).substr(0, dash), 16);
+  const auto number =
+      parse_number<std::uint64_t>(std::string_view(text).substr(std::min(dash + 1, text.size())));
+  if (!epoch || !number) {
     throw CLI::ValidationError(
         fmt::format("'{}' is no call id; expected one as in 5f3a9c0112d4-17", text));
   }
-  return call;
+  return {.epoch = *epoch, .number = *number};
 }
 
 /// An option whose text `parse` turns into a value or an error.

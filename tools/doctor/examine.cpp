@@ -8,7 +8,7 @@
 
 #include "base/posix/host.hpp"
 #include "fabric/ends/discovery.hpp"
-#include "tools/bus/observer.hpp"
+#include "fabric/observer/observer.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/doctor/endpoints.hpp"
 
@@ -24,7 +24,7 @@ constexpr auto turn = std::chrono::milliseconds(50);
 constexpr int exchanges = 5;
 constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
 
-struct Listener : bus::ObserverListener {
+struct Listener : fabric::observer::ObserverListener {
   void on_entry(recording::Entry entry) override { live.add(entry); }
   bus::Live live;
 };
@@ -109,7 +109,7 @@ class Visit {
         directory_(participant_),
         discovery_(participant_, nullptr),
         readers_(participant_),
-        observer_(participant_, io_.get_executor(), listener_, bus::Interest::states),
+        observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states),
         found_(found) {}
 
   void listen(std::chrono::milliseconds time, Hearing* hearing) {
@@ -145,7 +145,7 @@ class Visit {
   fabric::registry::Registry registry_;
   fabric::ends::Discovery discovery_;
   TopicReaders readers_;
-  bus::Observer observer_;
+  fabric::observer::Observer observer_;
   Findings& found_;
 };
 

@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "fabric/profile/profile.hpp"
 #include "tools/doctor/network.hpp"
 
 namespace millrace::tools::doctor {
@@ -63,7 +64,7 @@ std::string text_of(const sockaddr_in& address) {
 
 Hearing::Hearing(const std::string& interface) {
   const unsigned index = ::if_nametoindex(interface.c_str());
-  for (std::uint32_t domain = 0; index != 0 && domain <= last_domain; ++domain) {
+  for (std::uint32_t domain = 0; index != 0 && domain <= fabric::profile::last_domain; ++domain) {
     const int socket = listen(discovery_port(domain), index);
     if (socket < 0 && trouble_.empty()) {
       trouble_ = fmt::format("cannot listen to group {} on {}: {}", discovery_group, interface,

@@ -16,8 +16,6 @@ inline constexpr std::uint32_t first_port = 7400;
 inline constexpr std::uint32_t ports_per_domain = 250;
 /// Of the first program of a host that has a port of its own; the next ones follow by twos.
 inline constexpr std::uint32_t unicast_offset = 10;
-/// The highest domain whose ports exist.
-inline constexpr std::uint32_t last_domain = 232;
 
 /// The UDP port to which participants of a domain announce themselves by multicast.
 constexpr std::uint32_t discovery_port(std::uint32_t domain) {

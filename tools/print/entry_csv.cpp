@@ -5,6 +5,7 @@
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/print/entry_text.hpp"
 
 namespace millrace::tools::print {
@@ -18,16 +19,8 @@ constexpr std::array<std::string_view, 20> columns{
     "received", "started", "answered", "detail",  "channel_state", "replayed"};
 
 std::string cell(const boost::json::value& value) {
-  const std::string text =
-      value.is_string() ? std::string(value.get_string()) : boost::json::serialize(value);
-  if (text.find_first_of(",\"\r\n") == std::string::npos) {
-    return text;
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += c == '"' ? "\"\"" : std::string(1, c);
-  }
-  return quoted + '"';
+  return base::text::csv_cell(value.is_string() ? std::string(value.get_string())
+                                                : boost::json::serialize(value));
 }
 
 }  // namespace

@@ -1,13 +1,16 @@
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/entry_text.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {
 
 namespace {
+
+using base::text::quoted;
+using base::text::safe;
 
 using recording::Entry;
 

@@ -3,12 +3,17 @@
 #include <algorithm>
 #include <cassert>
 
+#include "base/text/quoted.hpp"
+
 namespace millrace::tools::print {
 
 Table::Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
 void Table::add(std::vector<std::string> row) {
   assert(row.size() == columns_.size());
+  for (std::string& cell : row) {
+    cell = base::text::safe(cell);
+  }
   rows_.push_back(std::move(row));
 }
 

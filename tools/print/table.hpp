@@ -23,7 +23,7 @@ class Table {
  public:
   explicit Table(std::vector<Column> columns);
 
-  /// One cell per column.
+  /// One cell per column, whose controls show as \xNN: most of them are foreign texts.
   void add(std::vector<std::string> row);
   [[nodiscard]] bool empty() const { return rows_.empty(); }
   /// Title line and rows, each ended by a newline; no blanks at the end of a line.

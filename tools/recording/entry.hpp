@@ -1,63 +1,23 @@
-// One thing that happened on a fabric, as a recording keeps it.
+// The tools' word for fabric/observer/entry.hpp: a recording keeps what an observer sees.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <variant>
-
-#include "fabric/command.hpp"
-#include "fabric/messages.hpp"
+#include "fabric/observer/entry.hpp"
 
 namespace millrace::tools::recording {
 
-/// The gateway took its request back: the call is answered, or the program has withdrawn it.
-struct Withdrawal {
-  fabric::ChannelKey key{};
-  /// Of the request that stood there; zero if the recorder had not seen it.
-  fabric::CallId call{};
-};
+using fabric::observer::Change;
+using fabric::observer::Entry;
+using fabric::observer::InstanceNews;
+using fabric::observer::Sample;
+using fabric::observer::Withdrawal;
 
-enum class Change : std::uint8_t { ready, changed, gone };
-std::string_view name_of(Change change);
-
-/// An instance came, changed what it says of itself, or is gone (then only its id is known for
-/// sure).
-struct InstanceNews {
-  Change change = Change::ready;
-  fabric::InstanceIdentity identity{};
-};
-
-using Sample = std::variant<fabric::Request, fabric::Reply, Withdrawal, fabric::ChannelStatus,
-                            InstanceNews, fabric::InstanceStatus, fabric::Event, fabric::Command,
-                            fabric::Outcome, fabric::MachineStatus>;
-
-struct Entry {
-  /// When the recorder received it.
-  fabric::Time at{};
-  /// The service it is about, in canonical form; empty if none, or not known.
-  std::string uuid{};
-  /// The bytes its text had, if the recording leaves the text out.
-  std::optional<std::uint32_t> withheld{};
-  Sample sample{};
-};
-
-/// "request", "reply", …: what an entry is, in one word.
-std::string_view kind_of(const Entry& entry);
-/// The machine it is about, or nullptr.
-const std::string* machine_of(const Entry& entry);
-/// The channel it is about, or nullptr.
-const fabric::ChannelKey* channel_of(const Entry& entry);
-/// The call it is about; zero if none.
-fabric::CallId call_of(const Entry& entry);
-/// When it happened by its own account; the time of recording where it gives none.
-fabric::Time origin_of(const Entry& entry);
-/// Its request or response text, or nullptr.
-const std::string* text_of(const Entry& entry);
-/// Replaces the text by its size.
-void withhold_text(Entry& entry);
-/// A reply or event that says that a call went wrong at a service or was given up.
-bool is_failure(const Entry& entry);
+using fabric::observer::call_of;
+using fabric::observer::channel_of;
+using fabric::observer::is_failure;
+using fabric::observer::kind_of;
+using fabric::observer::machine_of;
+using fabric::observer::origin_of;
+using fabric::observer::text_of;
+using fabric::observer::withhold_text;
 
 }  // namespace millrace::tools::recording

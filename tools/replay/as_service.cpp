@@ -15,10 +15,6 @@ namespace {
 /// How long gateways may take to fetch the last answers.
 constexpr auto drain_time = std::chrono::seconds(2);
 
-fabric::Time now() {
-  return std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now());
-}
-
 }  // namespace
 
 AsService::AsService(fabric::dds::Participant& participant, asio::any_io_executor executor,
@@ -94,7 +90,9 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
     return;
   }
   Pending& pending = pending_[key_of(request)] =
-      Pending{.request = request, .received = now(), .since = std::chrono::steady_clock::now()};
+      Pending{.request = request,
+              .received = std::chrono::system_clock::now(),
+              .since = std::chrono::steady_clock::now()};
   for (const TimedAnswer& interim : call.interim) {
     fabric::Reply reply = reply_to(request, interim.answer);
     reply.kind = fabric::ReplyKind::interim;
@@ -110,7 +108,9 @@ void AsService::begin(const fabric::Request& request, const Matched& matched) {
 
 void AsService::refuse(const fabric::Request& request, const Mismatch& mismatch) {
   Pending& pending = pending_[key_of(request)] =
-      Pending{.request = request, .received = now(), .since = std::chrono::steady_clock::now()};
+      Pending{.request = request,
+              .received = std::chrono::system_clock::now(),
+              .since = std::chrono::steady_clock::now()};
   fabric::Reply reply = reply_to(request, {mismatch.text, options_.error_state, std::nullopt});
   reply.code = fabric::ServiceCode::failed;
   pending.script.emplace_back(nanoseconds{}, std::move(reply));
@@ -160,7 +160,7 @@ void AsService::publish(Pending& pending) {
   reply.attempt = pending.request.attempt;
   reply.received = pending.received;
   reply.started = pending.received;
-  reply.answered = now();
+  reply.answered = std::chrono::system_clock::now();
   if (const auto told = end_of(reply.instance)->publish(reply); !told) {
     listener_.on_mismatch(pending.request, told.error());
   }

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/print/quoted.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::tools::replay {
 
@@ -11,8 +11,8 @@ namespace {
 Mismatch mismatch(const fabric::Request& request, const std::string& text, std::string reason) {
   Mismatch found{.reason = std::move(reason), .text = text};
   found.reason +=
-      fmt::format("; the request was {} state {} of {} to {}", print::quoted(request.text),
-                  request.state, request.key.to_string(), print::safe(request.uuid));
+      fmt::format("; the request was {} state {} of {} to {}", base::text::quoted(request.text),
+                  request.state, request.key.to_string(), base::text::safe(request.uuid));
   // The operator's text has all of it.
   if (found.text.size() > fabric::max_text) {
     found.text.resize(fabric::max_text - 3);
@@ -59,12 +59,13 @@ Match Matcher::match(Lane& lane, const fabric::Request& request) {
   const std::string number = fmt::format("{} of {}", lane.next + 1, lane.calls.size());
   const std::string expectation =
       fmt::format("expected next is call {} of this channel, {}: {} state {} to {}", number,
-                  expected.recorded.to_string(), print::quoted(expected.text), expected.state,
-                  print::safe(expected.uuid));
-  const auto answer = expected.answer ? fmt::format(", which was answered {} state {}",
-                                                    print::quoted(expected.answer->answer.text),
-                                                    expected.answer->answer.state)
-                                      : std::string(", which no service answered");
+                  expected.recorded.to_string(), base::text::quoted(expected.text), expected.state,
+                  base::text::safe(expected.uuid));
+  const auto answer = expected.answer
+                          ? fmt::format(", which was answered {} state {}",
+                                        base::text::quoted(expected.answer->answer.text),
+                                        expected.answer->answer.state)
+                          : std::string(", which no service answered");
   if (fabric::canonical_uuid(request.uuid) != fabric::canonical_uuid(expected.uuid)) {
     return mismatch(request, fmt::format("ERROR: replay: call {} is for {}", number, expected.uuid),
                     "the service differs; " + expectation + answer);

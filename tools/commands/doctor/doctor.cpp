@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "base/configuration/config_file.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "fabric/profile/profile.hpp"
 #include "idl/fabric.pb.h"
@@ -15,7 +16,6 @@
 #include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/examine.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 
 namespace millrace::tools::commands::doctor {
@@ -56,7 +56,7 @@ Joining joining_of(const Options& options, const fabric::dds::ParticipantOptions
 std::string role_of(const Program& program) {
   std::string role = program.self ? "this command" : program.is_gateway ? "gateway" : "";
   for (const std::string& uuid : program.serves) {
-    role += (role.empty() ? "serves " : ", ") + print::safe(uuid);
+    role += (role.empty() ? "serves " : ", ") + base::text::safe(uuid);
   }
   if (!role.empty()) {
     return role;
@@ -67,24 +67,25 @@ std::string role_of(const Program& program) {
 std::string fabrics_of(const Program& program) {
   std::string text;
   for (const std::string& fabric : program.fabrics) {
-    text += (text.empty() ? "" : ", ") + print::safe(fabric);
+    text += (text.empty() ? "" : ", ") + base::text::safe(fabric);
   }
   return text.empty() ? "-" : text;
 }
 
 void print_text(const Findings& found, const std::vector<Diagnosis>& diagnoses) {
-  fmt::print("fabric '{}', domain {}, interface {}, {}{}\n\n", print::safe(found.joining.fabric),
-             found.joining.domain, print::safe(found.joining.interface),
+  fmt::print("fabric '{}', domain {}, interface {}, {}{}\n\n",
+             base::text::safe(found.joining.fabric), found.joining.domain,
+             base::text::safe(found.joining.interface),
              found.joining.multicast ? "found by multicast" : "no multicast",
              found.joining.peers.empty()
                  ? ""
                  : fmt::format(", peers {}", fmt::join(found.joining.peers, ", ")));
   print::Table table({{"PROGRAM"}, {"HOST"}, {"PID"}, {"ADDRESS"}, {"FABRIC"}, {"ROLE"}});
   for (const Program& each : found.programs) {
-    table.add({each.name.empty() ? "-" : print::safe(each.name),
-               each.host.empty() ? "-" : print::safe(each.host),
-               each.pid.empty() ? "-" : print::safe(each.pid), print::safe(each.addresses),
-               fabrics_of(each), role_of(each)});
+    table.add({each.name.empty() ? "-" : base::text::safe(each.name),
+               each.host.empty() ? "-" : base::text::safe(each.host),
+               each.pid.empty() ? "-" : base::text::safe(each.pid),
+               base::text::safe(each.addresses), fabrics_of(each), role_of(each)});
   }
   if (!table.empty()) {
     fmt::print("{}\n", table.text());

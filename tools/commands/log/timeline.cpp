@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 #include "tools/recording/reader.hpp"
@@ -31,17 +31,17 @@ std::string what_of(const TimelineStep& step) {
   if (step.withheld) {
     what = fmt::format("({} bytes, not recorded)", *step.withheld);
   } else if (!step.text.empty() || step.state != 0) {
-    what = fmt::format("{} state {}", print::quoted(step.text), step.state);
+    what = fmt::format("{} state {}", base::text::quoted(step.text), step.state);
   }
   if (!step.detail.empty()) {
-    what += (what.empty() ? "" : "  ") + print::safe(step.detail);
+    what += (what.empty() ? "" : "  ") + base::text::safe(step.detail);
   }
   return what;
 }
 
 void print_text(const Timeline& timeline) {
   fmt::print("call {} of {}, service {}{}\n\n", timeline.call.to_string(),
-             print::safe(timeline.key.to_string()), print::safe(timeline.uuid),
+             base::text::safe(timeline.key.to_string()), base::text::safe(timeline.uuid),
              timeline.replayed ? ", replayed" : "");
   print::Table table({{"TIME"},
                       {"AFTER", print::Align::right},

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -35,11 +35,11 @@ void print_text(const bus::Live& live) {
                       {"FAILED", Align::right},
                       {"WHY"}});
   for (const auto& [key, status] : live.channels()) {
-    table.add({print::safe(key.to_string()), std::string(fabric::name_of(status.state)),
+    table.add({base::text::safe(key.to_string()), std::string(fabric::name_of(status.state)),
                ago(status.since), call_text(status),
-               status.uuid.empty() ? "-" : print::safe(status.uuid), std::to_string(status.calls),
-               std::to_string(status.answered), std::to_string(status.failed),
-               print::safe(status.reason)});
+               status.uuid.empty() ? "-" : base::text::safe(status.uuid),
+               std::to_string(status.calls), std::to_string(status.answered),
+               std::to_string(status.failed), base::text::safe(status.reason)});
   }
   fmt::print("{}", table.text());
 }

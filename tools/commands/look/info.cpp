@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::look {
 
@@ -19,14 +19,14 @@ struct Options : LookOptions {
 
 void print_text(const bus::LiveInstance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
-  fmt::print("{} {}\n", print::safe(identity.name), identity.id.to_string());
+  fmt::print("{} {}\n", base::text::safe(identity.name), identity.id.to_string());
   const auto line = [](std::string_view name, const std::string& value) {
     fmt::print("  {:<12} {}\n", name, value);
   };
-  line("uuid", print::safe(identity.uuid));
-  line("description", print::safe(identity.description));
-  line("version", print::safe(identity.version));
-  line("host", fmt::format("{}, process {}", print::safe(identity.host), identity.pid));
+  line("uuid", base::text::safe(identity.uuid));
+  line("description", base::text::safe(identity.description));
+  line("version", base::text::safe(identity.version));
+  line("host", fmt::format("{}, process {}", base::text::safe(identity.host), identity.pid));
   line("channels", channels_text(identity));
   line("delivery", std::string(fabric::name_of(identity.delivery)));
   line("concurrency", std::to_string(identity.concurrency));

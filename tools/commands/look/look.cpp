@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::look {
@@ -26,7 +26,7 @@ bus::Live LookOptions::look() const {
 std::string channels_text(const fabric::InstanceIdentity& identity) {
   std::string text;
   for (const fabric::ChannelScope& scope : identity.channels) {
-    text += (text.empty() ? "" : " ") + print::safe(fabric::format_channel_scope(scope));
+    text += (text.empty() ? "" : " ") + base::text::safe(fabric::format_channel_scope(scope));
   }
   return text.empty() ? "all" : text;
 }

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -27,13 +27,13 @@ void print_text(const bus::Live& live) {
                       {"GATEWAY"},
                       {"WHY"}});
   for (const auto& [key, status] : live.machines()) {
-    table.add({print::safe(status.machine), status.connected ? "up" : "down", ago(status.since),
-               print::safe(status.address), std::to_string(status.channels),
+    table.add({base::text::safe(status.machine), status.connected ? "up" : "down",
+               ago(status.since), base::text::safe(status.address), std::to_string(status.channels),
                print::duration_text(status.poll), std::to_string(status.requests_per_second),
                print::duration_text(status.round_trip),
-               fmt::format("{} ({}), {}", print::safe(status.host), status.pid,
-                           print::safe(status.version)),
-               print::safe(status.reason)});
+               fmt::format("{} ({}), {}", base::text::safe(status.host), status.pid,
+                           base::text::safe(status.version)),
+               base::text::safe(status.reason)});
   }
   fmt::print("{}", table.text());
 }

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -19,9 +19,9 @@ using print::Align;
 std::vector<std::string> row_of(const bus::LiveInstance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
   const fabric::InstanceStatus status = instance.status.value_or(fabric::InstanceStatus{});
-  return {print::safe(identity.uuid),
-          print::safe(identity.name) + (identity.draining ? " (draining)" : ""),
-          print::safe(identity.host),
+  return {base::text::safe(identity.uuid),
+          base::text::safe(identity.name) + (identity.draining ? " (draining)" : ""),
+          base::text::safe(identity.host),
           std::to_string(identity.pid),
           channels_text(identity),
           fmt::format("{}/{}", status.running, identity.concurrency),

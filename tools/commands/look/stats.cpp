@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -32,7 +32,7 @@ void print_text(const std::vector<const bus::LiveInstance*>& instances) {
                       {"LAST CALL", Align::right}});
   for (const bus::LiveInstance* instance : instances) {
     const fabric::InstanceStatus status = instance->status.value_or(fabric::InstanceStatus{});
-    table.add({print::safe(instance->identity.name), instance->identity.id.to_string(),
+    table.add({base::text::safe(instance->identity.name), instance->identity.id.to_string(),
                std::to_string(status.running), std::to_string(status.answered),
                std::to_string(status.failed), std::to_string(status.repeated),
                std::to_string(status.cancelled), print::duration_text(status.mean),

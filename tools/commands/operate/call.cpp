@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/caller.hpp"
@@ -12,7 +13,6 @@
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::operate {
@@ -103,10 +103,10 @@ class Errand : public caller::CallerListener {
     io_.stop();
   }
   void on_interim(const fabric::Reply& reply) override {
-    fmt::print(stderr, "interim: {} state {}\n", print::quoted(reply.text), reply.state);
+    fmt::print(stderr, "interim: {} state {}\n", base::text::quoted(reply.text), reply.state);
   }
   void on_ignored(const std::string& reason) override {
-    fmt::print(stderr, "millrace: {}\n", print::safe(reason));
+    fmt::print(stderr, "millrace: {}\n", base::text::safe(reason));
   }
 
  private:
@@ -137,11 +137,11 @@ void show(const Options& options, const caller::Order& order, const caller::Ende
     }
     print::print_json(out);
   } else if (!ended.reply) {
-    fmt::print(stderr, "millrace: no answer: {}\n", print::safe(ended.reason));
+    fmt::print(stderr, "millrace: no answer: {}\n", base::text::safe(ended.reason));
   } else if (options.raw) {
     fmt::print("{}\n", base::text::to_utf8(ended.reply->text));
   } else {
-    fmt::print("{} state {}, {} after {}, by {}\n", print::quoted(ended.reply->text),
+    fmt::print("{} state {}, {} after {}, by {}\n", base::text::quoted(ended.reply->text),
                ended.reply->state, fabric::name_of(ended.reply->code), print::duration_text(took),
                ended.reply->instance.to_string());
   }

@@ -6,10 +6,10 @@
 
 #include "base/posix/host.hpp"
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::operate {
 
@@ -59,9 +59,9 @@ void show_machines(const Options& options, const bus::Live& live, const Programs
       print::put_machine(object, status);
       out.push_back(std::move(object));
     } else {
-      fmt::print("gateway of {} on {}: {}\n", print::safe(status.machine),
-                 print::safe(options.host),
-                 status.connected ? "link up" : "link down: " + print::safe(status.reason));
+      fmt::print("gateway of {} on {}: {}\n", base::text::safe(status.machine),
+                 base::text::safe(options.host),
+                 status.connected ? "link up" : "link down: " + base::text::safe(status.reason));
     }
   }
 }

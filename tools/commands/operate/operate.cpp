@@ -3,11 +3,11 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::operate {
@@ -33,11 +33,12 @@ boost::json::object json_of(const fabric::InstanceIdentity& identity, const bus:
 }
 
 std::string line_of(const fabric::InstanceIdentity& identity, const bus::Heard* heard) {
-  const std::string who = fmt::format("{} {} on {}", print::safe(identity.name),
-                                      identity.id.to_string(), print::safe(identity.host));
-  return heard == nullptr ? who + ": no answer"
-                          : fmt::format("{}: {}, after {}", who, print::safe(heard->outcome.detail),
-                                        print::duration_text(heard->after));
+  const std::string who = fmt::format("{} {} on {}", base::text::safe(identity.name),
+                                      identity.id.to_string(), base::text::safe(identity.host));
+  return heard == nullptr
+             ? who + ": no answer"
+             : fmt::format("{}: {}, after {}", who, base::text::safe(heard->outcome.detail),
+                           print::duration_text(heard->after));
 }
 
 }  // namespace
@@ -139,7 +140,7 @@ int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                                           {"detail", print::utf8(outcome.detail)}});
   } else {
     fmt::print("call {} of {}: {}\n", command.call.to_string(), key.to_string(),
-               print::safe(outcome.detail));
+               base::text::safe(outcome.detail));
   }
   return outcome.done ? program::exit_done : program::exit_failed;
 }

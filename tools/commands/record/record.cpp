@@ -16,8 +16,8 @@
 
 #include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
+#include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "tools/bus/observer.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/mcap/repair_file.hpp"
@@ -110,13 +110,13 @@ void repair_leftover(const std::filesystem::path& file) {
 }
 
 /// Joins observer, recorder, timer and signals in one io_context.
-class Session : public bus::ObserverListener {
+class RecordRun : public fabric::observer::ObserverListener {
  public:
-  Session(fabric::dds::Participant& participant, recorder::Options options)
+  RecordRun(fabric::dds::Participant& participant, recorder::Options options)
       : recorder_(std::move(options)),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
-        observer_(participant, io_.get_executor(), *this, bus::Interest::everything) {}
+        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything) {}
 
   /// Records until a signal, a full disk or an error; the latter is the result.
   recorder::Recorder::Result run() {
@@ -127,7 +127,7 @@ class Session : public bus::ObserverListener {
       io_.run();
     }
     take_the_rest();
-    const bus::Counts counts = observer_.counts();
+    const fabric::observer::Counts counts = observer_.counts();
     if (result_) {
       keep(recorder_.finish(counts.delivered, counts.lost, std::chrono::system_clock::now()));
     }
@@ -141,7 +141,7 @@ class Session : public bus::ObserverListener {
   }
 
   [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
-  [[nodiscard]] bus::Counts counts() const { return observer_.counts(); }
+  [[nodiscard]] fabric::observer::Counts counts() const { return observer_.counts(); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -182,12 +182,12 @@ class Session : public bus::ObserverListener {
   const base::loop::Watchdog watchdog_{io_.get_executor()};
   boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
-  bus::Observer observer_;
+  fabric::observer::Observer observer_;
 };
 
 /// The files, and with JSON the numbers too.
 void show(const Options& options, const std::vector<std::filesystem::path>& files,
-          const bus::Counts& counts, const recorder::Recorder& recorder) {
+          const fabric::observer::Counts& counts, const recorder::Recorder& recorder) {
   if (!options.json) {
     for (const std::filesystem::path& file : files) {
       fmt::print("{}\n", file.string());
@@ -216,22 +216,22 @@ int record(const Options& options) {
   const std::string file = settings.file.string();
   repair_leftover(settings.file);
   fabric::dds::Participant participant(join);
-  Session session(participant, std::move(settings));
+  RecordRun run(participant, std::move(settings));
   program::ready(
       fmt::format("recording fabric {} on domain {} to {}", join.fabric, join.domain, file));
-  const auto result = session.run();
-  const recorder::Tally tally = session.recorder().tally();
-  const bus::Counts counts = session.counts();
+  const auto result = run.run();
+  const recorder::Tally tally = run.recorder().tally();
+  const fabric::observer::Counts counts = run.counts();
   fmt::print(stderr,
              "millrace: the bus delivered {} samples and lost {}; {} written, {} filtered out, {} "
              "let go by the window\nmillrace: {}\n",
              counts.delivered, counts.lost, tally.written, tally.filtered, tally.let_go,
-             print::missing_text(session.recorder().missing()));
+             print::missing_text(run.recorder().missing()));
   if (!result) {
     throw std::runtime_error(result.error());
   }
-  show(options, session.recorder().files(), counts, session.recorder());
-  return session.recorder().disk_is_full() ? program::exit_failed : program::exit_done;
+  show(options, run.recorder().files(), counts, run.recorder());
+  return run.recorder().disk_is_full() ? program::exit_failed : program::exit_done;
 }
 
 void add_options(CLI::App& command, Options& options) {

@@ -1,14 +1,13 @@
 // millrace replay --as-cnc.
 #include "tools/replay/as_cnc.hpp"
 
-#include <charconv>
-
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/number.hpp"
 #include "tools/caller/caller.hpp"
 #include "tools/commands/replay/replay.hpp"
-#include "tools/commands/replay/session.hpp"
+#include "tools/commands/replay/run.hpp"
 
 namespace millrace::tools::commands::replay {
 
@@ -46,14 +45,13 @@ tools::replay::AsCncOptions settings_of(const Options& options) {
   const std::size_t colon = options.listen.rfind(':');
   const std::string_view port =
       std::string_view(options.listen).substr(colon == std::string::npos ? 0 : colon + 1);
-  const auto [end, error] =
-      std::from_chars(port.data(), port.data() + port.size(), settings.tcp_port);
-  if (colon == std::string::npos || colon == 0 || error != std::errc{} ||
-      end != port.data() + port.size()) {
+  const auto number = base::text::parse_number<std::uint16_t>(port);
+  if (colon == std::string::npos || colon == 0 || !number) {
     throw program::UsageError(
         fmt::format("--listen {}: expected ADDRESS:PORT, as in 127.0.0.1:48898", options.listen));
   }
   settings.address = options.listen.substr(0, colon);
+  settings.tcp_port = *number;
   const auto net_id = cnc::ads::NetId::parse(options.net_id);
   if (!net_id) {
     throw program::UsageError(
@@ -73,8 +71,8 @@ struct Onlooker : caller::CallerListener {
 int as_cnc(const Options& options, const Plan& plan) {
   const auto channels = channels_of(options, plan);
   const tools::replay::AsCncOptions settings = settings_of(options);
-  Session session(options, plan, tools::replay::Side::program);
-  tools::replay::AsCnc stage(session.io().get_executor(), plan, channels, settings, session,
+  ReplayRun run(options, plan, tools::replay::Side::program);
+  tools::replay::AsCnc stage(run.io().get_executor(), plan, channels, settings, run,
                              program::make_log("replay"));
   const std::string what = fmt::format("standing in for a CNC on {}:{}, NetId {}", settings.address,
                                        stage.tcp_port(), settings.net_id.to_string());
@@ -88,7 +86,7 @@ int as_cnc(const Options& options, const Plan& plan) {
   Onlooker onlooker;
   const fabric::dds::ParticipantOptions join = options.fabric.options();
   fabric::dds::Participant participant(join);
-  const caller::Caller registry(participant, session.io().get_executor(), onlooker);
+  const caller::Caller registry(participant, run.io().get_executor(), onlooker);
   const auto missing = [&] {
     std::vector<std::string> names;
     for (const std::uint32_t channel : stage.unseen()) {
@@ -102,11 +100,11 @@ int as_cnc(const Options& options, const Plan& plan) {
     }
     return names;
   };
-  if (!session.wait_until_there(missing)) {
+  if (!run.wait_until_there(missing)) {
     return program::exit_failed;
   }
   stage.play(options.play());
-  return session.run(stage.player());
+  return run.play(stage.player());
 }
 
 }  // namespace millrace::tools::commands::replay

@@ -11,11 +11,11 @@
 
 #include "base/posix/host.hpp"
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::replay {
 
@@ -51,8 +51,8 @@ void check_unserved(const Options& options, const Plan& plan) {
             fmt::format("'{}' (pid {} on {}) serves {} on this fabric, and a stand-in would take "
                         "its calls; end "
                         "it first, or choose another fabric with --fabric",
-                        print::safe(instance.identity.name), instance.identity.pid,
-                        print::safe(instance.identity.host), instance.identity.uuid));
+                        base::text::safe(instance.identity.name), instance.identity.pid,
+                        base::text::safe(instance.identity.host), instance.identity.uuid));
       }
     }
   }
@@ -114,13 +114,13 @@ class StandIn : public tools::replay::AsServiceListener {
       print::print_json(line);
     } else {
       fmt::print("call {} of {} does not match: {}\n", request.call.to_string(),
-                 print::safe(request.key.to_string()), print::safe(reason));
+                 base::text::safe(request.key.to_string()), base::text::safe(reason));
       std::fflush(stdout);
     }
   }
 
   void on_drain(const fabric::InstanceIdentity& instance, const std::string& issuer) override {
-    fmt::print(stderr, "millrace: {} asks the stand-in for {} to leave\n", print::safe(issuer),
+    fmt::print(stderr, "millrace: {} asks the stand-in for {} to leave\n", base::text::safe(issuer),
                instance.uuid);
   }
 

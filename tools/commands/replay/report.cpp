@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::replay {
@@ -20,7 +20,7 @@ using namespace tools::replay;
 std::string text_of(const Answer& answer) {
   return answer.withheld
              ? fmt::format("({} bytes, not recorded) state {}", *answer.withheld, answer.state)
-             : fmt::format("{} state {}", print::quoted(answer.text), answer.state);
+             : fmt::format("{} state {}", base::text::quoted(answer.text), answer.state);
 }
 
 boost::json::object json_of(const Answer& answer) {
@@ -39,7 +39,7 @@ std::size_t width_of(std::string_view utf8) {
 /// Under the byte of the answer that differs.
 std::string pointer_to(const Answer& answer, std::size_t at) {
   // The closing quote of the part before it stands where the pointer belongs.
-  return std::string(width_of(print::quoted(answer.text.substr(0, at))) - 1, ' ') + '^';
+  return std::string(width_of(base::text::quoted(answer.text.substr(0, at))) - 1, ' ') + '^';
 }
 
 double ms_of(nanoseconds duration) {
@@ -68,15 +68,15 @@ void Report::add(const Outcome& outcome) {
 void Report::print_text(const Outcome& outcome, const Judgement& judgement) const {
   const PlannedCall& call = plan_.calls[outcome.call];
   fmt::print("call {} of {}, {} of {}, service {}: {}\n", outcome.call + 1, plan_.calls.size(),
-             call.recorded.to_string(), print::safe(call.channel.to_string()),
-             print::safe(call.uuid),
+             call.recorded.to_string(), base::text::safe(call.channel.to_string()),
+             base::text::safe(call.uuid),
              judgement.difference ? judgement.difference->what : name_of(judgement.verdict));
-  fmt::print("  request   {} state {}\n", print::quoted(call.text), call.state);
+  fmt::print("  request   {} state {}\n", base::text::quoted(call.text), call.state);
   if (const TimedAnswer* recorded = expected_of(call, options_.side)) {
     fmt::print("  recorded  {}\n", text_of(recorded->answer));
   }
   if (!outcome.answer) {
-    fmt::print("  answered  -  {}\n", print::safe(outcome.reason));
+    fmt::print("  answered  -  {}\n", base::text::safe(outcome.reason));
     return;
   }
   fmt::print("  answered  {}\n", text_of(*outcome.answer));
@@ -159,7 +159,7 @@ int Report::finish(const std::string& reason) {
   }
   std::fflush(stdout);
   if (!reason.empty()) {
-    fmt::print(stderr, "millrace: {}\n", print::safe(reason));
+    fmt::print(stderr, "millrace: {}\n", base::text::safe(reason));
   }
   return failed ? program::exit_failed : program::exit_done;
 }

@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 #include "base/program/command_line.hpp"
-#include "tools/print/quoted.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::tools::commands::replay {
 
@@ -28,8 +28,8 @@ void Stepper::ask(tools::replay::Player& player, const std::function<void()>& st
   asking_ = true;
   const tools::replay::PlannedCall& call = plan_.calls[*next];
   fmt::print(stderr, "next: call {} of {}, {} state {} of {} to {}; Enter issues it, q ends\n",
-             *next + 1, plan_.calls.size(), print::quoted(call.text), call.state,
-             print::safe(call.channel.to_string()), print::safe(call.uuid));
+             *next + 1, plan_.calls.size(), base::text::quoted(call.text), call.state,
+             base::text::safe(call.channel.to_string()), base::text::safe(call.uuid));
   boost::asio::async_read_until(
       input_, boost::asio::dynamic_buffer(line_), '\n',
       [this, &player, stop](const boost::system::error_code& error, std::size_t size) {

@@ -8,7 +8,7 @@
 #include "tools/bus/snapshot.hpp"
 #include "tools/caller/channel.hpp"
 #include "tools/commands/replay/replay.hpp"
-#include "tools/commands/replay/session.hpp"
+#include "tools/commands/replay/run.hpp"
 
 namespace millrace::tools::commands::replay {
 
@@ -66,14 +66,13 @@ int to_services(const Options& options, const tools::replay::Plan& plan) {
   const ReplayChannels channels = channels_of(options, plan);
   check_free(options, channels);
   fabric::dds::Participant participant(options.fabric.options());
-  Session session(options, plan, tools::replay::Side::service);
-  tools::replay::ToServices stage(participant, session.io().get_executor(), plan, channels,
-                                  session);
-  if (!session.wait_until_there([&] { return stage.missing(); })) {
+  ReplayRun run(options, plan, tools::replay::Side::service);
+  tools::replay::ToServices stage(participant, run.io().get_executor(), plan, channels, run);
+  if (!run.wait_until_there([&] { return stage.missing(); })) {
     return program::exit_failed;
   }
   stage.play(options.play());
-  return session.run(stage.player());
+  return run.play(stage.player());
 }
 
 }  // namespace millrace::tools::commands::replay

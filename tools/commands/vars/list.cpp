@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/type.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -34,7 +34,7 @@ void show(const Options& options, const std::vector<Description>& variables) {
   }
   print::Table table({{"NAME"}, {"TYPE"}, {"BYTES", print::Align::right}, {"MODE"}});
   for (const Description& variable : variables) {
-    table.add({print::safe(variable.name), type_text(variable), std::to_string(variable.size),
+    table.add({base::text::safe(variable.name), type_text(variable), std::to_string(variable.size),
                std::string(cnc::variables::name_of(variable.access))});
   }
   fmt::print("{}", table.text());

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "cnc/variables/type.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -34,7 +34,7 @@ void show(const Options& options, const std::vector<Reading>& readings) {
   }
   print::Table table({{"NAME"}, {"TYPE"}, {"MODE"}, {"VALUE"}});
   for (const Reading& reading : readings) {
-    table.add({print::safe(reading.description.name), type_text(reading.description),
+    table.add({base::text::safe(reading.description.name), type_text(reading.description),
                std::string(cnc::variables::name_of(reading.description.access)),
                text_of(reading.elements, reading.is_array)});
   }

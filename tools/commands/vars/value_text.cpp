@@ -2,11 +2,11 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/type.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::vars {
 
@@ -18,7 +18,7 @@ struct ToText {
   std::string operator()(bool value) const { return value ? "TRUE" : "FALSE"; }
   std::string operator()(std::int64_t value) const { return std::to_string(value); }
   std::string operator()(double value) const { return fmt::format("{}", value); }
-  std::string operator()(const std::string& value) const { return print::quoted(value); }
+  std::string operator()(const std::string& value) const { return base::text::quoted(value); }
 };
 
 struct ToJson {

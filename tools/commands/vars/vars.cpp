@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/type.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::commands::vars {
 

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
 #include "tools/print/call_text.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -39,7 +39,7 @@ void put(std::string& text, std::size_t& rows, const std::string& line, std::siz
 }
 
 std::string request_text(const recording::FollowedCall& call) {
-  return call.request ? print::quoted(*call.request) : "?";
+  return call.request ? base::text::quoted(*call.request) : "?";
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ void Board::add(const recording::FollowedCall& call, fabric::Time now) {
   channel.rate.add(now, call.duration());
   channel.last_response =
       call.last == fabric::EventKind::written
-          ? fmt::format("{} {}", print::quoted(call.response), call.response_state)
+          ? fmt::format("{} {}", base::text::quoted(call.response), call.response_state)
           : std::string(fabric::name_of(call.last));
   lines_.push_back(print::line_of(call));
   if (lines_.size() > most_lines) {
@@ -81,7 +81,7 @@ std::string Board::table(const bus::Live& live, const recording::CallFollower& f
     const auto pending = follower.under_way().find(key);
     const auto mean = channel.rate.mean(now);
     table.add(
-        {print::safe(key.to_string()),
+        {base::text::safe(key.to_string()),
          status == live.channels().end() ? "-" : std::string(fabric::name_of(status->second.state)),
          fmt::format("{:.1f}", channel.rate.per_second(now)),
          mean ? print::duration_text(*mean) : "-", std::to_string(channel.rate.count()),

@@ -8,8 +8,8 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "tools/bus/observer.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/watch/board.hpp"
 #include "tools/commands/watch/screen.hpp"
@@ -35,13 +35,13 @@ struct Options {
   bool json = false;
 };
 
-class Watch : public bus::ObserverListener {
+class Watch : public fabric::observer::ObserverListener {
  public:
   Watch(fabric::dds::Participant& participant, const Options& options)
       : options_(options),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
-        observer_(participant, io_.get_executor(), *this, bus::Interest::everything) {
+        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything) {
     if (!options.json && !options.lines && output_is_terminal()) {
       screen_.emplace();
     }
@@ -109,7 +109,7 @@ class Watch : public bus::ObserverListener {
   boost::asio::io_context io_{1};
   boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
-  bus::Observer observer_;
+  fabric::observer::Observer observer_;
 };
 
 int watch(const Options& options) {

@@ -5,15 +5,15 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/interface.hpp"
 #include "tools/doctor/look/words.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 void at_other_domains(const Findings& found, Report& report) {
   std::map<std::uint32_t, std::set<std::string>> heard;

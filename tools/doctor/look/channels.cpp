@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 bool is_told(const Findings& found, const std::string& machine) {
   return std::ranges::any_of(found.live.machines(),

@@ -2,15 +2,15 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
-#include "tools/print/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 /// Clocks that differ less than this are as good as set: recordings stay readable.
 constexpr std::chrono::nanoseconds small_difference = std::chrono::milliseconds(100);

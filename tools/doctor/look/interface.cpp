@@ -4,15 +4,15 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
 #include "tools/doctor/look/words.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 std::string interface_list(const Findings& found) {
   std::set<std::string> names;

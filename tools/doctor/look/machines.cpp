@@ -3,14 +3,14 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 void no_link(const fabric::MachineStatus& status, Report& report) {
   report.problem(fmt::format("{} has no link: {}", safe(status.machine), safe(status.reason)),

@@ -2,14 +2,14 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 void missing(const Findings& found, const Peer& peer, Report& report) {
   const std::string who = peer.address.empty() || peer.address == peer.name

@@ -3,15 +3,15 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
 #include "tools/doctor/look/words.hpp"
-#include "tools/print/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 }  // namespace
 

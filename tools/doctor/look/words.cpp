@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include "tools/print/quoted.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::tools::doctor::look {
 
 namespace {
 
-using print::safe;
+using base::text::safe;
 
 }  // namespace
 

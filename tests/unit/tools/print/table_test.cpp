@@ -15,6 +15,12 @@ TEST(Table, AlignsColumns) {
             "square_root  12345  busy\n");
 }
 
+TEST(Table, LetsNothingControlTheTerminal) {
+  Table sut({{"HOST"}});
+  sut.add({"\x1b[2Jplc\n"});
+  EXPECT_EQ(sut.text(), "HOST\n\\x1b[2Jplc\\x0a\n");
+}
+
 TEST(Table, HasATitleLineOnly) {
   const Table sut({{"NAME"}, {"WHY"}});
   EXPECT_TRUE(sut.empty());

@@ -1,4 +1,4 @@
-#include "services/dial_gauge/desk.hpp"
+#include "services/dial_gauge/answering.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,10 +35,10 @@ class DeskTest : public testing::Test {
   tl::expected<Reading, Failure> next = Reading{.value = 12'345'000, .taken = now};
   tl::expected<void, std::string> keeping{};
   Zeros kept;
-  Desk sut{{}, [this](const Zeros& zeros) {
-             kept = zeros;
-             return keeping;
-           }};
+  Answering sut{{}, [this](const Zeros& zeros) {
+                  kept = zeros;
+                  return keeping;
+                }};
 };
 
 TEST_F(DeskTest, AnswersAValueWithItsUnit) {
@@ -125,7 +125,7 @@ TEST_F(DeskTest, CountsTheGaugesThatDoNotFitTheList) {
 }
 
 TEST(EmptyDesk, ListsNone) {
-  Desk sut({}, {});
+  Answering sut({}, {});
   EXPECT_EQ(sut.answer("LIST", Time{}).text, "none");
 }
 

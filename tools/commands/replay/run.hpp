@@ -18,10 +18,10 @@
 
 namespace millrace::tools::commands::replay {
 
-class Session : public tools::replay::ReplayListener {
+class ReplayRun : public tools::replay::ReplayListener {
  public:
-  /// Both outlive the session.
-  Session(const Options& options, const tools::replay::Plan& plan, tools::replay::Side side);
+  /// Both outlive the run.
+  ReplayRun(const Options& options, const tools::replay::Plan& plan, tools::replay::Side side);
 
   [[nodiscard]] boost::asio::io_context& io() { return io_; }
 
@@ -29,7 +29,7 @@ class Session : public tools::replay::ReplayListener {
   /// missing, and returns false. With --wait 0 it does not wait.
   bool wait_until_there(const std::function<std::vector<std::string>()>& missing);
   /// Runs the player that `play` has started to its end; returns the exit code.
-  int run(tools::replay::Player& player);
+  int play(tools::replay::Player& player);
 
   void on_outcome(const tools::replay::Outcome& outcome) override;
   void on_done() override { io_.stop(); }

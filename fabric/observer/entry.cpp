@@ -1,9 +1,9 @@
-#include "tools/recording/entry.hpp"
+#include "fabric/observer/entry.hpp"
 
 #include <array>
 #include <type_traits>
 
-namespace millrace::tools::recording {
+namespace millrace::fabric::observer {
 
 namespace {
 
@@ -22,16 +22,16 @@ constexpr bool has_text = requires(const T& value) {
 
 /// What the sample says of its own time; zero = nothing.
 struct OriginOf {
-  fabric::Time operator()(const fabric::Request& request) const { return request.dispatched; }
-  fabric::Time operator()(const fabric::Reply& reply) const { return reply.answered; }
-  fabric::Time operator()(const fabric::ChannelStatus& status) const { return status.since; }
-  fabric::Time operator()(const fabric::Event& event) const { return event.at; }
-  fabric::Time operator()(const fabric::Command& command) const { return command.at; }
-  fabric::Time operator()(const fabric::Outcome& outcome) const { return outcome.at; }
-  fabric::Time operator()(const fabric::MachineStatus& status) const { return status.since; }
-  fabric::Time operator()(const fabric::InstanceStatus&) const { return {}; }
-  fabric::Time operator()(const InstanceNews&) const { return {}; }
-  fabric::Time operator()(const Withdrawal&) const { return {}; }
+  Time operator()(const Request& request) const { return request.dispatched; }
+  Time operator()(const Reply& reply) const { return reply.answered; }
+  Time operator()(const ChannelStatus& status) const { return status.since; }
+  Time operator()(const Event& event) const { return event.at; }
+  Time operator()(const Command& command) const { return command.at; }
+  Time operator()(const Outcome& outcome) const { return outcome.at; }
+  Time operator()(const MachineStatus& status) const { return status.since; }
+  Time operator()(const InstanceStatus&) const { return {}; }
+  Time operator()(const InstanceNews&) const { return {}; }
+  Time operator()(const Withdrawal&) const { return {}; }
 };
 
 }  // namespace
@@ -50,16 +50,16 @@ std::string_view kind_of(const Entry& entry) {
 }
 
 const std::string* machine_of(const Entry& entry) {
-  if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+  if (const auto* status = std::get_if<MachineStatus>(&entry.sample)) {
     return &status->machine;
   }
-  const fabric::ChannelKey* key = channel_of(entry);
+  const ChannelKey* key = channel_of(entry);
   return key != nullptr ? &key->machine : nullptr;
 }
 
-const fabric::ChannelKey* channel_of(const Entry& entry) {
+const ChannelKey* channel_of(const Entry& entry) {
   return std::visit(
-      [](const auto& sample) -> const fabric::ChannelKey* {
+      [](const auto& sample) -> const ChannelKey* {
         if constexpr (has_key<std::decay_t<decltype(sample)>>) {
           return &sample.key;
         } else {
@@ -69,9 +69,9 @@ const fabric::ChannelKey* channel_of(const Entry& entry) {
       entry.sample);
 }
 
-fabric::CallId call_of(const Entry& entry) {
+CallId call_of(const Entry& entry) {
   return std::visit(
-      [](const auto& sample) -> fabric::CallId {
+      [](const auto& sample) -> CallId {
         if constexpr (has_call<std::decay_t<decltype(sample)>>) {
           return sample.call;
         } else {
@@ -81,9 +81,9 @@ fabric::CallId call_of(const Entry& entry) {
       entry.sample);
 }
 
-fabric::Time origin_of(const Entry& entry) {
-  const fabric::Time origin = std::visit(OriginOf{}, entry.sample);
-  return origin == fabric::Time{} ? entry.at : origin;
+Time origin_of(const Entry& entry) {
+  const Time origin = std::visit(OriginOf{}, entry.sample);
+  return origin == Time{} ? entry.at : origin;
 }
 
 const std::string* text_of(const Entry& entry) {
@@ -105,7 +105,7 @@ void withhold_text(Entry& entry) {
           entry.withheld = static_cast<std::uint32_t>(sample.text.size());
           sample.text.clear();
         }
-        if constexpr (std::is_same_v<std::decay_t<decltype(sample)>, fabric::Event>) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(sample)>, Event>) {
           // It may quote the text.
           sample.detail.clear();
         }
@@ -114,15 +114,14 @@ void withhold_text(Entry& entry) {
 }
 
 bool is_failure(const Entry& entry) {
-  if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
-    return reply->code == fabric::ServiceCode::failed ||
-           reply->code == fabric::ServiceCode::refused;
+  if (const auto* reply = std::get_if<Reply>(&entry.sample)) {
+    return reply->code == ServiceCode::failed || reply->code == ServiceCode::refused;
   }
-  if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
-    return event->kind == fabric::EventKind::lost || event->kind == fabric::EventKind::refused ||
-           event->kind == fabric::EventKind::held;
+  if (const auto* event = std::get_if<Event>(&entry.sample)) {
+    return event->kind == EventKind::lost || event->kind == EventKind::refused ||
+           event->kind == EventKind::held;
   }
   return false;
 }
 
-}  // namespace millrace::tools::recording
+}  // namespace millrace::fabric::observer

@@ -9,7 +9,8 @@
 namespace millrace::services::archiver {
 
 enum class Format : std::uint8_t {
-  /// A header and one row per line, tabs between; tabs and line ends in values become blanks.
+  /// A header and one row per line, tabs between; tabs and line ends in values become
+  /// blanks, other controls \xNN.
   text,
   /// RFC 4180 with a header: comma, double quotes where needed, CR LF.
   csv,
@@ -24,10 +25,10 @@ struct Cell {
   std::string text{};
 };
 
-/// Writes a table row by row.
-class Table {
+/// Writes rows one by one.
+class RowWriter {
  public:
-  Table(Format format, std::vector<std::string> columns, std::ostream& out);
+  RowWriter(Format format, std::vector<std::string> columns, std::ostream& out);
   /// One cell for each column.
   void write(const std::vector<Cell>& cells);
 

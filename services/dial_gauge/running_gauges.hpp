@@ -11,13 +11,13 @@
 
 namespace millrace::services::dial_gauge {
 
-class Station {
+class RunningGauges {
  public:
   /// Throws program::UsageError for a file of zero points that cannot be read.
-  Station(const Config& config, base::program::Log log);
-  ~Station();
-  Station(const Station&) = delete;
-  Station& operator=(const Station&) = delete;
+  RunningGauges(const Config& config, base::program::Log log);
+  ~RunningGauges();
+  RunningGauges(const RunningGauges&) = delete;
+  RunningGauges& operator=(const RunningGauges&) = delete;
 
   /// From any thread.
   sdk::Response answer(std::string_view request);

@@ -1,8 +1,8 @@
-#include "tools/print/quoted.hpp"
+#include "base/text/quoted.hpp"
 
 #include <gtest/gtest.h>
 
-namespace millrace::tools::print {
+namespace millrace::base::text {
 namespace {
 
 TEST(Quoted, ShowsCp1252AsUtf8) {
@@ -30,5 +30,15 @@ TEST(Safe, EscapesControlsOfTheUpperHalf) {
             "a\\x9b2Jß\xc2\xa0");
 }
 
+TEST(Safe, KeepsTheControlsItIsToldTo) {
+  EXPECT_EQ(safe("one\n\ttwo", "\n"), "one\n\\x09two");
+}
+
+TEST(CsvCell, IsQuotedWhereItMustBe) {
+  EXPECT_EQ(csv_cell("plain text; 1.5"), "plain text; 1.5");
+  EXPECT_EQ(csv_cell("a,b"), "\"a,b\"");
+  EXPECT_EQ(csv_cell("say \"a\"\r\n"), "\"say \"\"a\"\"\r\n\"");
+}
+
 }  // namespace
-}  // namespace millrace::tools::print
+}  // namespace millrace::base::text

@@ -1,11 +1,11 @@
-#include "tools/commands/replay/session.hpp"
+#include "tools/commands/replay/run.hpp"
 
 #include <csignal>
 
 #include <boost/asio/post.hpp>
 #include <fmt/format.h>
 
-#include "tools/print/quoted.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::replay {
@@ -17,7 +17,8 @@ constexpr auto settle_time = std::chrono::milliseconds(200);
 
 }  // namespace
 
-Session::Session(const Options& options, const tools::replay::Plan& plan, tools::replay::Side side)
+ReplayRun::ReplayRun(const Options& options, const tools::replay::Plan& plan,
+                     tools::replay::Side side)
     : options_(options),
       signals_(io_, SIGINT, SIGTERM),
       progress_(options.rounds * plan.calls.size()),
@@ -39,7 +40,7 @@ Session::Session(const Options& options, const tools::replay::Plan& plan, tools:
   });
 }
 
-bool Session::wait_until_there(const std::function<std::vector<std::string>()>& missing) {
+bool ReplayRun::wait_until_there(const std::function<std::vector<std::string>()>& missing) {
   using Clock = std::chrono::steady_clock;
   if (options_.wait.count() == 0) {
     return true;
@@ -62,7 +63,7 @@ bool Session::wait_until_there(const std::function<std::vector<std::string>()>& 
   }
   for (const std::string& name : names) {
     fmt::print(stderr, "millrace: after {} still missing: {}\n",
-               print::duration_text(options_.wait), print::safe(name));
+               print::duration_text(options_.wait), base::text::safe(name));
   }
   if (!names.empty()) {
     fmt::print(stderr, "millrace: no call was issued; see 'millrace services' and --wait\n");
@@ -70,7 +71,7 @@ bool Session::wait_until_there(const std::function<std::vector<std::string>()>& 
   return names.empty();
 }
 
-int Session::run(tools::replay::Player& player) {
+int ReplayRun::play(tools::replay::Player& player) {
   player_ = &player;
   if (stepper_) {
     stepper_->ask(player, [this] { stop("ended by the operator"); });
@@ -80,7 +81,7 @@ int Session::run(tools::replay::Player& player) {
   return report_.finish(ended_);
 }
 
-void Session::on_outcome(const tools::replay::Outcome& outcome) {
+void ReplayRun::on_outcome(const tools::replay::Outcome& outcome) {
   report_.add(outcome);
   progress_.show(player_->finished());
   if (stepper_) {
@@ -89,7 +90,7 @@ void Session::on_outcome(const tools::replay::Outcome& outcome) {
   }
 }
 
-void Session::stop(const std::string& reason) {
+void ReplayRun::stop(const std::string& reason) {
   ended_ = reason;
   if (player_ != nullptr) {
     player_->stop(reason);

@@ -1,4 +1,4 @@
-#include "tools/print/quoted.hpp"
+#include "base/text/quoted.hpp"
 
 #include <cstdint>
 
@@ -7,7 +7,7 @@
 #include "base/text/characters.hpp"
 #include "base/text/cp1252.hpp"
 
-namespace millrace::tools::print {
+namespace millrace::base::text {
 
 namespace {
 
@@ -25,21 +25,21 @@ std::string escaped(char c) {
 std::string quoted(std::string_view cp1252) {
   std::string out = "\"";
   for (const char c : cp1252) {
-    if (base::text::is_control(c) || is_undefined(c)) {
+    if (is_control(c) || is_undefined(c)) {
       out += escaped(c);
     } else if (c == '"' || c == '\\') {
       out += '\\';
       out += c;
     } else {
-      out += base::text::to_utf8({&c, 1});
+      out += to_utf8({&c, 1});
     }
   }
   return out + '"';
 }
 
-std::string safe(std::string_view utf8) {
+std::string safe(std::string_view utf8, std::string_view kept) {
   // Whatever is no UTF-8 was no text of ours.
-  const bool is_text = base::text::is_utf8(utf8);
+  const bool is_text = is_utf8(utf8);
   std::string out;
   for (std::size_t i = 0; i < utf8.size(); ++i) {
     const char c = utf8[i];
@@ -48,11 +48,24 @@ std::string safe(std::string_view utf8) {
     const bool c1 = is_text && c == '\xc2' && static_cast<std::uint8_t>(utf8[i + 1]) < 0xa0;
     if (c1) {
       out += escaped(utf8[++i]);
+    } else if ((is_control(c) && kept.find(c) == std::string_view::npos) || (high && !is_text)) {
+      out += escaped(c);
     } else {
-      out += base::text::is_control(c) || (high && !is_text) ? escaped(c) : std::string(1, c);
+      out += c;
     }
   }
   return out;
 }
 
-}  // namespace millrace::tools::print
+std::string csv_cell(std::string text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) {
+    return text;
+  }
+  std::string cell = "\"";
+  for (const char c : text) {
+    cell += c == '"' ? "\"\"" : std::string(1, c);
+  }
+  return cell + '"';
+}
+
+}  // namespace millrace::base::text

@@ -1,49 +1,26 @@
-#include "services/archiver/table.hpp"
+#include "services/archiver/row_writer.hpp"
 
 #include <algorithm>
 #include <cassert>
 #include <ostream>
 
-#include <fmt/format.h>
+#include <boost/json/serialize.hpp>
+#include <boost/json/string.hpp>
 
-#include "base/text/characters.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::services::archiver {
 
 namespace {
 
 std::string as_text(std::string value) {
-  std::replace_if(value.begin(), value.end(), base::text::is_control, ' ');
-  return value;
-}
-
-std::string as_csv(const std::string& value) {
-  if (value.find_first_of(",\"\r\n") == std::string::npos) {
-    return value;
-  }
-  std::string quoted = "\"";
-  for (const char c : value) {
-    quoted += c;
-    if (c == '"') {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
+  std::replace_if(
+      value.begin(), value.end(), [](char c) { return c == '\t' || c == '\r' || c == '\n'; }, ' ');
+  return base::text::safe(value);
 }
 
 std::string as_json_text(const std::string& value) {
-  std::string quoted = "\"";
-  for (const char c : value) {
-    if (c == '"' || c == '\\') {
-      quoted += '\\';
-      quoted += c;
-    } else if (base::text::is_control(c)) {
-      quoted += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
+  return boost::json::serialize(boost::json::string(value));
 }
 
 std::string as_json(const Cell& cell) {
@@ -59,7 +36,7 @@ std::string as_json(const Cell& cell) {
 
 }  // namespace
 
-Table::Table(Format format, std::vector<std::string> columns, std::ostream& out)
+RowWriter::RowWriter(Format format, std::vector<std::string> columns, std::ostream& out)
     : format_(format), columns_(std::move(columns)), out_(out) {
   if (format_ == Format::jsonl) {
     return;
@@ -71,7 +48,7 @@ Table::Table(Format format, std::vector<std::string> columns, std::ostream& out)
   write_line(header);
 }
 
-void Table::write(const std::vector<Cell>& cells) {
+void RowWriter::write(const std::vector<Cell>& cells) {
   assert(cells.size() == columns_.size());
   if (format_ == Format::jsonl) {
     write_object(cells);
@@ -80,17 +57,17 @@ void Table::write(const std::vector<Cell>& cells) {
   }
 }
 
-void Table::write_line(const std::vector<Cell>& cells) {
+void RowWriter::write_line(const std::vector<Cell>& cells) {
   const bool csv = format_ == Format::csv;
   const char* separator = "";
   for (const Cell& cell : cells) {
-    out_ << separator << (csv ? as_csv(cell.text) : as_text(cell.text));
+    out_ << separator << (csv ? base::text::csv_cell(cell.text) : as_text(cell.text));
     separator = csv ? "," : "\t";
   }
   out_ << (csv ? "\r\n" : "\n");
 }
 
-void Table::write_object(const std::vector<Cell>& cells) {
+void RowWriter::write_object(const std::vector<Cell>& cells) {
   const char* separator = "{";
   for (std::size_t i = 0; i < cells.size(); ++i) {
     out_ << separator << as_json_text(columns_[i]) << ':' << as_json(cells[i]);

@@ -13,21 +13,23 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "fabric/dds/participant.hpp"
-#include "tools/recording/entry.hpp"
+#include "fabric/observer/entry.hpp"
 
-namespace millrace::tools::bus {
+namespace millrace::fabric::observer {
 
 /// Called on the executor, one at a time.
 class ObserverListener {
  public:
   virtual ~ObserverListener() = default;
-  virtual void on_entry(recording::Entry entry) = 0;
+  virtual void on_entry(Entry entry) = 0;
 };
 
 enum class Interest : std::uint8_t {
-  /// Instances, channels, machines: what changes a few times a second.
+  /// Instances, channels, machines: what changes a few times a second, and who is there.
   states,
-  /// Also requests, replies, events, commands and outcomes.
+  /// Events of calls and states of channels: what becomes of calls.
+  calls,
+  /// What the others see, and requests, replies, commands and outcomes.
   everything
 };
 
@@ -42,7 +44,7 @@ class Observer {
  public:
   /// `participant` and `listener` outlive the observer. Throws std::runtime_error with Cyclone's
   /// reason.
-  Observer(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
+  Observer(dds::Participant& participant, boost::asio::any_io_executor executor,
            ObserverListener& listener, Interest interest);
   ~Observer();
   Observer(const Observer&) = delete;
@@ -58,4 +60,4 @@ class Observer {
   std::shared_ptr<Impl> impl_;
 };
 
-}  // namespace millrace::tools::bus
+}  // namespace millrace::fabric::observer

@@ -1,4 +1,4 @@
-#include "services/dial_gauge/station.hpp"
+#include "services/dial_gauge/running_gauges.hpp"
 
 #include <bit>
 #include <mutex>
@@ -71,17 +71,18 @@ class Listener : public SerialLineListener {
 
 }  // namespace
 
-struct Station::Impl {
+struct RunningGauges::Impl {
   Impl(const Config& config, const base::program::Log& log)
-      : desk(zeros_or_throw(config.zero_file),
-             [file = config.zero_file](const Zeros& zeros) { return keep_zeros(file, zeros); }) {
+      : answering(zeros_or_throw(config.zero_file), [file = config.zero_file](const Zeros& zeros) {
+          return keep_zeros(file, zeros);
+        }) {
     for (const LineConfig& line : config.lines) {
       listeners.push_back(std::make_unique<Listener>(line, lock, log));
       lines.push_back(
           std::make_unique<SerialLine>(context.get_executor(), line, *listeners.back()));
     }
     for (const GaugeConfig& gauge : config.gauges) {
-      desk.add(gauge.gauge, source_of(gauge));
+      answering.add(gauge.gauge, source_of(gauge));
     }
     thread = std::thread([this] { context.run(); });
   }
@@ -99,23 +100,23 @@ struct Station::Impl {
                                              Time::clock::now());
   }
 
-  /// For receivers and desk.
+  /// For the receivers and what answers.
   std::mutex lock;
   boost::asio::io_context context;
   std::vector<std::unique_ptr<Listener>> listeners;
   std::vector<std::unique_ptr<SerialLine>> lines;
-  Desk desk;
+  Answering answering;
   std::thread thread;
 };
 
-Station::Station(const Config& config, base::program::Log log)
+RunningGauges::RunningGauges(const Config& config, base::program::Log log)
     : impl_(std::make_unique<Impl>(config, log)) {}
 
-Station::~Station() = default;
+RunningGauges::~RunningGauges() = default;
 
-sdk::Response Station::answer(std::string_view request) {
+sdk::Response RunningGauges::answer(std::string_view request) {
   const std::lock_guard guard(impl_->lock);
-  return impl_->desk.answer(request, Time::clock::now());
+  return impl_->answering.answer(request, Time::clock::now());
 }
 
 }  // namespace millrace::services::dial_gauge

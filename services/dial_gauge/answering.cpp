@@ -1,4 +1,4 @@
-#include "services/dial_gauge/desk.hpp"
+#include "services/dial_gauge/answering.hpp"
 
 #include <cassert>
 
@@ -68,13 +68,13 @@ tl::expected<Reading, Response> good_reading(const Gauge& gauge, Source& source,
 
 }  // namespace
 
-void Desk::add(Gauge gauge, std::unique_ptr<Source> source) {
+void Answering::add(Gauge gauge, std::unique_ptr<Source> source) {
   assert(source != nullptr && is_gauge_name(gauge.name));
   const std::string name = gauge.name;
   gauges_.insert_or_assign(name, Entry{.gauge = std::move(gauge), .source = std::move(source)});
 }
 
-Response Desk::answer(std::string_view text, Time now) {
+Response Answering::answer(std::string_view text, Time now) {
   const auto request = parse(text);
   if (!request) {
     return error(text::state_bad_request, request.error());
@@ -96,12 +96,12 @@ Response Desk::answer(std::string_view text, Time now) {
   }
 }
 
-Response Desk::unknown(const std::string& name) const {
+Response Answering::unknown(const std::string& name) const {
   return error(state_unknown_gauge,
                "no gauge " + text::in_quotes(name) + "; there is " + list().text);
 }
 
-Response Desk::list() const {
+Response Answering::list() const {
   constexpr std::size_t room_for_count = 12;  // " +65535 more"
   std::string names;
   std::size_t left = gauges_.size();
@@ -115,7 +115,7 @@ Response Desk::list() const {
   return {.text = names.empty() ? "none" : names};
 }
 
-Response Desk::read(Entry& entry, Time now) {
+Response Answering::read(Entry& entry, Time now) {
   const auto reading = good_reading(entry.gauge, *entry.source, now);
   if (!reading) {
     return reading.error();
@@ -123,7 +123,7 @@ Response Desk::read(Entry& entry, Time now) {
   return {.text = to_text(reading->value - zero_of(entry.gauge.name), entry.gauge.decimals)};
 }
 
-Response Desk::zero(Entry& entry, Time now) {
+Response Answering::zero(Entry& entry, Time now) {
   const auto reading = good_reading(entry.gauge, *entry.source, now);
   if (!reading) {
     return reading.error();
@@ -137,7 +137,7 @@ Response Desk::zero(Entry& entry, Time now) {
   return {.text = to_text(0, entry.gauge.decimals)};
 }
 
-Response Desk::status(Entry& entry, Time now) {
+Response Answering::status(Entry& entry, Time now) {
   const auto reading = good_reading(entry.gauge, *entry.source, now);
   if (!reading) {
     return reading.error();
@@ -152,7 +152,7 @@ Response Desk::status(Entry& entry, Time now) {
                               condition.readings, condition.failures)};
 }
 
-Nanometres Desk::zero_of(const std::string& gauge) const {
+Nanometres Answering::zero_of(const std::string& gauge) const {
   const auto found = zeros_.find(gauge);
   return found == zeros_.end() ? 0 : found->second;
 }

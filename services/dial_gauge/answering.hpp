@@ -45,9 +45,9 @@ using Zeros = std::map<std::string, Nanometres>;
 using KeepZeros = std::function<tl::expected<void, std::string>(const Zeros&)>;
 
 /// Not thread-safe.
-class Desk {
+class Answering {
  public:
-  Desk(Zeros zeros, KeepZeros keep) : zeros_(std::move(zeros)), keep_(std::move(keep)) {}
+  Answering(Zeros zeros, KeepZeros keep) : zeros_(std::move(zeros)), keep_(std::move(keep)) {}
   void add(Gauge gauge, std::unique_ptr<Source> source);
 
   sdk::Response answer(std::string_view request, Time now);

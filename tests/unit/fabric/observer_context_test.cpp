@@ -1,26 +1,21 @@
-#include "tools/bus/context.hpp"
-
 #include <gtest/gtest.h>
 
+#include "fabric/observer/context.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
-namespace millrace::tools::bus {
+namespace millrace::fabric::observer {
 namespace {
 
-using recording::Change;
-using recording::Entry;
-using recording::InstanceNews;
-using recording::Withdrawal;
-using recording::tests::one_call;
-using recording::tests::square_root;
+using tools::recording::tests::one_call;
+using tools::recording::tests::square_root;
 
-fabric::InstanceId instance(std::uint8_t byte) {
-  fabric::InstanceId id;
+InstanceId instance(std::uint8_t byte) {
+  InstanceId id;
   id.bytes.fill(byte);
   return id;
 }
 
-Entry of(recording::Sample sample) {
+Entry of(Sample sample) {
   return {.sample = std::move(sample)};
 }
 
@@ -31,11 +26,11 @@ std::string uuid_after(Context& context, Entry entry) {
 
 TEST(AContext, TakesTheUuidOfWhatNamesOneInCanonicalForm) {
   Context sut;
-  EXPECT_EQ(uuid_after(sut, of(fabric::Request{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
+  EXPECT_EQ(uuid_after(sut, of(Request{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
             square_root);
-  EXPECT_EQ(uuid_after(sut, of(fabric::Event{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
+  EXPECT_EQ(uuid_after(sut, of(Event{.uuid = "560AACBF-6335-44A9-895A-8B27F3ED5E47"})),
             square_root);
-  EXPECT_EQ(uuid_after(sut, of(fabric::ChannelStatus{.uuid = square_root})), square_root);
+  EXPECT_EQ(uuid_after(sut, of(ChannelStatus{.uuid = square_root})), square_root);
 }
 
 TEST(AContext, KnowsTheServiceOfAReplyByItsCall) {
@@ -68,29 +63,29 @@ TEST(AContext, KnowsWhoIsGone) {
   sut.complete(ready);
   Entry gone = of(InstanceNews{.change = Change::gone, .identity = {.id = instance(0x11)}});
   EXPECT_EQ(uuid_after(sut, gone), square_root);
-  EXPECT_EQ(uuid_after(sut, of(fabric::InstanceStatus{.instance = instance(0x11)})), square_root);
-  EXPECT_EQ(uuid_after(sut, of(fabric::InstanceStatus{.instance = instance(0x22)})), "");
+  EXPECT_EQ(uuid_after(sut, of(InstanceStatus{.instance = instance(0x11)})), square_root);
+  EXPECT_EQ(uuid_after(sut, of(InstanceStatus{.instance = instance(0x22)})), "");
 }
 
 TEST(AContext, NamesTheCallThatIsTakenBack) {
   Context sut;
   Entry request = one_call(17, 0)[1];
   sut.complete(request);
-  const std::uint64_t epoch = std::get<fabric::Request>(request.sample).call.epoch;
+  const std::uint64_t epoch = std::get<Request>(request.sample).call.epoch;
   Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = epoch}});
   sut.complete(withdrawal);
   EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call.number, 17U);
   EXPECT_EQ(withdrawal.uuid, square_root);
   Entry other = of(Withdrawal{.key = {"cnc", 2}, .call = {.epoch = epoch}});
   sut.complete(other);
-  EXPECT_EQ(std::get<Withdrawal>(other.sample).call, fabric::CallId{});
+  EXPECT_EQ(std::get<Withdrawal>(other.sample).call, CallId{});
   EXPECT_EQ(other.uuid, "");
 }
 
 TEST(AContext, ForgetsTheOldestCallsOnly) {
   Context sut;
   const auto ask = [&sut](std::uint64_t epoch) {
-    Entry entry = of(fabric::Request{.key = {"cnc", 1}, .call = {epoch, 1}, .uuid = square_root});
+    Entry entry = of(Request{.key = {"cnc", 1}, .call = {epoch, 1}, .uuid = square_root});
     sut.complete(entry);
   };
   const auto taken_back = [&sut](std::uint64_t epoch) {
@@ -101,21 +96,21 @@ TEST(AContext, ForgetsTheOldestCallsOnly) {
   for (std::uint64_t epoch = 1; epoch <= Context::most_pending + 1; ++epoch) {
     ask(epoch);
   }
-  EXPECT_EQ(taken_back(1), fabric::CallId{});
-  EXPECT_EQ(taken_back(2), (fabric::CallId{2, 1}));
+  EXPECT_EQ(taken_back(1), CallId{});
+  EXPECT_EQ(taken_back(2), (CallId{2, 1}));
 }
 
 TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
   Context sut;
-  Entry one = of(fabric::Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
-  Entry another = of(fabric::Request{.key = {"cnc", 1}, .call = {8, 5}, .uuid = "dial-gauge"});
+  Entry one = of(Request{.key = {"cnc", 1}, .call = {7, 1}, .uuid = square_root});
+  Entry another = of(Request{.key = {"cnc", 1}, .call = {8, 5}, .uuid = "dial-gauge"});
   sut.complete(one);
   sut.complete(another);
   Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = 7}});
   sut.complete(withdrawal);
-  EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call, (fabric::CallId{7, 1}));
+  EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call, (CallId{7, 1}));
   EXPECT_EQ(withdrawal.uuid, square_root);
 }
 
 }  // namespace
-}  // namespace millrace::tools::bus
+}  // namespace millrace::fabric::observer

@@ -4,10 +4,10 @@
 #include <map>
 #include <string>
 
+#include "fabric/observer/entry.hpp"
 #include "fabric/recent_keys.hpp"
-#include "tools/recording/entry.hpp"
 
-namespace millrace::tools::bus {
+namespace millrace::fabric::observer {
 
 /// Pure. Takes each entry in the order it was received.
 class Context {
@@ -17,19 +17,19 @@ class Context {
   static constexpr std::size_t most_pending = 16'384;
 
   /// Sets the UUID of entries that carry none, and the call of withdrawals, which carry its epoch.
-  void complete(recording::Entry& entry);
+  void complete(Entry& entry);
 
  private:
   struct Pending {
-    fabric::CallId call;
+    CallId call;
     std::string uuid;
   };
 
-  void remember(const recording::Entry& entry);
+  void remember(const Entry& entry);
 
-  std::map<fabric::InstanceId, std::string> uuid_of_instance_;
-  std::map<fabric::RequestKey, Pending> pending_;
-  fabric::RecentKeys recent_{most_pending};
+  std::map<InstanceId, std::string> uuid_of_instance_;
+  std::map<RequestKey, Pending> pending_;
+  RecentKeys recent_{most_pending};
 };
 
-}  // namespace millrace::tools::bus
+}  // namespace millrace::fabric::observer

@@ -1,4 +1,4 @@
-#include "services/archiver/table.hpp"
+#include "services/archiver/row_writer.hpp"
 
 #include <sstream>
 
@@ -14,23 +14,32 @@ const std::vector<Cell> cells{{Cell::Type::number, "7"},
 
 std::string written(Format format) {
   std::ostringstream out;
-  Table sut(format, {"id", "text", "none", "fields"}, out);
+  RowWriter sut(format, {"id", "text", "none", "fields"}, out);
   sut.write(cells);
   return out.str();
 }
 
-TEST(Table, AsTextIsOneLinePerRow) {
+TEST(RowWriter, AsTextIsOneLinePerRow) {
   EXPECT_EQ(written(Format::text), "id\ttext\tnone\tfields\n7\ta,\"b\"  c d\t\t{\"k\":1}\n");
 }
 
-TEST(Table, AsCsvQuotesWhatNeedsIt) {
+TEST(RowWriter, AsTextLetsNothingControlTheTerminal) {
+  std::ostringstream out;
+  RowWriter(Format::text, {"a"}, out)
+      .write({{Cell::Type::text,
+               "\x1b[2J\xc2\x9b"
+               "2J"}});
+  EXPECT_EQ(out.str(), "a\n\\x1b[2J\\x9b2J\n");
+}
+
+TEST(RowWriter, AsCsvQuotesWhatNeedsIt) {
   EXPECT_EQ(written(Format::csv),
             "id,text,none,fields\r\n7,\"a,\"\"b\"\"\r\nc\td\",,\"{\"\"k\"\":1}\"\r\n");
 }
 
-TEST(Table, AsJsonLinesKeepsTypes) {
+TEST(RowWriter, AsJsonLinesKeepsTypes) {
   EXPECT_EQ(written(Format::jsonl),
-            "{\"id\":7,\"text\":\"a,\\\"b\\\"\\u000d\\u000ac\\u0009d\",\"none\":null,"
+            "{\"id\":7,\"text\":\"a,\\\"b\\\"\\r\\nc\\td\",\"none\":null,"
             "\"fields\":{\"k\":1}}\n");
 }
 

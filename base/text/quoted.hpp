@@ -1,0 +1,24 @@
+// Foreign texts for a terminal, a log or a table: nothing that came from elsewhere controls what
+// shows it.
+//
+//   quoted("Ma\xDF\x1B[2J") == "\"Maß\\x1b[2J\""
+//   safe("a\nb") == "a\\x0ab",  safe("a\nb", "\n") == "a\nb"
+//   csv_cell("a,\"b\"") == "\"a,\"\"b\"\"\""
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace millrace::base::text {
+
+/// CP1252 bytes in quotes, as UTF-8; what does not print becomes \xNN.
+std::string quoted(std::string_view cp1252);
+
+/// The same without quotes, for what is UTF-8 by convention but may hold anything. The control
+/// characters in `kept` stay.
+std::string safe(std::string_view utf8, std::string_view kept = "");
+
+/// A cell of comma-separated values (RFC 4180): in quotes where it must be.
+std::string csv_cell(std::string text);
+
+}  // namespace millrace::base::text

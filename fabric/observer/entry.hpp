@@ -1,0 +1,63 @@
+// One thing that happened on a fabric, as an observer sees it and a recording keeps it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "fabric/command.hpp"
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric::observer {
+
+/// The gateway took its request back: the call is answered, or the program has withdrawn it.
+struct Withdrawal {
+  ChannelKey key{};
+  /// Of the request that stood there; zero if the observer had not seen it.
+  CallId call{};
+};
+
+enum class Change : std::uint8_t { ready, changed, gone };
+std::string_view name_of(Change change);
+
+/// An instance came, changed what it says of itself, or is gone (then only its id is known for
+/// sure).
+struct InstanceNews {
+  Change change = Change::ready;
+  InstanceIdentity identity{};
+};
+
+using Sample = std::variant<Request, Reply, Withdrawal, ChannelStatus,
+                            InstanceNews, InstanceStatus, Event, Command,
+                            Outcome, MachineStatus>;
+
+struct Entry {
+  /// When the observer received it.
+  Time at{};
+  /// The service it is about, in canonical form; empty if none, or not known.
+  std::string uuid{};
+  /// The bytes its text had, if the recording leaves the text out.
+  std::optional<std::uint32_t> withheld{};
+  Sample sample{};
+};
+
+/// "request", "reply", …: what an entry is, in one word.
+std::string_view kind_of(const Entry& entry);
+/// The machine it is about, or nullptr.
+const std::string* machine_of(const Entry& entry);
+/// The channel it is about, or nullptr.
+const ChannelKey* channel_of(const Entry& entry);
+/// The call it is about; zero if none.
+CallId call_of(const Entry& entry);
+/// When it happened by its own account; the time of recording where it gives none.
+Time origin_of(const Entry& entry);
+/// Its request or response text, or nullptr.
+const std::string* text_of(const Entry& entry);
+/// Replaces the text by its size.
+void withhold_text(Entry& entry);
+/// A reply or event that says that a call went wrong at a service or was given up.
+bool is_failure(const Entry& entry);
+
+}  // namespace millrace::fabric::observer
