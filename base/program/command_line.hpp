@@ -16,9 +16,11 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <CLI/App.hpp>
 
@@ -42,6 +44,23 @@ class UsageError : public std::runtime_error {
 /// help and version give exit_done, a wrong flag or UsageError gives exit_usage, another exception
 /// exit_failed; each with one message on standard error that starts with the program's name.
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
+
+/// Adds an option that takes one of these words, and whose help names them.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
+                        const std::map<std::string, Value>& choices,
+                        const std::string& description) {
+  std::vector<std::string> words;
+  for (const auto& [word, meaning] : choices) {
+    words.push_back(word);
+  }
+  return app
+      .add_option_function<std::string>(
+          name, [&value, choices](const std::string& word) { value = choices.at(word); },
+          description)
+      ->check(CLI::IsMember(words))
+      ->type_name("WORD");
+}
 
 /// Writes "ready: WHAT" to standard output and flushes it, and tells the supervisor. Called once,
 /// when the program serves.

@@ -29,9 +29,8 @@ struct InstanceNews {
   InstanceIdentity identity{};
 };
 
-using Sample = std::variant<Request, Reply, Withdrawal, ChannelStatus,
-                            InstanceNews, InstanceStatus, Event, Command,
-                            Outcome, MachineStatus>;
+using Sample = std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus,
+                            Event, Command, Outcome, MachineStatus>;
 
 struct Entry {
   /// When the observer received it.

@@ -1,8 +1,10 @@
 #include "services/archiver/archive.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include "base/posix/folder_lock.hpp"
 #include "base/text/number.hpp"
@@ -32,6 +34,19 @@ fs::path name_of(const fs::path& folder, std::uint64_t number) {
   return folder / fmt::format("{}{:06}{}", name_start, number, name_end);
 }
 
+std::optional<Time> written_at(const fs::path& file) {
+  std::optional<Time> last;
+  for (const std::string& name : {file.string(), file.string() + "-wal"}) {
+    struct stat status {};
+    if (::stat(name.c_str(), &status) == 0 && status.st_size > 0) {
+      const Time time{std::chrono::seconds(status.st_mtim.tv_sec) +
+                      std::chrono::nanoseconds(status.st_mtim.tv_nsec)};
+      last = last ? std::max(*last, time) : time;
+    }
+  }
+  return last;
+}
+
 fs::path made(fs::path folder) {
   fs::create_directories(folder);
   return folder;
@@ -42,7 +57,8 @@ fs::path made(fs::path folder) {
 std::vector<fs::path> archive_files(const fs::path& folder) {
   std::vector<std::pair<std::uint64_t, fs::path>> numbered;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (const auto number = number_of(entry.path())) {
+    const auto number = number_of(entry.path());
+    if (number && entry.is_regular_file()) {
       numbered.emplace_back(*number, entry.path());
     }
   }
@@ -55,18 +71,53 @@ std::vector<fs::path> archive_files(const fs::path& folder) {
   return files;
 }
 
-Archive::Archive(fs::path folder, const Policy& policy, Time now)
+Archive::Archive(fs::path folder, const Policy& policy, Time now, Report report)
     : folder_(made(std::move(folder))),
       policy_(policy),
+      report_(std::move(report)),
       lock_(base::posix::lock_folder(folder_, "archive.lock", "another archiver writes here")) {
-  const auto files = archive_files(folder_);
+  open_current(now);
+}
+
+void Archive::open_current(Time now) {
+  auto files = archive_files(folder_);
   number_ = files.empty() ? 1 : number_of(files.back()).value_or(1);
-  current_ =
-      std::make_unique<Segment>(name_of(folder_, number_), Beginning{.begun = now, .first_put = 1});
-  if (files.size() > 1) {
-    previous_.emplace(files[files.size() - 2]);
+  if (!files.empty()) {
+    last_written_ = written_at(files.back());
+    files.pop_back();
   }
-  remove_expired(now);
+  const Beginning beginning{.begun = now, .first_put = look_at(files)};
+  try {
+    current_ = std::make_unique<Segment>(file(), beginning);
+  } catch (const Foreign& why) {
+    leave(file(), why.what());
+    ++number_;
+    current_ = std::make_unique<Segment>(file(), beginning);
+  }
+}
+
+std::int64_t Archive::look_at(const std::vector<fs::path>& older) {
+  std::int64_t next_put = 1;
+  for (const fs::path& file : older) {
+    try {
+      const ClosedSegment segment(file);
+      next_put = std::max(next_put, segment.next_put());
+      if (!segment.closed()) {
+        unclosed_.push_back(file);
+      }
+      previous_file_ = file;
+    } catch (const std::exception& why) {
+      leave(file, why.what());
+    }
+  }
+  return next_put;
+}
+
+void Archive::leave(const fs::path& file, const std::string& why) {
+  if (foreign_.insert(file).second) {
+    report_(fmt::format("{} is damaged or no file of an archive; it is left as it is: {}",
+                        file.string(), why));
+  }
 }
 
 std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
@@ -77,7 +128,7 @@ std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
   std::vector<Row> fresh;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto* put = std::get_if<Put>(&rows[i]);
-    const auto earlier = put != nullptr && previous_ ? previous_->find(put->call) : std::nullopt;
+    const auto earlier = put != nullptr ? earlier_id(put->call) : std::nullopt;
     if (earlier) {
       known[i] = *earlier;
     } else {
@@ -92,31 +143,110 @@ std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
   return known;
 }
 
+std::optional<std::int64_t> Archive::earlier_id(fabric::CallId call) {
+  if (previous_file_.empty()) {
+    return std::nullopt;
+  }
+  try {
+    if (!previous_) {
+      previous_.emplace(previous_file_);
+    }
+    return previous_->find(call);
+  } catch (const Foreign& why) {
+    leave(previous_file_, why.what());
+    previous_.reset();
+    previous_file_.clear();
+    return std::nullopt;
+  }
+}
+
 fs::path Archive::file() const {
   return name_of(folder_, number_);
 }
 
 void Archive::rotate(Time now) {
-  const std::int64_t next_put = current_->next_put();
-  current_->end(now);
-  current_.reset();
-  previous_.emplace(file());
+  const fs::path next_file = name_of(folder_, number_ + 1);
+  std::unique_ptr<Segment> next;
+  try {
+    next = std::make_unique<Segment>(next_file,
+                                     Beginning{.begun = now, .first_put = current_->next_put()});
+  } catch (const std::exception& why) {
+    if (current_->ended()) {
+      throw;
+    }
+    if (!rotation_failed_) {
+      report_(fmt::format("{} cannot be begun; {} is written on and grows: {}", next_file.string(),
+                          file().string(), why.what()));
+    }
+    rotation_failed_ = true;
+    return;
+  }
+  // Nothing from here on fails half way: what is written no more is closed when nobody waits.
+  previous_.reset();
+  previous_file_ = file();
+  unclosed_.push_back(previous_file_);
   ++number_;
-  current_ = std::make_unique<Segment>(file(), Beginning{.begun = now, .first_put = next_put});
-  remove_expired(now);
+  current_ = std::move(next);
+  begun_a_file_ = true;
+  rotation_failed_ = false;
 }
 
-void Archive::remove_expired(Time now) {
-  auto files = archive_files(folder_);
-  files.pop_back();
-  std::vector<Closed> closed;
-  closed.reserve(files.size());
-  for (const fs::path& file : files) {
-    closed.push_back({.bytes = fs::file_size(file), .ended = ClosedSegment(file).ended()});
+void Archive::tidy_up(Time now, Ages ages) {
+  close_files(now);
+  if (std::exchange(begun_a_file_, false)) {
+    remove_expired(now, ages);
   }
-  const std::size_t count = expired(policy_, closed, current_->size(), now);
+}
+
+void Archive::close_files(Time now) {
+  std::vector<fs::path> open;
+  for (const fs::path& file : std::exchange(unclosed_, {})) {
+    if (file == previous_file_) {
+      // It is opened again when it is asked. SQLite closes a file for those only who are alone.
+      previous_.reset();
+    }
+    try {
+      if (!close(file, now)) {
+        open.push_back(file);
+      }
+    } catch (const std::exception& why) {
+      leave(file, why.what());
+    }
+  }
+  unclosed_ = std::move(open);
+}
+
+void Archive::remove_expired(Time now, Ages ages) {
+  std::vector<fs::path> files;
+  std::vector<Closed> closed;
+  for (const fs::path& each : archive_files(folder_)) {
+    if (each == file() || foreign_.contains(each)) {
+      continue;
+    }
+    try {
+      closed.push_back({.bytes = fs::file_size(each), .ended = ClosedSegment(each).ended()});
+      files.push_back(each);
+    } catch (const std::exception& why) {
+      leave(each, why.what());
+    }
+  }
+  Policy policy = policy_;
+  if (ages == Ages::doubted) {
+    policy.keep_age = {};
+  }
+  const std::size_t count = expired(policy, closed, current_->size(), now);
   for (std::size_t i = 0; i < count; ++i) {
-    fs::remove(files[i]);
+    std::error_code failed;
+    fs::remove(files[i], failed);
+    if (failed) {
+      report_(fmt::format("{} cannot be removed: {}", files[i].string(), failed.message()));
+      continue;
+    }
+    // There only if somebody read it until now.
+    std::error_code none;
+    fs::remove(files[i].string() + "-wal", none);
+    fs::remove(files[i].string() + "-shm", none);
+    std::erase(unclosed_, files[i]);
   }
 }
 

@@ -1,7 +1,8 @@
 // A folder of archive files: the newest is written, the others are closed and kept for a while.
 //
-//   Archive archive("/var/lib/millrace/archive", policy, now);
+//   Archive archive("/var/lib/millrace/archive", policy, now, report);
 //   const auto ids = archive.append(rows, now);
+//   archive.tidy_up(now, Ages::believed);         // now and then, when nobody waits
 //
 // Functions throw SQLite::Exception or std::runtime_error when the folder or its files cannot be
 // read or written.
@@ -9,8 +10,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,34 +23,68 @@
 
 namespace millrace::services::archiver {
 
+/// Whether files may be removed for their age.
+enum class Ages : std::uint8_t { believed, doubted };
+
 class Archive {
  public:
-  /// Makes the folder if it is not there. Throws also if another process writes it.
-  Archive(std::filesystem::path folder, const Policy& policy, fabric::Time now);
+  /// Is told what an operator should know and what is gone on without.
+  using Report = std::function<void(const std::string&)>;
 
-  /// Adds all rows or none, durably; begins a new file before if it is time. Returns the id of each
-  /// put, 0 for other rows. A put whose call is in this file or the one before has the id it had.
+  /// Makes the folder if it is not there. A file in it that is damaged or somebody else's is
+  /// reported and left as it is. Throws also if another process writes the folder.
+  Archive(
+      std::filesystem::path folder, const Policy& policy, fabric::Time now,
+      Report report = [](const std::string&) {});
+
+  /// Adds all rows or none, durably; begins a new file before if it is time and that is possible.
+  /// Returns the id of each put, 0 for other rows. A put whose call is in this file or the one
+  /// before has the id it had.
   std::vector<std::int64_t> append(std::vector<Row> rows, fabric::Time now);
+
+  /// Closes files that are written no more, unless somebody reads them, and removes those whose
+  /// time is over if a file was begun since.
+  void tidy_up(fabric::Time now, Ages ages);
+  /// Whether a file could not be closed yet.
+  [[nodiscard]] bool untidy() const { return !unclosed_.empty(); }
 
   /// The file that is written.
   [[nodiscard]] std::filesystem::path file() const;
+  /// When the newest file was last written before this archive was opened; nothing for a new one.
+  [[nodiscard]] std::optional<fabric::Time> last_written() const { return last_written_; }
 
  private:
+  /// What there is of older files. Returns the id of the next put.
+  std::int64_t look_at(const std::vector<std::filesystem::path>& older);
+  void open_current(fabric::Time now);
+  /// The id that a call has in the file before.
+  std::optional<std::int64_t> earlier_id(fabric::CallId call);
+  /// Begins the next file; without one, this one goes on.
   void rotate(fabric::Time now);
-  void remove_expired(fabric::Time now);
+  void close_files(fabric::Time now);
+  void remove_expired(fabric::Time now, Ages ages);
+  /// Reports `file` as one that is not ours, once.
+  void leave(const std::filesystem::path& file, const std::string& why);
 
   std::filesystem::path folder_;
   Policy policy_;
+  Report report_;
   base::posix::Fd lock_;
+  std::optional<fabric::Time> last_written_;
   /// Number of the file that is written.
   std::uint64_t number_ = 1;
-  /// Closed; to know repeated calls.
+  /// The file before, to know repeated calls; opened when it is asked.
+  std::filesystem::path previous_file_;
   std::optional<ClosedSegment> previous_;
-  /// Never null between calls.
+  /// Never null.
   std::unique_ptr<Segment> current_;
+  std::vector<std::filesystem::path> unclosed_;
+  std::set<std::filesystem::path> foreign_;
+  bool begun_a_file_ = true;
+  bool rotation_failed_ = false;
 };
 
-/// The archive's files in the order they were written.
+/// The files of an archive, in the order of their numbers.
 std::vector<std::filesystem::path> archive_files(const std::filesystem::path& folder);
 
 }  // namespace millrace::services::archiver

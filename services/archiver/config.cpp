@@ -12,7 +12,7 @@ constexpr unsigned mib_bits = 20;
 
 Config config_from(const config::Archiver& from, const std::filesystem::path& base) {
   Config config;
-  config.folder = (std::filesystem::absolute(base) / from.folder()).lexically_normal();
+  config.folder = (base / from.folder()).lexically_normal();
   config.policy = {.rotate_bytes = std::uintmax_t{from.rotate_mib()} << mib_bits,
                    .rotate_age = std::chrono::hours(from.rotate_hours()),
                    .keep_age = std::chrono::hours(24) * from.keep_days(),
@@ -45,11 +45,11 @@ tl::expected<Config, std::string> load(const std::filesystem::path& file) {
   if (!mistakes.none()) {
     return tl::unexpected(mistakes.text());
   }
-  return config_from(from, file.parent_path());
+  return config_from(from, std::filesystem::absolute(file).parent_path());
 }
 
 Config default_config(const std::filesystem::path& folder) {
-  return config_from(config::Archiver(), folder);
+  return config_from(config::Archiver(), std::filesystem::absolute(folder));
 }
 
 }  // namespace millrace::services::archiver

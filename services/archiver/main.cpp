@@ -65,8 +65,9 @@ int serve(int argc, char** argv) {
   std::optional<archiver::ObserverThread> observer;
   const std::function<sdk::LaterHandler()> make = [&] {
     const archiver::Config config = configuration(file);
+    const auto report = [log = program.log()](const std::string& news) { log->error("{}", news); };
     writer.emplace(
-        archiver::Archive(config.folder, config.policy, std::chrono::system_clock::now()),
+        archiver::Archive(config.folder, config.policy, std::chrono::system_clock::now(), report),
         program.log());
     if (config.record_events || config.record_channels) {
       const sdk::ServiceOptions& options = program.options();

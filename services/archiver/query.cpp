@@ -133,16 +133,21 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
   return {.type = value.isInteger() ? Cell::Type::number : text, .text = value.getString()};
 }
 
-/// Writes the rows of one file, at most `limit`, and counts them.
-std::uint64_t write_file(const std::filesystem::path& file, const Source& source,
-                         const Condition& condition, std::uint64_t limit, RowWriter& rows) {
-  SQLite::Database database(file.string(), SQLite::OPEN_READONLY);
+/// While the archiver closes a file.
+constexpr int busy_timeout_ms = 5000;
+
+/// Writes the rows of one file until there are `limit` of them in all, and counts them.
+void write_file(const std::filesystem::path& file, const Source& source, const Condition& condition,
+                std::uint64_t limit, RowWriter& rows, std::uint64_t& count) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms);
+  if (!database.tableExists("archive")) {
+    throw std::runtime_error("no file of an archive");
+  }
   if (!database.tableExists(source.table)) {
-    return 0;  // written before there was one, and never since
+    return;  // written before there was one, and never since
   }
   SQLite::Statement select(database, sql_of(source, condition));
   condition.bind(select);
-  std::uint64_t count = 0;
   std::vector<Cell> cells(source.columns.size());
   while (count < limit && select.executeStep()) {
     for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -151,13 +156,12 @@ std::uint64_t write_file(const std::filesystem::path& file, const Source& source
     rows.write(cells);
     ++count;
   }
-  return count;
 }
 
 }  // namespace
 
-std::uint64_t write_rows(const std::filesystem::path& folder, const Filter& filter, Format format,
-                         std::ostream& out) {
+Found write_rows(const std::filesystem::path& folder, const Filter& filter, Format format,
+                 std::ostream& out) {
   const Source source = source_of(filter.kind);
   const Condition condition(filter);
   std::vector<std::string> names;
@@ -166,11 +170,18 @@ std::uint64_t write_rows(const std::filesystem::path& folder, const Filter& filt
   }
   RowWriter rows(format, std::move(names), out);
   const std::uint64_t limit = filter.limit.value_or(UINT64_MAX);
-  std::uint64_t count = 0;
+  Found found;
   for (const auto& file : archive_files(folder)) {
-    count += write_file(file, source, condition, limit - count, rows);
+    try {
+      write_file(file, source, condition, limit, rows, found.rows);
+    } catch (const std::exception& why) {
+      // One that was old enough may just have been removed.
+      if (std::filesystem::exists(file)) {
+        found.unread.push_back(fmt::format("{}: {}", file.string(), why.what()));
+      }
+    }
   }
-  return count;
+  return found;
 }
 
 }  // namespace millrace::services::archiver

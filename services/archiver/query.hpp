@@ -8,6 +8,7 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "fabric/messages.hpp"
 #include "services/archiver/row_writer.hpp"
@@ -33,9 +34,15 @@ struct Filter {
   std::optional<std::uint64_t> limit{};
 };
 
-/// Writes what is found and returns the number of rows; works while an archiver writes. Throws
-/// std::runtime_error or SQLite::Exception for a folder or file that cannot be read.
-std::uint64_t write_rows(const std::filesystem::path& folder, const Filter& filter, Format format,
-                         std::ostream& out);
+struct Found {
+  std::uint64_t rows = 0;
+  /// A line for each file that cannot be read, or not to its end.
+  std::vector<std::string> unread{};
+};
+
+/// Writes what is found; works while an archiver writes. Goes on after a file that cannot be read.
+/// Throws std::filesystem::filesystem_error for a folder that cannot be.
+Found write_rows(const std::filesystem::path& folder, const Filter& filter, Format format,
+                 std::ostream& out);
 
 }  // namespace millrace::services::archiver

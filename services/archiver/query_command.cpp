@@ -5,7 +5,10 @@
 #include <iostream>
 #include <map>
 
+#include <fmt/format.h>
+
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "base/text/times.hpp"
 #include "services/archiver/config.hpp"
 #include "services/archiver/query.hpp"
@@ -33,8 +36,7 @@ void add_flags(CLI::App& app, Flags& flags) {
       app.add_option("--config", flags.config, "archiver.textproto of the archive");
   app.add_option("--folder", flags.folder, "Folder of the archive (default archive)")
       ->excludes(config);
-  app.add_option("--kind", flags.filter.kind, "put, event or channel (default put)")
-      ->transform(CLI::CheckedTransformer(kinds))
+  program::add_choice(app, "--kind", flags.filter.kind, kinds, "Rows of which table")
       ->default_str("put");
   app.add_option("--since", flags.since, "UTC time 2026-03-01T07:00, or so long ago: 15m, 12h, 7d");
   app.add_option("--until", flags.until, "The same; this time is not included");
@@ -88,11 +90,61 @@ std::filesystem::path folder_from(const Flags& flags) {
   return folder;
 }
 
-void flush_or_throw(std::ostream& out, const std::string& where) {
-  if (!out.flush()) {
-    throw std::runtime_error(where + ": cannot be written");
+/// The exit code, once it has said what could not be read.
+int tell(const Found& found) {
+  for (const std::string& file : found.unread) {
+    fmt::print(stderr, "millrace-archiver: cannot be read: {}\n", base::text::safe(file));
   }
+  return found.unread.empty() ? program::exit_done : program::exit_failed;
 }
+
+/// Where an export goes: standard output, or a file that is there whole or as it was before.
+class Output {
+ public:
+  /// An empty `file` is standard output. What is no plain file (a pipe, a device) is written as it
+  /// comes.
+  explicit Output(const std::string& file)
+      : file_(file), draft_(file.empty() || is_special(file) ? file : file + ".part") {
+    if (!file_.empty()) {
+      stream_.open(draft_, std::ios::binary | std::ios::trunc);
+      if (!stream_) {
+        throw program::UsageError("--output: " + draft_ + " cannot be written");
+      }
+    }
+  }
+  ~Output() {
+    if (draft_ != file_) {
+      std::error_code none;
+      std::filesystem::remove(draft_, none);
+    }
+  }
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  std::ostream& stream() { return file_.empty() ? std::cout : stream_; }
+
+  void finish() {
+    if (!stream().flush()) {
+      throw std::runtime_error((file_.empty() ? "standard output" : draft_) +
+                               ": cannot be written");
+    }
+    if (draft_ != file_) {
+      stream_.close();
+      std::filesystem::rename(draft_, file_);
+      draft_ = file_;
+    }
+  }
+
+ private:
+  static bool is_special(const std::string& file) {
+    const auto status = std::filesystem::status(file);
+    return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+  }
+
+  std::string file_;
+  std::string draft_;
+  std::ofstream stream_;
+};
 
 }  // namespace
 
@@ -102,9 +154,11 @@ int query(int argc, char** argv) {
   add_flags(app, flags);
   app.add_option("--limit", flags.filter.limit, "At most so many rows");
   return program::run(app, argc, argv, [&] {
-    write_rows(folder_from(flags), filter_from(flags), Format::text, std::cout);
-    flush_or_throw(std::cout, "standard output");
-    return program::exit_done;
+    const Filter filter = filter_from(flags);
+    Output out("");
+    const Found found = write_rows(folder_from(flags), filter, Format::text, out.stream());
+    out.finish();
+    return tell(found);
   });
 }
 
@@ -116,22 +170,16 @@ int export_rows(int argc, char** argv) {
   add_flags(app, flags);
   Format format = Format::csv;
   std::string output;
-  app.add_option("--format", format, "csv or jsonl (one JSON object per line)")
-      ->required()
-      ->transform(CLI::CheckedTransformer(formats));
+  program::add_choice(app, "--format", format, formats, "jsonl is one JSON object per line")
+      ->required();
   app.add_option("--output", output, "File to write (default standard output)");
   return program::run(app, argc, argv, [&] {
-    std::ofstream file;
-    if (!output.empty()) {
-      file.open(output, std::ios::binary | std::ios::trunc);
-    }
-    std::ostream& out = output.empty() ? std::cout : file;
-    if (!out) {
-      throw program::UsageError("--output: " + output + " cannot be written");
-    }
-    write_rows(folder_from(flags), filter_from(flags), format, out);
-    flush_or_throw(out, output.empty() ? "standard output" : output);
-    return program::exit_done;
+    const Filter filter = filter_from(flags);
+    const std::filesystem::path folder = folder_from(flags);
+    Output out(output);
+    const Found found = write_rows(folder, filter, format, out.stream());
+    out.finish();
+    return tell(found);
   });
 }
 

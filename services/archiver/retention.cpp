@@ -6,7 +6,8 @@ namespace millrace::services::archiver {
 
 bool must_rotate(const Policy& policy, fabric::Time begun, std::uintmax_t bytes, fabric::Time now) {
   const bool too_large = policy.rotate_bytes != 0 && bytes >= policy.rotate_bytes;
-  const bool too_old = policy.rotate_age.count() != 0 && now - begun >= policy.rotate_age;
+  const bool too_old = policy.rotate_age.count() != 0 &&
+                       (now - begun >= policy.rotate_age || begun - now > policy.rotate_age);
   return too_large || too_old;
 }
 
@@ -18,7 +19,8 @@ std::size_t expired(const Policy& policy, const std::vector<Closed>& closed,
   std::size_t count = 0;
   while (count + 1 < closed.size()) {
     const Closed& oldest = closed[count];
-    const bool too_old = policy.keep_age.count() != 0 && now - oldest.ended >= policy.keep_age;
+    const bool too_old =
+        policy.keep_age.count() != 0 && oldest.ended && now - *oldest.ended >= policy.keep_age;
     const bool too_large = policy.keep_bytes != 0 && total > policy.keep_bytes;
     if (!too_old && !too_large) {
       break;

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <sqlite3.h>
 
 #include "base/text/cp1252.hpp"
 #include "fabric/words.hpp"
@@ -20,19 +21,56 @@ std::int64_t count(Time time) {
   return time.time_since_epoch().count();
 }
 
+constexpr const char* next_put_of =
+    "SELECT max(coalesce((SELECT max(id) + 1 FROM put), 1), (SELECT first_put FROM archive))";
+
+/// Also where the start of an earlier process ended half way.
 void begin(SQLite::Database& database, const Beginning& beginning) {
-  SQLite::Statement insert(database,
-                           "INSERT INTO archive (begun, first_put)"
-                           " SELECT ?, ? WHERE NOT EXISTS (SELECT 1 FROM archive)");
-  insert.bind(1, count(beginning.begun));
-  insert.bind(2, beginning.first_put);
-  insert.exec();
+  const bool has_puts = database.execAndGet("SELECT EXISTS (SELECT 1 FROM put)").getInt() != 0;
+  const bool has_begun = database.execAndGet("SELECT EXISTS (SELECT 1 FROM archive)").getInt() != 0;
+  if (has_begun && has_puts) {
+    return;
+  }
+  SQLite::Statement set(
+      database, has_begun
+                    ? "UPDATE archive SET begun = min(begun, ?), first_put = max(first_put, ?)"
+                    : "INSERT INTO archive (begun, first_put) VALUES (?, ?)");
+  set.bind(1, count(beginning.begun));
+  set.bind(2, beginning.first_put);
+  set.exec();
+}
+
+/// Before anything is written to it.
+void refuse_foreign(SQLite::Database& database) {
+  if (database.execAndGet("PRAGMA user_version").getInt() == 0 &&
+      database.execAndGet("SELECT EXISTS (SELECT 1 FROM sqlite_master)").getInt() != 0) {
+    throw Foreign("a database, but none of an archiver");
+  }
+}
+
+/// What SQLite says of a file that is damaged, or none of its own.
+bool is_damage(const SQLite::Exception& error) {
+  const int code = error.getErrorCode();
+  return code == SQLITE_NOTADB || code == SQLITE_CORRUPT || code == SQLITE_ERROR;
+}
+
+template <typename Work>
+auto naming_damage(Work work) {
+  try {
+    return work();
+  } catch (const SQLite::Exception& error) {
+    if (is_damage(error)) {
+      throw Foreign(error.what());
+    }
+    throw;
+  }
 }
 
 /// Opened and ready for durable writing.
 SQLite::Database open(const std::filesystem::path& file, const Beginning& beginning) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                             busy_timeout_ms);
+  refuse_foreign(database);
   database.exec("PRAGMA journal_mode = WAL");
   // Each commit is on the disk when it returns: an acknowledged row survives a power cut.
   database.exec("PRAGMA synchronous = FULL");
@@ -97,10 +135,7 @@ Segment::Impl::Impl(const std::filesystem::path& path, const Beginning& beginnin
       channel(database,
               "INSERT INTO channel (at, machine, channel, state, call, attempt, instance, uuid,"
               " reason) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"),
-      next_put(database
-                   .execAndGet("SELECT coalesce((SELECT max(id) + 1 FROM put),"
-                               " (SELECT first_put FROM archive))")
-                   .getInt64()) {}
+      next_put(database.execAndGet(next_put_of).getInt64()) {}
 
 std::int64_t Segment::Impl::add(const Put& row) {
   const std::string call = row.call.to_string();
@@ -142,7 +177,7 @@ std::int64_t Segment::Impl::id_of(const std::string& call) {
 }
 
 Segment::Segment(const std::filesystem::path& file, const Beginning& beginning)
-    : impl_(std::make_unique<Impl>(file, beginning)) {}
+    : impl_(naming_damage([&] { return std::make_unique<Impl>(file, beginning); })) {}
 Segment::~Segment() = default;
 Segment::Segment(Segment&&) noexcept = default;
 Segment& Segment::operator=(Segment&&) noexcept = default;
@@ -178,22 +213,30 @@ bool Segment::ended() const {
 }
 
 std::uintmax_t Segment::size() const {
-  std::uintmax_t size = std::filesystem::file_size(impl_->file);
-  std::error_code none;
-  const std::uintmax_t log = std::filesystem::file_size(impl_->file.string() + "-wal", none);
-  return none ? size : size + log;
+  const auto number = [&](const char* pragma) {
+    return static_cast<std::uintmax_t>(impl_->database.execAndGet(pragma).getInt64());
+  };
+  return number("PRAGMA page_count") * number("PRAGMA page_size");
 }
 
-void Segment::end(Time now) {
-  SQLite::Statement update(impl_->database, "UPDATE archive SET ended = ? WHERE ended IS NULL");
-  update.bind(1, count(now));
-  update.exec();
-  impl_->database.exec("PRAGMA journal_mode = DELETE");
+bool close(const std::filesystem::path& file, Time now) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+  try {
+    SQLite::Statement update(database, "UPDATE archive SET ended = ? WHERE ended IS NULL");
+    update.bind(1, count(now));
+    update.exec();
+    return database.execAndGet("PRAGMA journal_mode = DELETE").getString() == "delete";
+  } catch (const SQLite::Exception& error) {
+    if (error.getErrorCode() == SQLITE_BUSY || error.getErrorCode() == SQLITE_LOCKED) {
+      return false;
+    }
+    throw;
+  }
 }
 
 struct ClosedSegment::Impl {
   explicit Impl(const std::filesystem::path& file)
-      : database(file.string(), SQLite::OPEN_READONLY),
+      : database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms),
         find(database, "SELECT id FROM put WHERE call = ?") {}
 
   SQLite::Database database;
@@ -201,24 +244,38 @@ struct ClosedSegment::Impl {
 };
 
 ClosedSegment::ClosedSegment(const std::filesystem::path& file)
-    : impl_(std::make_unique<Impl>(file)) {}
+    : impl_(naming_damage([&] { return std::make_unique<Impl>(file); })) {}
 ClosedSegment::~ClosedSegment() = default;
 ClosedSegment::ClosedSegment(ClosedSegment&&) noexcept = default;
 ClosedSegment& ClosedSegment::operator=(ClosedSegment&&) noexcept = default;
 
 std::optional<std::int64_t> ClosedSegment::find(fabric::CallId call) {
-  SQLite::Statement& find = impl_->find;
-  find.reset();
-  find.bind(1, call.to_string());
-  const bool found = find.executeStep();
-  const auto id = found ? std::optional(find.getColumn(0).getInt64()) : std::nullopt;
-  find.reset();
-  return id;
+  return naming_damage([&] {
+    SQLite::Statement& find = impl_->find;
+    find.tryReset();
+    find.bind(1, call.to_string());
+    const bool found = find.executeStep();
+    const auto id = found ? std::optional(find.getColumn(0).getInt64()) : std::nullopt;
+    find.reset();
+    return id;
+  });
 }
 
-fabric::Time ClosedSegment::ended() const {
-  const std::int64_t ended = impl_->database.execAndGet("SELECT ended FROM archive").getInt64();
-  return fabric::Time(std::chrono::nanoseconds(ended));
+std::int64_t ClosedSegment::next_put() const {
+  return naming_damage([&] { return impl_->database.execAndGet(next_put_of).getInt64(); });
+}
+
+std::optional<Time> ClosedSegment::ended() const {
+  return naming_damage([&] {
+    SQLite::Statement ask(impl_->database, "SELECT ended FROM archive");
+    const bool known = ask.executeStep() && !ask.getColumn(0).isNull();
+    return known ? std::optional(Time(std::chrono::nanoseconds(ask.getColumn(0).getInt64())))
+                 : std::nullopt;
+  });
+}
+
+bool ClosedSegment::closed() const {
+  return ended() && impl_->database.execAndGet("PRAGMA journal_mode").getString() == "delete";
 }
 
 }  // namespace millrace::services::archiver

@@ -4,29 +4,37 @@
 //   Segment segment(folder / "archive-000001.db", {.begun = now, .first_put = 1});
 //   const auto ids = segment.append(rows);    // durable when it returns
 //
-// All functions throw SQLite::Exception when the file cannot be read or written.
+// All functions throw SQLite::Exception when the file cannot be read or written, and Foreign when
+// it is none of ours.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "services/archiver/row.hpp"
 
 namespace millrace::services::archiver {
 
-/// What a new file starts with; an existing one has its own.
+/// What a file without a put starts with; one that has puts has its own.
 struct Beginning {
   fabric::Time begun{};
   std::int64_t first_put = 1;
 };
 
+/// A file with a name of ours that somebody else made, or that is damaged.
+class Foreign : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 class Segment {
  public:
-  /// Opens `file` and makes it if it is not there; an older one gets the tables of today. Throws
-  /// std::runtime_error for a file of a newer millrace.
+  /// Opens `file` and makes it if it is not there, or empty; an older one gets the tables of today.
+  /// Throws std::runtime_error for a file of a newer millrace.
   Segment(const std::filesystem::path& file, const Beginning& beginning);
   ~Segment();
   Segment(Segment&&) noexcept;
@@ -39,17 +47,20 @@ class Segment {
   [[nodiscard]] std::int64_t next_put() const;
 
   [[nodiscard]] fabric::Time begun() const;
-  /// end() has been called, perhaps by an earlier process; nothing may be added.
+  /// close() has been called, perhaps by an earlier process; nothing may be added.
   [[nodiscard]] bool ended() const;
-  /// In bytes, with what is not yet moved out of its write-ahead log.
+  /// In bytes, once all of it is moved out of its write-ahead log.
   [[nodiscard]] std::uintmax_t size() const;
-  /// Leaves a single plain file that can be copied, and read on read-only media.
-  void end(fabric::Time now);
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Ends a file that is written no more, at `now` if it was not ended before, and leaves a single
+/// plain file that can be copied, and read on read-only media. False if somebody has it open: then
+/// that is for later. Does not wait.
+bool close(const std::filesystem::path& file, fabric::Time now);
 
 /// A file of the archive that is only read.
 class ClosedSegment {
@@ -61,8 +72,12 @@ class ClosedSegment {
 
   /// The id of the put of this call.
   [[nodiscard]] std::optional<std::int64_t> find(fabric::CallId call);
-  /// When it was closed.
-  [[nodiscard]] fabric::Time ended() const;
+  /// What the next put after those of this file has.
+  [[nodiscard]] std::int64_t next_put() const;
+  /// When it was ended; nothing if it was not.
+  [[nodiscard]] std::optional<fabric::Time> ended() const;
+  /// Ended, and a single plain file.
+  [[nodiscard]] bool closed() const;
 
  private:
   struct Impl;

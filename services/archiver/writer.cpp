@@ -1,5 +1,6 @@
 #include "services/archiver/writer.hpp"
 
+#include <algorithm>
 #include <exception>
 
 #include <spdlog/spdlog.h>
@@ -13,11 +14,17 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t max_batch = 4096;
 constexpr std::size_t max_recorded = 100'000;
 constexpr std::chrono::seconds retry_after{1};
+/// How often files are tried again that somebody reads, and the clock is looked at.
+constexpr std::chrono::seconds untidy_pause{1};
+constexpr std::chrono::minutes pause{10};
 
 }  // namespace
 
 Writer::Writer(Archive archive, Log log)
-    : log_(std::move(log)), archive_(std::move(archive)), thread_([this] { run(); }) {}
+    : log_(std::move(log)),
+      archive_(std::move(archive)),
+      clock_("rows of the archive", archive_.last_written(), base::loop::clocks_now()),
+      thread_([this] { run(); }) {}
 
 Writer::~Writer() {
   {
@@ -49,12 +56,29 @@ void Writer::record(Row row) {
 }
 
 void Writer::run() {
-  while (true) {
-    Batch batch = take();
-    if (batch.rows.empty()) {
-      return;
+  tidy_up();
+  while (auto batch = take()) {
+    if (!batch->rows.empty()) {
+      write(*std::move(batch));
     }
-    write(std::move(batch));
+    tidy_up();
+  }
+}
+
+void Writer::tidy_up() {
+  const base::loop::Clocks now = base::loop::clocks_now();
+  if (now.steady < next_tidying_) {
+    return;
+  }
+  next_tidying_ = now.steady + untidy_pause;
+  const Ages ages = clock_.believes(now) ? Ages::believed : Ages::doubted;
+  if (const auto news = clock_.news()) {
+    log_->warn("{}", *news);
+  }
+  try {
+    archive_.tidy_up(now.wall, ages);
+  } catch (const std::exception& error) {
+    log_->error("the archive {} cannot be tidied up: {}", archive_.file().string(), error.what());
   }
 }
 
@@ -62,14 +86,14 @@ bool Writer::has_work() const {
   return !puts_.empty() || (!recorded_.empty() && (ending_ || Clock::now() >= retry_));
 }
 
-Writer::Batch Writer::take() {
+std::optional<Writer::Batch> Writer::take() {
   std::unique_lock guard(lock_);
-  while (!has_work() && !ending_) {
-    if (recorded_.empty()) {
-      changed_.wait(guard);
-    } else {
-      changed_.wait_until(guard, retry_);
-    }
+  const auto look_around = Clock::now() + (archive_.untidy() ? untidy_pause : pause);
+  while (!has_work() && !ending_ && Clock::now() < look_around) {
+    changed_.wait_until(guard, recorded_.empty() ? look_around : std::min(look_around, retry_));
+  }
+  if (ending_ && !has_work()) {
+    return std::nullopt;
   }
   Batch batch;
   while (!puts_.empty() && batch.rows.size() < max_batch) {
@@ -77,7 +101,8 @@ Writer::Batch Writer::take() {
     batch.done.push_back(std::move(puts_.front().second));
     puts_.pop_front();
   }
-  while (!recorded_.empty() && Clock::now() >= retry_ && batch.rows.size() < max_batch) {
+  while (!recorded_.empty() && (ending_ || Clock::now() >= retry_) &&
+         batch.rows.size() < max_batch) {
     batch.rows.push_back(std::move(recorded_.front()));
     recorded_.pop_front();
   }

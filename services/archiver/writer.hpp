@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -19,6 +20,7 @@
 
 #include <tl/expected.hpp>
 
+#include "base/loop/clock_watch.hpp"
 #include "services/archiver/archive.hpp"
 
 namespace spdlog {
@@ -56,8 +58,11 @@ class Writer {
   };
 
   void run();
-  /// Waits for rows. Empty once the end has come and nothing waits.
-  Batch take();
+  /// Waits for rows; empty after a while if the archive has something to do besides. Nothing once
+  /// the end has come and nothing waits.
+  std::optional<Batch> take();
+  /// What nobody waits for: between batches.
+  void tidy_up();
   [[nodiscard]] bool has_work() const;
   void write(Batch batch);
   /// Puts the recorded rows back, to be tried again.
@@ -65,6 +70,8 @@ class Writer {
 
   Log log_;
   Archive archive_;
+  base::loop::ClockWatch clock_;
+  std::chrono::steady_clock::time_point next_tidying_{};
   std::mutex lock_;
   std::condition_variable changed_;
   std::deque<std::pair<Put, Done>> puts_;

@@ -61,6 +61,12 @@ std::optional<Entry> after(Entry entry, const Outcome& outcome, const RetryPolic
     case Verdict::later:
       break;
   }
+  // Time in which nothing was tried does not count: the service was not there, or the clock jumped.
+  const auto late = now - entry.next;
+  if (entry.next != fabric::Time{} &&
+      late > std::max<std::chrono::nanoseconds>(policy.longest, std::chrono::hours(1))) {
+    entry.made += late;
+  }
   entry.stage = now - entry.made >= policy.give_up ? Stage::given_up : Stage::waiting;
   entry.next = now + pause_after(entry.attempts, policy);
   return entry;

@@ -46,6 +46,7 @@ void Postman::read_spool() {
     log_->error("{}\nIts mail is not sent again.", mistake);
   }
   std::size_t waiting = 0;
+  std::optional<fabric::Time> last;
   for (Entry& entry : content.entries) {
     if (entry.stage == Stage::handed_over) {
       log_->warn(
@@ -53,9 +54,11 @@ void Postman::read_spool() {
           "not sent again",
           entry.call.to_string());
     }
+    last = std::max(last.value_or(entry.made), entry.made);
     waiting += entry.stage == Stage::waiting ? 1 : 0;
     entries_.insert_or_assign(entry.call, std::move(entry));
   }
+  clock_.emplace("the calls that the spool knows", last, base::loop::clocks_now());
   log_->info("the spool has {} mails that wait and knows {} calls", waiting, entries_.size());
 }
 
@@ -195,9 +198,19 @@ void Postman::run() {
       attempt(lock, Entry(*entry), false);
       continue;
     }
-    forget_old(lock, time);
+    if (believes_clock()) {
+      forget_old(lock, time);
+    }
     changed_.wait_for(lock, wake - time);
   }
+}
+
+bool Postman::believes_clock() {
+  const bool believes = clock_->believes(base::loop::clocks_now());
+  if (const auto news = clock_->news()) {
+    log_->warn("{}", *news);
+  }
+  return believes;
 }
 
 const Entry* Postman::due(fabric::Time now, fabric::Time& wake) const {

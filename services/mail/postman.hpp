@@ -9,9 +9,11 @@
 #include <condition_variable>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <thread>
 
+#include "base/loop/clock_watch.hpp"
 #include "base/program/log.hpp"
 #include "services/mail/compose.hpp"
 #include "services/mail/spool.hpp"
@@ -51,6 +53,7 @@ class Postman {
   /// The mail to try next, if it is time; otherwise `wake` is when to look again.
   const Entry* due(fabric::Time now, fabric::Time& wake) const;
   void forget_old(Lock& lock, fabric::Time now);
+  bool believes_clock();
 
   Config config_;
   Spool spool_;
@@ -61,6 +64,9 @@ class Postman {
   std::map<fabric::CallId, Entry> entries_;
   /// Calls with an attempt under way.
   std::set<fabric::CallId> busy_;
+  /// Old calls are forgotten by a clock that can be believed: a call that is forgotten and repeated
+  /// sends a second mail.
+  std::optional<base::loop::ClockWatch> clock_;
   /// No contact: nothing is tried again before.
   fabric::Time pause_until_{};
   bool stopping_ = false;

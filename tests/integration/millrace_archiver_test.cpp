@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,9 +46,12 @@ class Archiver : public testing::Test {
   }
   /// Waits until `query` of `kind` shows `text`.
   std::string await_row(const std::string& kind, const std::string& text) {
+    return await_row(kind, text, caller);
+  }
+  std::string await_row(const std::string& kind, const std::string& text, Caller& publisher) {
     std::string rows;
     await("a row of " + kind + " with " + text, [&] {
-      caller.attend();
+      publisher.attend();
       rows = show({"export", "--format", "jsonl", "--kind", kind});
       return rows.find(text) != std::string::npos;
     });
@@ -119,6 +123,54 @@ TEST_F(Archiver, RecordsCallsAndChannelStates) {
   const std::string rows = await_row("event", "second");
   EXPECT_THAT(rows, AllOf(HasSubstr("\"kind\":\"written\""), HasSubstr("\"text\":\"2.0\"")));
   EXPECT_THAT(rows, testing::Not(HasSubstr("boss")));
+}
+
+TEST_F(Archiver, TakesAConfigurationInTheFolderItIsStartedIn) {
+  const std::vector<std::string> there{"/usr/bin/env", "-C", folder.path().string(),
+                                       binary("millrace-archiver")};
+  const auto in_folder = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), there.begin(), there.end());
+    return Process(arguments);
+  };
+  Process sut =
+      in_folder({"--config", "archiver.textproto", "--domain", std::to_string(domain.number())});
+  sut.await("^ready: ");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "archive/archive-000001.db"));
+  Process query = in_folder({"query", "--config", "archiver.textproto"});
+  EXPECT_EQ(query.wait(), 0) << query.error_output();
+}
+
+TEST_F(Archiver, RecordsThatAChannelsGatewayIsGone) {
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  {
+    Caller gateway(domain.number());
+    fabric::ChannelStatus status;
+    status.key = {"press", 7};
+    status.state = fabric::ChannelState::running;
+    gateway.publish(status);
+    await_row("channel", "running", gateway);
+  }
+  await_row("channel", "its gateway is gone");
+}
+
+TEST_F(Archiver, AnswersCallsWhileItsOldFilesAreRead) {
+  std::ofstream(config, std::ios::app) << "rotate_mib: 1\n";
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "PUT a=1").text, "OK 1");
+  SQLite::Database reader((folder.path() / "archive/archive-000001.db").string(),
+                          SQLite::OPEN_READONLY);
+  SQLite::Statement reading(reader, "SELECT id FROM put");
+  ASSERT_TRUE(reading.executeStep());
+  const std::string text = "PUT a=\"" + std::string(110, 'x') + '"';
+  int number = 1;
+  const auto next = folder.path() / "archive/archive-000002.db";
+  while (!std::filesystem::exists(next)) {
+    ASSERT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(++number));
+    ASSERT_LT(number, 10'000);
+  }
+  EXPECT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(++number));
 }
 
 TEST_F(Archiver, IsTheOnlyOneInItsFolder) {
@@ -221,6 +273,36 @@ TEST_F(Archiver, LosesNoAcknowledgedRowHoweverItIsKilled) {
     EXPECT_EQ(rows.find(call)->second, id);
   }
   EXPECT_GE(load->acknowledged.size(), static_cast<std::size_t>(crashes));
+}
+
+TEST(ArchiverCommands, ExportLeavesItsFileAsItWasUnlessAllIsWell) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "out.csv").string();
+  std::ofstream(file) << "yesterday's";
+  for (const std::string since : {"yesterday", "1h"}) {
+    Process sut({binary("millrace-archiver"), "export", "--format", "csv", "--folder",
+                 (folder.path() / (since == "1h" ? "none" : ".")).string(), "--since", since,
+                 "--output", file});
+    EXPECT_EQ(sut.wait(), 2) << sut.error_output();
+    std::string content;
+    std::getline(std::ifstream(file), content);
+    EXPECT_EQ(content, "yesterday's");
+  }
+  Process sut({binary("millrace-archiver"), "export", "--format", "csv", "--folder",
+               folder.path().string(), "--output", file});
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+  std::string content;
+  std::getline(std::ifstream(file), content);
+  EXPECT_THAT(content, StartsWith("id,at,machine"));
+  EXPECT_FALSE(std::filesystem::exists(file + ".part"));
+}
+
+TEST(ArchiverCommands, NameTheFileThatCannotBeRead) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "archive-000001.db") << "no database";
+  Process sut({binary("millrace-archiver"), "query", "--folder", folder.path().string()});
+  EXPECT_EQ(sut.wait(), 1);
+  EXPECT_THAT(sut.error_output(), HasSubstr("archive-000001.db: file is not a database"));
 }
 
 TEST(ArchiverCommands, RefuseWrongArguments) {

@@ -254,10 +254,8 @@ void add_options(CLI::App& command, Options& options) {
       {"none", recorder::Sync::none},
       {"interval", recorder::Sync::interval},
       {"call", recorder::Sync::call}};
-  command
-      .add_option("--sync", options.recorder.sync,
-                  "When the disk must hold it: none, interval (4 times a second) or call")
-      ->transform(CLI::CheckedTransformer(policies))
+  program::add_choice(command, "--sync", options.recorder.sync, policies,
+                      "When the disk must hold it; interval is 4 times a second")
       ->default_str("interval");
 }
 

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +22,18 @@ using testing::SizeIs;
 class ArchiveTest : public testing::Test {
  protected:
   Archive open(const Policy& policy = {}, fabric::Time now = morning) {
-    return Archive(folder.path(), policy, now);
+    return Archive(folder.path(), policy, now,
+                   [this](const std::string& news) { reported += news + '\n'; });
+  }
+  /// Appends and then does what nobody waits for.
+  static std::vector<std::int64_t> append(Archive& archive, std::vector<Row> rows,
+                                          fabric::Time now) {
+    auto ids = archive.append(std::move(rows), now);
+    archive.tidy_up(now, Ages::believed);
+    return ids;
+  }
+  [[nodiscard]] std::filesystem::path numbered(int number) const {
+    return folder.path() / fmt::format("archive-{:06}.db", number);
   }
   [[nodiscard]] std::int64_t count(const Archive& archive, const std::string& table) const {
     SQLite::Database database(archive.file().string());
@@ -29,6 +41,7 @@ class ArchiveTest : public testing::Test {
   }
 
   tests::TemporaryFolder folder;
+  std::string reported;
 };
 
 TEST_F(ArchiveTest, GivesEachPutTheNextId) {
@@ -94,17 +107,121 @@ TEST_F(ArchiveTest, LeavesAClosedFileThatStandsAlone) {
   Archive sut = open({.rotate_age = 1h});
   sut.append({put(1)}, morning);
   const std::filesystem::path closed = sut.file();
-  sut.append({put(2)}, morning + 2h);
+  append(sut, {put(2)}, morning + 2h);
+  EXPECT_FALSE(sut.untidy());
   EXPECT_FALSE(std::filesystem::exists(closed.string() + "-wal"));
   SQLite::Database database(closed.string(), SQLite::OPEN_READONLY);
   EXPECT_EQ(database.execAndGet("PRAGMA journal_mode").getString(), "delete");
   EXPECT_EQ(database.execAndGet("SELECT count(*) FROM put").getInt(), 1);
 }
 
-TEST_F(ArchiveTest, RemovesClosedFilesThatAreTooOld) {
+TEST_F(ArchiveTest, BeginsTheNextFileWhileSomebodyReadsTheOldOne) {
+  Archive sut = open({.rotate_age = 1h});
+  sut.append({put(1)}, morning);
+  {
+    SQLite::Database reader(numbered(1).string(), SQLite::OPEN_READONLY);
+    SQLite::Statement reading(reader, "SELECT id FROM put");
+    ASSERT_TRUE(reading.executeStep());
+    EXPECT_THAT(append(sut, {put(2), put(1)}, morning + 2h), ElementsAre(2, 1));
+    EXPECT_EQ(sut.file(), numbered(2));
+    EXPECT_TRUE(sut.untidy());
+    EXPECT_THAT(append(sut, {put(3), put(1)}, morning + 2h), ElementsAre(3, 1));
+  }
+  sut.tidy_up(morning + 3h, Ages::believed);
+  EXPECT_FALSE(sut.untidy());
+  EXPECT_FALSE(std::filesystem::exists(numbered(1).string() + "-wal"));
+  EXPECT_EQ(reported, "");
+}
+
+TEST_F(ArchiveTest, ClosesAtItsStartWhatAnEarlierOneHadToLeaveOpen) {
+  {
+    Archive earlier = open({.rotate_age = 1h});
+    earlier.append({put(1)}, morning);
+    earlier.append({put(2)}, morning + 2h);
+  }
+  Archive sut = open({.rotate_age = 1h}, morning + 2h);
+  EXPECT_TRUE(sut.untidy());
+  sut.tidy_up(morning + 2h, Ages::believed);
+  EXPECT_FALSE(sut.untidy());
+  EXPECT_TRUE(ClosedSegment(numbered(1)).closed());
+}
+
+TEST_F(ArchiveTest, WritesOnWhereTheNextFileCannotBeBegun) {
+  Archive sut = open({.rotate_age = 1h});
+  sut.append({put(1)}, morning);
+  std::filesystem::create_directory(numbered(2));
+  EXPECT_THAT(append(sut, {put(2)}, morning + 2h), ElementsAre(2));
+  EXPECT_THAT(append(sut, {put(3)}, morning + 2h), ElementsAre(3));
+  EXPECT_EQ(sut.file(), numbered(1));
+  EXPECT_THAT(reported, HasSubstr("archive-000002.db cannot be begun"));
+  EXPECT_EQ(std::count(reported.begin(), reported.end(), '\n'), 1);
+  std::filesystem::remove(numbered(2));
+  EXPECT_THAT(append(sut, {put(4)}, morning + 2h), ElementsAre(4));
+  EXPECT_EQ(sut.file(), numbered(2));
+}
+
+TEST_F(ArchiveTest, FillsFilesUpToTheirSize) {
+  Archive sut = open({.rotate_bytes = 1U << 20U});
+  std::uint64_t number = 0;
+  while (sut.file() == numbered(1)) {
+    std::vector<Row> rows;
+    for (int i = 0; i < 100; ++i) {
+      rows.emplace_back(put(++number));
+    }
+    append(sut, rows, morning);
+    ASSERT_LT(number, 100'000U);
+  }
+  EXPECT_GT(std::filesystem::file_size(numbered(1)), (1U << 20U) * 9 / 10);
+}
+
+TEST_F(ArchiveTest, LeavesADamagedFileAsItIsAndGoesOn) {
+  {
+    Archive earlier = open({.rotate_age = 1h});
+    append(earlier, {put(1)}, morning);
+    append(earlier, {put(2)}, morning + 2h);
+    append(earlier, {put(3)}, morning + 4h);
+  }
+  std::ofstream(numbered(1)) << "no database";
+  std::ofstream(numbered(2), std::ios::in | std::ios::out).seekp(4096) << std::string(9000, 'x');
+  Archive sut = open({.rotate_age = 1h, .keep_age = 1h}, morning + 4h);
+  EXPECT_THAT(append(sut, {put(4), put(3)}, morning + 400h), ElementsAre(4, 3));
+  EXPECT_THAT(reported, HasSubstr("archive-000001.db is damaged or no file of an archive"));
+  EXPECT_TRUE(std::filesystem::exists(numbered(1)));
+}
+
+TEST_F(ArchiveTest, WritesNothingIntoAForeignDatabase) {
+  { open().append({put(1)}, morning); }
+  SQLite::Database(numbered(2).string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+      .exec("CREATE TABLE theirs (x)");
+  Archive sut = open();
+  EXPECT_EQ(sut.file(), numbered(3));
+  EXPECT_THAT(reported, HasSubstr("archive-000002.db is damaged or no file of an archive"));
+  EXPECT_THAT(sut.append({put(1), put(2)}, morning), ElementsAre(1, 2));
+  SQLite::Database theirs(numbered(2).string());
+  EXPECT_FALSE(theirs.tableExists("put"));
+}
+
+TEST_F(ArchiveTest, GoesOnWithTheIdsWhereTheNewestFileIsEmpty) {
+  { open().append({put(1), put(2)}, morning); }
+  const std::ofstream begun(numbered(2));
+  Archive sut = open();
+  EXPECT_EQ(sut.file(), numbered(2));
+  EXPECT_THAT(sut.append({put(2), put(3)}, morning), ElementsAre(2, 3));
+}
+
+TEST_F(ArchiveTest, RemovesNothingForItsAgeWhileTheClockIsDoubted) {
   Archive sut = open({.rotate_age = 24h, .keep_age = 48h});
   for (int day = 0; day < 6; ++day) {
     sut.append({put(static_cast<std::uint64_t>(day))}, morning + day * 24h);
+    sut.tidy_up(morning + day * 24h, Ages::doubted);
+  }
+  EXPECT_THAT(archive_files(folder.path()), SizeIs(6));
+}
+
+TEST_F(ArchiveTest, RemovesClosedFilesThatAreTooOld) {
+  Archive sut = open({.rotate_age = 24h, .keep_age = 48h});
+  for (int day = 0; day < 6; ++day) {
+    append(sut, {put(static_cast<std::uint64_t>(day))}, morning + day * 24h);
   }
   EXPECT_THAT(archive_files(folder.path()), SizeIs(3));
 }
@@ -112,7 +229,7 @@ TEST_F(ArchiveTest, RemovesClosedFilesThatAreTooOld) {
 TEST_F(ArchiveTest, RemovesTheOldestFilesOfTooMuch) {
   Archive sut = open({.rotate_age = 1h, .keep_bytes = 150'000});
   for (int hour = 0; hour < 8; ++hour) {
-    sut.append({put(static_cast<std::uint64_t>(hour))}, morning + hour * 1h);
+    append(sut, {put(static_cast<std::uint64_t>(hour))}, morning + hour * 1h);
   }
   std::uintmax_t size = 0;
   for (const auto& file : archive_files(folder.path())) {
@@ -124,7 +241,7 @@ TEST_F(ArchiveTest, RemovesTheOldestFilesOfTooMuch) {
 
 TEST_F(ArchiveTest, GoesOnAfterACrashBetweenTheEndOfAFileAndTheNext) {
   { open().append({put(1)}, morning); }
-  Segment(archive_files(folder.path()).back(), {}).end(morning);
+  ASSERT_TRUE(close(archive_files(folder.path()).back(), morning));
   Archive sut = open();
   EXPECT_THAT(sut.append({put(1), put(2)}, morning), ElementsAre(1, 2));
   EXPECT_THAT(archive_files(folder.path()), SizeIs(2));

@@ -34,6 +34,14 @@ TEST(ArchiverConfig, HasDefaults) {
   EXPECT_EQ(sut.policy.keep_age, 365 * 24h);
 }
 
+TEST(ArchiverConfig, TakesARelativeFile) {
+  const auto here = std::filesystem::current_path();
+  const auto sut = load(std::filesystem::relative(data("good/plant.archiver.textproto"), here));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->folder, "/var/lib/millrace/archive");
+  EXPECT_EQ(default_config("archives").folder, here / "archives/archive");
+}
+
 TEST(ArchiverConfig, NamesEveryMistakeWithItsPlace) {
   for (const auto& file : tests::bad_configurations(MILLRACE_TEST_DATA, ".archiver.textproto")) {
     const auto sut = load(file);

@@ -1,7 +1,9 @@
 #include "services/archiver/query.hpp"
 
+#include <fstream>
 #include <sstream>
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +37,9 @@ class QueryTest : public testing::Test {
   }
   std::uint64_t count(const Filter& filter) {
     std::ostringstream out;
-    return write_rows(folder.path(), filter, Format::csv, out);
+    const Found found = write_rows(folder.path(), filter, Format::csv, out);
+    EXPECT_THAT(found.unread, testing::IsEmpty());
+    return found.rows;
   }
 
   tests::TemporaryFolder folder;
@@ -48,6 +52,19 @@ TEST_F(QueryTest, ShowsPutsOfAllFilesWhileTheArchiveIsOpen) {
             "{\"id\":1,\"at\":\"2026-03-01T07:00:00.000000Z\",\"machine\":\"cnc\",\"channel\":1,"
             "\"call\":\"5f-1\",\"state\":7,\"text\":\"PUT part=WELLE7 d=\\\"12.345 mm\\\"\","
             "\"fields\":{\"d\":\"12.345 mm\",\"part\":\"WELLE7\"},\"replayed\":0}\n");
+}
+
+TEST_F(QueryTest, NamesAFileThatCannotBeReadAndGoesOn) {
+  std::ofstream(folder.path() / "archive-000000.db") << "no database";
+  SQLite::Database((folder.path() / "archive-000007.db").string(),
+                   SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+      .exec("CREATE TABLE put (x)");
+  std::ostringstream out;
+  const Found sut = write_rows(folder.path(), {}, Format::csv, out);
+  EXPECT_EQ(sut.rows, 3U);
+  EXPECT_THAT(sut.unread,
+              testing::ElementsAre(HasSubstr("archive-000000.db: file is not a database"),
+                                   HasSubstr("archive-000007.db: no file of an archive")));
 }
 
 TEST_F(QueryTest, ShowsEventsInUtf8) {

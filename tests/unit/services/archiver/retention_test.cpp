@@ -33,6 +33,16 @@ TEST(Retention, RemovesTheOldestOfTooMuch) {
   EXPECT_EQ(expired(policy, closed, 700, start), 2U);
 }
 
+TEST(Retention, KeepsWhatHasNoKnownAge) {
+  const std::vector<Closed> closed{{10, std::nullopt}, {10, start}, {10, start}};
+  EXPECT_EQ(expired(policy, closed, 10, start + 9999h), 0U);
+}
+
+TEST(Rotation, IsDueForAFileOfAClockThatWasAhead) {
+  EXPECT_FALSE(must_rotate(policy, start + 23h, 0, start));
+  EXPECT_TRUE(must_rotate(policy, start + 8760h, 0, start));
+}
+
 TEST(Retention, KeepsTheNewestClosedFileInAnyCase) {
   EXPECT_EQ(expired(policy, {{5000, start}}, 10, start + 9999h), 0U);
   EXPECT_EQ(expired(policy, {}, 5000, start), 0U);

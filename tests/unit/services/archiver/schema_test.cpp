@@ -60,7 +60,7 @@ TEST_F(SchemaTest, OfANewerMillraceIsLeftAlone) {
 
 TEST_F(SchemaTest, IsNotForcedOnAFileThatIsNoDatabase) {
   std::ofstream(file) << std::string(4096, 'x');
-  EXPECT_THROW(Segment(file, {}), SQLite::Exception);
+  EXPECT_THROW(Segment(file, {}), Foreign);
   EXPECT_EQ(std::filesystem::file_size(file), 4096U);
 }
 

@@ -53,6 +53,16 @@ TEST(MailAnswering, GivesUpInTheEndAndKeepsTheMessage) {
   EXPECT_EQ(answer_from(*sut).state, 14U);
 }
 
+TEST(MailAnswering, DoesNotCountTimeInWhichNothingWasTried) {
+  constexpr auto year = std::chrono::hours(8760);
+  const Outcome later{.verdict = Verdict::later};
+  auto sut = after(entry(), later, policy, false, morning);
+  sut = after(*sut, later, policy, false, morning + year);
+  EXPECT_EQ(sut->stage, Stage::waiting);
+  sut = after(*sut, later, policy, false, sut->next + 1h);
+  EXPECT_EQ(sut->stage, Stage::given_up);
+}
+
 TEST(MailAnswering, KeepsTheMessageOfARefusalThatNobodyWaitedFor) {
   const Outcome refused{.verdict = Verdict::refused, .reply = "550 no"};
   EXPECT_EQ(after(entry(), refused, policy, true, morning)->mail.message, "");

@@ -1,0 +1,80 @@
+#include "base/posix/beneath.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::base::posix {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Beneath : public testing::Test {
+ protected:
+  Beneath() {
+    fs::create_directories(inside / "sub");
+    fs::create_directories(outside);
+    std::ofstream(outside / "secret") << "secret";
+  }
+
+  static constexpr int append = O_WRONLY | O_APPEND | O_CREAT;
+  std::string refusal(const std::string& name, int flags = append) {
+    const auto sut = open_beneath(inside, name, flags);
+    return sut ? "opened" : sut.error();
+  }
+
+  tests::TemporaryFolder folder;
+  fs::path inside = folder.path() / "inside";
+  fs::path outside = folder.path() / "outside";
+};
+
+TEST_F(Beneath, FilesAreMadeAndRead) {
+  const auto made = open_beneath(inside, "sub/message.txt", append);
+  ASSERT_TRUE(made) << made.error();
+  ASSERT_EQ(::write(made->get(), "one", 3), 3);
+  EXPECT_EQ(fs::file_size(inside / "sub/message.txt"), 3U);
+  EXPECT_TRUE(open_beneath(inside, "sub/message.txt", O_RDONLY));
+}
+
+TEST_F(Beneath, NoNameLeadsOut) {
+  const std::vector<std::string> names{(outside / "secret").string(), "../outside/secret",
+                                       "sub/../../outside/secret", "", "sub/", ".."};
+  for (const std::string& name : names) {
+    EXPECT_THAT(refusal(name, O_RDONLY), HasSubstr("outside")) << name;
+  }
+}
+
+TEST_F(Beneath, NamesThatBeginWithADotAreRefused) {
+  EXPECT_THAT(refusal(".bashrc"), HasSubstr("begins with a dot"));
+  EXPECT_THAT(refusal(".ssh/authorized_keys"), HasSubstr("begins with a dot"));
+  EXPECT_FALSE(fs::exists(inside / ".bashrc"));
+}
+
+TEST_F(Beneath, NoLinkIsFollowed) {
+  fs::create_symlink(outside / "secret", inside / "file");
+  fs::create_directory_symlink(outside, inside / "way");
+  fs::create_hard_link(outside / "secret", inside / "twin");
+  for (const char* name : {"file", "way/secret"}) {
+    EXPECT_THAT(refusal(name), HasSubstr("a link")) << name;
+    EXPECT_THAT(refusal(name, O_RDONLY), HasSubstr("a link")) << name;
+  }
+  EXPECT_THAT(refusal("twin"), HasSubstr("hard link"));
+}
+
+TEST_F(Beneath, OnlyPlainFilesAreOpenedAndNobodyWaits) {
+  ASSERT_EQ(::mkfifo((inside / "pipe").c_str(), 0600), 0);
+  EXPECT_THAT(refusal("pipe"), testing::AnyOf(HasSubstr("no plain file"), HasSubstr("No such device")));
+  EXPECT_THAT(refusal("pipe", O_RDONLY), HasSubstr("no plain file"));
+  EXPECT_THAT(refusal("sub", O_RDONLY), HasSubstr("no plain file"));
+}
+
+}  // namespace
+}  // namespace millrace::base::posix
