@@ -15,7 +15,15 @@ include(GNUInstallDirs)
 set(millrace_deploy ${PROJECT_SOURCE_DIR}/deploy)
 set(millrace_units lib/systemd/system)
 set(millrace_share ${CMAKE_INSTALL_DATADIR}/millrace)
-set(millrace_etc /etc/millrace)
+# Below the prefix, but for /usr, whose configurations are in /etc beside it. Which it is, is known when it is installed.
+foreach(component IN ITEMS common gateway services)
+  install(CODE [[
+    set(millrace_etc etc/millrace)
+    if(CMAKE_INSTALL_PREFIX MATCHES "/usr/?$")
+      set(millrace_etc ../etc/millrace)
+    endif()]] COMPONENT ${component})
+endforeach()
+set(millrace_etc "\${millrace_etc}")
 
 install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
 install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
@@ -26,12 +34,15 @@ install(FILES ${millrace_deploy}/systemd/millrace-gateway.service DESTINATION ${
 install(FILES ${millrace_deploy}/examples/gateway.textproto DESTINATION ${millrace_etc} COMPONENT gateway)
 
 install(DIRECTORY
+    ${millrace_deploy}/systemd/millrace-service@batch.service.d
     ${millrace_deploy}/systemd/millrace-service@dial-gauge.service.d
     ${millrace_deploy}/systemd/millrace-service@mail.service.d
   DESTINATION ${millrace_units} COMPONENT services)
 install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/millrace-services/examples
-  COMPONENT services PATTERN gateway.textproto EXCLUDE)
+  COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN programs EXCLUDE)
+install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_share} USE_SOURCE_PERMISSIONS
+  COMPONENT services)
 # Where units look for the flags of each instance.
 install(DIRECTORY DESTINATION ${millrace_etc}/services COMPONENT services)
 
@@ -110,13 +121,20 @@ endforeach()
 # What a user changed under /etc stays as it is; new units are known at once. Nothing is enabled or restarted: that
 # is the operator's decision, one instance at a time.
 set(scripts ${PROJECT_BINARY_DIR}/packaging)
+set(units_common millrace.target)
+set(units_gateway millrace-gateway.service)
+set(units_services "'millrace-service@*.service'")
+set(units_tools millrace-recorder.service)
 set(conffiles_common "/etc/millrace/fabric.textproto\n")
 set(conffiles_gateway "/etc/millrace/gateway.textproto\n")
 foreach(component IN ITEMS common gateway services tools)
   string(TOUPPER ${component} upper)
   configure_file(${millrace_deploy}/package/reload_units ${scripts}/${component}/postinst COPYONLY)
   configure_file(${millrace_deploy}/package/reload_units ${scripts}/${component}/postrm COPYONLY)
-  set(CPACK_DEBIAN_${upper}_PACKAGE_CONTROL_EXTRA ${scripts}/${component}/postinst ${scripts}/${component}/postrm)
+  set(units ${units_${component}})
+  configure_file(${millrace_deploy}/package/stop_units ${scripts}/${component}/prerm @ONLY)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_CONTROL_EXTRA
+    ${scripts}/${component}/postinst ${scripts}/${component}/prerm ${scripts}/${component}/postrm)
   if(conffiles_${component})
     file(CONFIGURE OUTPUT ${scripts}/${component}/conffiles CONTENT "${conffiles_${component}}")
     list(APPEND CPACK_DEBIAN_${upper}_PACKAGE_CONTROL_EXTRA ${scripts}/${component}/conffiles)

@@ -32,7 +32,7 @@ install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT
 
 # What a service includes, and what that includes.
 set(headers
-  fabric/profile/command_line.hpp fabric/messages.hpp fabric/dds/participant.hpp
+  fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/messages.hpp fabric/dds/participant.hpp
   base/program/command_line.hpp base/program/log.hpp
   services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/response.hpp
   services/sdk/service.hpp)
@@ -45,6 +45,9 @@ install(FILES ${PROJECT_SOURCE_DIR}/services/sdk/isg_service.h DESTINATION ${sdk
 
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
+# From the folder of the .pc file back to the prefix, which is only known when it is installed.
+cmake_path(RELATIVE_PATH CMAKE_SOURCE_DIR BASE_DIRECTORY ${CMAKE_SOURCE_DIR}/${CMAKE_INSTALL_LIBDIR}/pkgconfig
+  OUTPUT_VARIABLE millrace_up_from_pc)
 configure_file(${package}/millrace-sdk.pc.in ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc @ONLY)
 install(FILES ${package}/millrace-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
   DESTINATION ${sdk_config} COMPONENT sdk-dev)

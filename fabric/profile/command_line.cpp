@@ -1,8 +1,8 @@
 #include "fabric/profile/command_line.hpp"
 
-#include <fmt/format.h>
+#include <cstdlib>
 
-#include "fabric/profile/profile.hpp"
+#include <fmt/format.h>
 
 namespace millrace::fabric::profile {
 
@@ -24,24 +24,32 @@ dds::ParticipantOptions read(const std::string& file, const dds::ParticipantOpti
 
 }  // namespace
 
-FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults)
-    : defaults_(std::move(defaults)) {
+FabricFlags::FabricFlags(CLI::App& app, dds::ParticipantOptions defaults,
+                         std::filesystem::path of_host)
+    : defaults_(std::move(defaults)), of_host_(std::move(of_host)) {
   app.add_option("--fabric-config", file_,
-                 "How to join the fabric: interface, peers, domain (fabric.textproto). Without it "
-                 "nothing leaves this host")
+                 fmt::format("How to join the fabric: interface, peers, domain (fabric.textproto); "
+                             "else {}, if it is there. Without either nothing leaves this host",
+                             of_host_.string()))
       ->envname("MILLRACE_FABRIC_CONFIG")
       ->check(CLI::ExistingFile);
   app.add_option(
          "--domain", domain_,
          fmt::format("DDS domain to join, whatever the file says; else {}", defaults_.domain))
+      ->envname("MILLRACE_DOMAIN")
       ->check(CLI::Range(0U, last_domain));
   app.add_option("--fabric", fabric_,
                  fmt::format("Fabric to join within the domain, whatever the file says; else {}",
-                             defaults_.fabric));
+                             defaults_.fabric))
+      ->envname("MILLRACE_FABRIC");
+}
+
+std::string FabricFlags::file() const {
+  return file_.empty() ? profile_to_read(std::getenv("MILLRACE_FABRIC_CONFIG"), of_host_) : file_;
 }
 
 dds::ParticipantOptions FabricFlags::options() const {
-  dds::ParticipantOptions options = read(file_, defaults_);
+  dds::ParticipantOptions options = read(file(), defaults_);
   options.domain = domain_.value_or(options.domain);
   options.fabric = fabric_.value_or(options.fabric);
   if (!dds::is_fabric_name(options.fabric)) {

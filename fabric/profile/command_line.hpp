@@ -5,20 +5,24 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
 #include "base/program/command_line.hpp"
 #include "fabric/dds/participant.hpp"
+#include "fabric/profile/profile.hpp"
 
 namespace millrace::fabric::profile {
 
-/// --fabric-config FILE (also from the environment, MILLRACE_FABRIC_CONFIG), and --domain and
-/// --fabric, which win over the file.
+/// --fabric-config FILE, and --domain and --fabric, which win over the file; each also from the
+/// environment (MILLRACE_FABRIC_CONFIG, MILLRACE_DOMAIN, MILLRACE_FABRIC). Without a word of a
+/// file, that of the host.
 class FabricFlags {
  public:
   /// Adds the flags; `defaults` hold where neither flag nor file says otherwise.
-  explicit FabricFlags(CLI::App& app, dds::ParticipantOptions defaults = {});
+  explicit FabricFlags(CLI::App& app, dds::ParticipantOptions defaults = {},
+                       std::filesystem::path of_host = host_profile);
   FabricFlags(const FabricFlags&) = delete;
   FabricFlags& operator=(const FabricFlags&) = delete;
 
@@ -26,10 +30,11 @@ class FabricFlags {
   /// the file.
   [[nodiscard]] dds::ParticipantOptions options() const;
   /// The file, or nothing: for who needs to know more of it than how to join.
-  [[nodiscard]] const std::string& file() const { return file_; }
+  [[nodiscard]] std::string file() const;
 
  private:
   dds::ParticipantOptions defaults_;
+  std::filesystem::path of_host_;
   std::string file_;
   std::optional<std::uint32_t> domain_;
   std::optional<std::string> fabric_;

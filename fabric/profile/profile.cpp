@@ -99,6 +99,14 @@ std::string ports_element(const config::Fabric& profile) {
 
 }  // namespace
 
+std::string profile_to_read(const char* said, const std::filesystem::path& of_host) {
+  if (said != nullptr) {
+    return said;
+  }
+  std::error_code none;
+  return std::filesystem::exists(of_host, none) ? of_host.string() : "";
+}
+
 std::string cyclone_configuration(const config::Fabric& profile) {
   return fmt::format(
       "<General>{}<AllowMulticast>{}</AllowMulticast></General><Discovery>{}{}</Discovery>",

@@ -18,6 +18,14 @@ class Fabric;
 
 namespace millrace::fabric::profile {
 
+/// The profile of a host, which packages bring.
+inline constexpr const char* host_profile = "/etc/millrace/fabric.textproto";
+
+/// The profile that a program reads which is told of none by a flag. `said` is what the environment
+/// says (MILLRACE_FABRIC_CONFIG), or null: then it is the host's, if there is one. Empty for none,
+/// which an empty `said` means, too.
+std::string profile_to_read(const char* said, const std::filesystem::path& of_host = host_profile);
+
 /// The highest DDS domain whose ports exist.
 inline constexpr std::uint32_t last_domain = 232;
 

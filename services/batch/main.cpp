@@ -1,5 +1,6 @@
 // millrace-batch: programs and scripts as services.
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string_view>
 
@@ -21,15 +22,20 @@ namespace batch = services::batch;
 int serve_folder(int argc, char** argv) {
   CLI::App app{
       "Answers calls with programs and scripts.\n"
-      "For one program without a file: millrace-batch --exec ./script (see --exec --help)"};
+      "For one program without a file: millrace-batch --exec ./script --uuid UUID\n"
+      "(see millrace-batch --exec --help)"};
   std::string file = "batch.textproto";
   app.add_option("--config", file, "What to serve; changes are followed")->capture_default_str();
+  std::string name = "batch";
+  app.add_option("--name", name,
+                 "Name of this program in logs; the programs it serves have their own")
+      ->capture_default_str();
   auto level = spdlog::level::info;
   program::add_log_level(app, level);
   const fabric::profile::FabricFlags fabric(app);
   return program::run(app, argc, argv, [&] {
     const fabric::dds::ParticipantOptions join = fabric.options();
-    const auto log = program::make_log("batch", level);
+    const auto log = program::make_log(name, level);
     const services::sdk::ServiceOptions options{.version = MILLRACE_VERSION,
                                                 .domain = join.domain,
                                                 .fabric = join.fabric,
@@ -39,8 +45,8 @@ int serve_folder(int argc, char** argv) {
     services::sdk::StopSignals signals(log);
     folder.emplace(file, options, log);
     signals.on_stop([&] { folder->stop(); });
-    program::ready(
-        fmt::format("batch serves {} UUIDs of {} on domain {}", folder->size(), file, join.domain));
+    program::ready(fmt::format("{} serves {} UUIDs of {} on domain {}", name, folder->size(), file,
+                               join.domain));
     folder->follow();
     return program::exit_done;
   });
@@ -50,9 +56,21 @@ bool is_exec(std::string_view argument) {
   return argument == "--exec" || argument.starts_with("--exec=");
 }
 
+bool asks_for_help(std::string_view argument) {
+  return argument == "--help" || argument == "-h";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  return std::any_of(argv, argv + argc, is_exec) ? batch::serve_one(argc, argv)
-                                                 : serve_folder(argc, argv);
+  if (std::none_of(argv, argv + argc, is_exec)) {
+    return serve_folder(argc, argv);
+  }
+  // "--exec --help" names no program, and asks for nothing else.
+  char* const* const help = std::find_if(argv, argv + argc, asks_for_help);
+  if (help == argv + argc) {
+    return batch::serve_one(argc, argv);
+  }
+  std::array<char*, 3> only_help{argv[0], *help, nullptr};
+  return batch::serve_one(2, only_help.data());
 }

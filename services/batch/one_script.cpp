@@ -46,8 +46,7 @@ Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
 }  // namespace
 
 int serve_one(int argc, char** argv) {
-  sdk::ServiceProgram program({.uuid = default_uuid,
-                               .name = "batch",
+  sdk::ServiceProgram program({.name = "batch",
                                .description = "Answers calls with a program",
                                .version = MILLRACE_VERSION,
                                .delivery = fabric::Delivery::at_most_once});

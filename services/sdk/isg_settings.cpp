@@ -20,6 +20,9 @@ Read wrong(std::string_view variable, std::string_view value, std::string_view e
 }
 
 Read read_profile(std::string_view value, IsgSettings& settings) {
+  if (value.empty()) {
+    return {};
+  }
   auto profile = fabric::profile::read_profile(std::string(value));
   if (!profile) {
     return tl::unexpected(std::move(profile.error()));
@@ -80,18 +83,24 @@ Read read_log_level(std::string_view value, IsgSettings& settings) {
 
 }  // namespace
 
-tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& environment) {
+tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& environment,
+                                                         const std::filesystem::path& of_host) {
   struct Variable {
     const char* name;
     Read (*read)(std::string_view, IsgSettings&);
   };
-  // The file first: a single setting wins over it.
   constexpr Variable variables[] = {
-      {"MILLRACE_FABRIC_CONFIG", read_profile}, {"MILLRACE_DOMAIN", read_domain},
-      {"MILLRACE_FABRIC", read_fabric},         {"MILLRACE_CHANNELS", read_channels},
-      {"MILLRACE_DELIVERY", read_delivery},     {"MILLRACE_LOG_LEVEL", read_log_level},
+      {"MILLRACE_DOMAIN", read_domain},       {"MILLRACE_FABRIC", read_fabric},
+      {"MILLRACE_CHANNELS", read_channels},   {"MILLRACE_DELIVERY", read_delivery},
+      {"MILLRACE_LOG_LEVEL", read_log_level},
   };
   IsgSettings settings;
+  // First: a single setting wins over the file.
+  const std::string file =
+      fabric::profile::profile_to_read(environment("MILLRACE_FABRIC_CONFIG"), of_host);
+  if (auto read = read_profile(file, settings); !read) {
+    return tl::unexpected(std::move(read.error()));
+  }
   for (const Variable& variable : variables) {
     const char* value = environment(variable.name);
     if (value == nullptr) {

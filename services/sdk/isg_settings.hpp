@@ -1,12 +1,14 @@
 // What the environment says to a service that is written against services/sdk/isg_service.h.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 
 #include <spdlog/common.h>
 #include <tl/expected.hpp>
 
+#include "fabric/profile/profile.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
@@ -20,7 +22,10 @@ struct IsgSettings {
 /// The value of an environment variable, or null.
 using Environment = std::function<const char*(const char*)>;
 
-/// The error names the variable and what was expected.
-tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& environment);
+/// Where the environment names no profile, `of_host` is read if it is there. The error names the
+/// variable and what was expected.
+tl::expected<IsgSettings, std::string> read_isg_settings(
+    const Environment& environment,
+    const std::filesystem::path& of_host = fabric::profile::host_profile);
 
 }  // namespace millrace::services::sdk

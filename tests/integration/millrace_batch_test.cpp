@@ -167,8 +167,36 @@ TEST(BatchProgram, ServesOneProgramFromTheCommandLine) {
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
 }
 
+TEST(BatchProgram, AsksForTheUuidOfTheOneProgram) {
+  Process sut({binary("millrace-batch"), "--exec", program("exit_with.sh").string()});
+  EXPECT_EQ(sut.wait(), 2);
+  EXPECT_THAT(sut.error_output(), HasSubstr("--uuid is required"));
+}
+
+TEST(BatchProgram, HasHelpForBothWays) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--help"}, {"--exec", "--help"}}) {
+    std::vector<std::string> command{binary("millrace-batch")};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    Process sut(command);
+    EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+    EXPECT_THAT(sut.output(),
+                HasSubstr(arguments.front() == "--exec" ? "--time-limit" : "--config"));
+  }
+}
+
+TEST(BatchProgram, TakesTheNameThatAUnitGivesIt) {
+  const Domain domain;
+  const TemporaryFolder folder;
+  const fs::path config = folder.path() / "batch.textproto";
+  std::ofstream(config) << "";
+  Process sut({binary("millrace-batch"), "--name", "press-scripts", "--config", config.string(),
+               "--domain", std::to_string(domain.number())});
+  sut.await("^ready: press-scripts serves 0 UUIDs");
+}
+
 TEST(BatchProgram, RefusesToStartWithoutItsProgramOrConfiguration) {
-  Process no_program({binary("millrace-batch"), "--exec", "/no/such/program"});
+  Process no_program({binary("millrace-batch"), "--exec", "/no/such/program", "--uuid", exit_uuid});
   EXPECT_EQ(no_program.wait(), 2);
   EXPECT_THAT(no_program.error_output(), HasSubstr("/no/such/program is missing"));
   Process no_config({binary("millrace-batch"), "--config", "/no/such/file"});

@@ -1,5 +1,6 @@
 #include "fabric/profile/command_line.hpp"
 
+#include <cstdlib>
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -14,15 +15,17 @@ std::string data(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
-dds::ParticipantOptions parse(std::vector<std::string> arguments) {
+dds::ParticipantOptions parse(std::vector<std::string> arguments,
+                              const std::string& of_host = "/no/such/file") {
   CLI::App app;
-  const profile::FabricFlags sut(app, {.name = "test"});
+  const profile::FabricFlags sut(app, {.name = "test"}, of_host);
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 takes them
   app.parse(arguments);
   return sut.options();
 }
 
 TEST(FabricFlags, StayOnThisHostByDefault) {
+  ::unsetenv("MILLRACE_FABRIC_CONFIG");
   const dds::ParticipantOptions options = parse({});
   EXPECT_EQ(options.fabric, "millrace");
   EXPECT_EQ(options.domain, 0);
@@ -42,6 +45,47 @@ TEST(FabricFlags, WinOverTheFile) {
   EXPECT_EQ(options.domain, 9);
   EXPECT_EQ(options.fabric, "test-hall");
   EXPECT_EQ(options.lease, std::chrono::seconds(2));
+}
+
+/// A variable of the environment for the time of a test.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (value != nullptr) {
+      ::setenv(name, value, 1);
+    } else {
+      ::unsetenv(name);
+    }
+  }
+  ~Variable() { ::unsetenv(name_); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  const char* name_;
+};
+
+TEST(FabricFlags, TakeTheFileOfTheHostWhereNoneIsNamed) {
+  const Variable unset("MILLRACE_FABRIC_CONFIG", nullptr);
+  EXPECT_EQ(parse({}, data("good/two_networks.fabric.textproto")).domain, 7);
+  EXPECT_EQ(parse({"--domain", "9"}, data("good/two_networks.fabric.textproto")).domain, 9);
+  EXPECT_THROW(parse({}, data("bad/wrong_values.fabric.textproto")), base::program::UsageError);
+}
+
+TEST(FabricFlags, TakeNoFileWhereTheEnvironmentNamesAnEmptyOne) {
+  const Variable none("MILLRACE_FABRIC_CONFIG", "");
+  EXPECT_EQ(parse({}, data("good/two_networks.fabric.textproto")).domain, 0);
+}
+
+TEST(FabricFlags, TakeWhatTheEnvironmentSays) {
+  const Variable file("MILLRACE_FABRIC_CONFIG", data("good/two_networks.fabric.textproto").c_str());
+  const Variable fabric("MILLRACE_FABRIC", "hall-2");
+  EXPECT_EQ(parse({}).domain, 7);
+  const Variable domain("MILLRACE_DOMAIN", "11");
+  EXPECT_EQ(parse({}).domain, 11);
+  EXPECT_EQ(parse({}).fabric, "hall-2");
+  EXPECT_EQ(parse({"--domain", "9", "--fabric", "mine"}).domain, 9);
+  EXPECT_EQ(parse({"--domain", "9", "--fabric", "mine"}).fabric, "mine");
 }
 
 TEST(FabricFlags, RefuseABrokenFileAndAFabricThatWouldBeAPattern) {

@@ -15,10 +15,11 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 tl::expected<IsgSettings, std::string> read(const std::map<std::string, std::string>& variables) {
-  return read_isg_settings([&](const char* name) -> const char* {
+  const auto environment = [&](const char* name) -> const char* {
     const auto found = variables.find(name);
     return found == variables.end() ? nullptr : found->second.c_str();
-  });
+  };
+  return read_isg_settings(environment, "/no/such/file");
 }
 
 TEST(IsgSettings, HaveDefaults) {
@@ -55,6 +56,19 @@ TEST(IsgSettings, TakeTheFabricFromAFileWhereNothingElseIsSaid) {
   EXPECT_EQ(sut->options.domain, 7U);
   EXPECT_THAT(read({{"MILLRACE_FABRIC_CONFIG", "no/such/file"}}).error(),
               HasSubstr("no/such/file"));
+}
+
+TEST(IsgSettings, TakeTheFileOfTheHostWhereTheEnvironmentNamesNone) {
+  const tests::TemporaryFolder folder;
+  const auto file = folder.path() / "fabric.textproto";
+  std::ofstream(file) << "domain: 9";
+  const auto nothing = [](const char*) -> const char* { return nullptr; };
+  const auto none = [](const char* name) {
+    return std::string_view(name) == "MILLRACE_FABRIC_CONFIG" ? "" : nullptr;
+  };
+  EXPECT_EQ(read_isg_settings(nothing, file)->options.domain, 9U);
+  EXPECT_EQ(read_isg_settings(none, file)->options.domain, 0U);
+  EXPECT_EQ(read_isg_settings(nothing, folder.path() / "none")->options.domain, 0U);
 }
 
 TEST(IsgSettings, NameTheVariableThatIsWrong) {
