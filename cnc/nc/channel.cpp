@@ -34,7 +34,7 @@ struct Channel::State {
 
   /// Why no program can start now.
   std::string refusal() const;
-  void abort(Fault fault, const run::Tick& tick);
+  AbortedEvent abort(Fault fault);
   void stop();
   bool step(const run::Tick& tick, std::size_t& budget);
 
@@ -97,11 +97,16 @@ void Channel::State::stop() {
   messages.reset();
 }
 
-void Channel::State::abort(Fault fault, const run::Tick& tick) {
-  tick.emit(
-      AbortedEvent{{decoder.place(), fault.id, std::move(fault.text)}, decoder.restart_needed()});
+AbortedEvent Channel::State::abort(Fault fault) {
+  AbortedEvent aborted{{decoder.place(), fault.id, std::move(fault.text)},
+                       decoder.restart_needed()};
   stop();
   state = ChannelState::error;
+  return aborted;
+}
+
+std::optional<AbortedEvent> Channel::abort(Fault fault) {
+  return active() ? std::optional(state_->abort(std::move(fault))) : std::nullopt;
 }
 
 void Channel::reset() {
@@ -184,7 +189,7 @@ bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
   state = interpolator.held() ? ChannelState::held : ChannelState::active;
   auto left = decoder.run(budget, tick);
   if (!left) {
-    abort(std::move(left.error()), tick);
+    tick.emit(abort(std::move(left.error())));
     return false;
   }
   const bool decoded = *left != budget;

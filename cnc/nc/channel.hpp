@@ -87,6 +87,9 @@ class Channel {
   /// not help after an error that needs a restart (AbortedEvent::restart_needed): make a new
   /// channel.
   void reset();
+  /// Ends the running program by an error that it did not make itself; the channel is in error
+  /// until it is reset. Nothing if no program runs.
+  std::optional<AbortedEvent> abort(Fault fault);
   /// Goes on after M00, M01 or a single step.
   void resume();
   /// Factor on the feed of all motions, rapid ones too (our choice); 1 is 100 %, 0 stops them.

@@ -26,13 +26,16 @@ struct Show {
   spdlog::logger& log;
   ReportFiles& files;
   bool& failed;
+  tl::expected<void, std::string>& shown;
 
   void operator()(const nc::MessageEvent& message) const {
     print_line(channel, to_utf8(message.text));
   }
   void operator()(const nc::SaveEvent& saved) const {
-    if (const auto written = files.append(saved, std::chrono::system_clock::now()); !written) {
-      log.error("channel {}: {}", channel, written.error());
+    shown = files.append(saved, std::chrono::system_clock::now());
+    if (!shown) {
+      failed = true;
+      log.error("channel {}: {}", channel, shown.error());
     }
   }
   void operator()(const nc::MachineFunctionEvent& function) const {
@@ -59,8 +62,10 @@ struct Show {
 Panel::Panel(base::program::Log log, ReportFiles files, bool keep_timings)
     : log_(std::move(log)), files_(std::move(files)), keep_timings_(keep_timings) {}
 
-void Panel::show(const Happening& happening) {
-  std::visit(Show{happening.channel, *log_, files_, failed_}, happening.event);
+tl::expected<void, std::string> Panel::show(const Happening& happening) {
+  tl::expected<void, std::string> shown;
+  std::visit(Show{happening.channel, *log_, files_, failed_, shown}, happening.event);
+  return shown;
 }
 
 void Panel::show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes) {

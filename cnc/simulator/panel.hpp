@@ -6,8 +6,11 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include <tl/expected.hpp>
 
 #include "base/program/log.hpp"
 #include "cnc/simulator/cycle.hpp"
@@ -21,7 +24,8 @@ class Panel {
   /// With `keep_timings`, answered calls are remembered for print_timings().
   Panel(base::program::Log log, ReportFiles files, bool keep_timings);
 
-  void show(const Happening& happening);
+  /// The reason if that was not possible: a report file that is refused.
+  tl::expected<void, std::string> show(const Happening& happening);
   /// A program that could not be started.
   void show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes);
   void remember(std::uint32_t channel, const AnsweredCall& call);

@@ -2,28 +2,77 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <utility>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/posix/beneath.hpp"
 
 namespace millrace::cnc::simulator {
 
 namespace fs = std::filesystem;
 
-tl::expected<Program, std::string> read_program(const fs::path& file) {
-  if (fs::is_directory(file)) {
-    return tl::unexpected(fmt::format("{} cannot be read: it is a folder", file.string()));
+namespace {
+
+using base::posix::Fd;
+
+/// All of a file that is open, whose name is `file`.
+tl::expected<Program, std::string> text_of(const Fd& open, const fs::path& file) {
+  const auto refused = [&](const std::string& why) {
+    return tl::unexpected(fmt::format("{} cannot be read: {}", file.string(), why));
+  };
+  struct stat status {};
+  if (::fstat(open.get(), &status) != 0) {
+    return refused(std::strerror(errno));
   }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) {
+  if (!S_ISREG(status.st_mode)) {
+    return refused(S_ISDIR(status.st_mode) ? "it is a folder" : "it is no plain file");
+  }
+  if (status.st_size > longest_program) {
+    return refused(
+        fmt::format("it has {} bytes, and a program at most {}", status.st_size, longest_program));
+  }
+  Program program{file.string(), std::string(static_cast<std::size_t>(status.st_size) + 1, '\0')};
+  std::size_t size = 0;
+  while (size < program.text.size()) {
+    const ssize_t got = ::read(open.get(), program.text.data() + size, program.text.size() - size);
+    if (got == 0) {
+      break;
+    }
+    if (got < 0 && errno != EINTR) {
+      return refused(std::strerror(errno));
+    }
+    size += got < 0 ? 0 : static_cast<std::size_t>(got);
+  }
+  if (size == program.text.size()) {
+    return refused("it grows while it is read");
+  }
+  program.text.resize(size);
+  return program;
+}
+
+/// The part of an absolute name that is beneath the folder, other names as they are.
+fs::path beneath(const fs::path& folder, const fs::path& name) {
+  if (!name.is_absolute()) {
+    return name;
+  }
+  const fs::path rest = name.lexically_relative(fs::absolute(folder).lexically_normal());
+  return rest.empty() || *rest.begin() == ".." || *rest.begin() == "." ? name : rest;
+}
+
+}  // namespace
+
+tl::expected<Program, std::string> read_program(const fs::path& file) {
+  // Neither a pipe nor a device makes it wait.
+  const Fd open(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  if (!open) {
     return tl::unexpected(
         fmt::format("{} cannot be read: {}", file.string(), std::strerror(errno)));
   }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return Program{file.string(), text.str()};
+  return text_of(open, file);
 }
 
 ProgramFolders::ProgramFolders(std::vector<fs::path> folders) : folders_(std::move(folders)) {}
@@ -31,12 +80,16 @@ ProgramFolders::ProgramFolders(std::vector<fs::path> folders) : folders_(std::mo
 tl::expected<Program, std::string> ProgramFolders::load(std::string_view name) {
   std::string searched;
   for (const fs::path& folder : folders_) {
-    const fs::path file = folder / name;
-    std::error_code unreadable;
-    if (fs::is_regular_file(file, unreadable)) {
-      return read_program(file);
+    const fs::path place = beneath(folder, name);
+    const fs::path file = folder / place;
+    const auto open = base::posix::open_beneath(folder, place, O_RDONLY);
+    if (open) {
+      return text_of(*open, file);
     }
-    searched += (searched.empty() ? "" : ", ") + folder.string();
+    std::error_code unreadable;
+    const bool is_there = fs::exists(fs::symlink_status(file, unreadable));
+    searched += (searched.empty() ? "" : ", ") + folder.string() +
+                (is_there ? " (" + open.error() + ")" : "");
   }
   return tl::unexpected(fmt::format("program {} is in none of the folders {}", name, searched));
 }

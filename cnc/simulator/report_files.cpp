@@ -3,14 +3,17 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
-#include <fstream>
 #include <iomanip>
 #include <sstream>
 #include <string_view>
 #include <utility>
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
+
+#include "base/posix/beneath.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -29,11 +32,6 @@ std::string stamp(std::string form, std::chrono::system_clock::time_point now) {
   return out.str();
 }
 
-bool leaves_its_folder(const std::filesystem::path& file) {
-  const auto normal = file.lexically_normal();
-  return normal.is_absolute() || normal.empty() || *normal.begin() == "..";
-}
-
 }  // namespace
 
 ReportFiles::ReportFiles(std::filesystem::path folder) : ReportFiles(std::move(folder), Form()) {}
@@ -43,19 +41,24 @@ ReportFiles::ReportFiles(std::filesystem::path folder, Form form)
 
 tl::expected<void, std::string> ReportFiles::append(const nc::SaveEvent& saved,
                                                     std::chrono::system_clock::time_point now) {
-  const std::filesystem::path file = folder_ / saved.file;
-  if (leaves_its_folder(saved.file)) {
-    return tl::unexpected(fmt::format("report file {} is not written: it is outside of {}",
-                                      saved.file, folder_.string()));
-  }
-  std::ofstream out(file, std::ios::binary | std::ios::app);
-  const char* const quote = form_.quoted ? "\"" : "";
-  out << (saved.time_stamp ? stamp(form_.time, now) : "") << quote << saved.text << quote
-      << (saved.line_end ? "\n" : "");
-  out.flush();
-  if (!out) {
+  const auto refused = [&](const std::string& why) {
     return tl::unexpected(
-        fmt::format("report file {} cannot be written: {}", file.string(), std::strerror(errno)));
+        fmt::format("report file {} in {} is not written: {}", saved.file, folder_.string(), why));
+  };
+  const auto file = base::posix::open_beneath(folder_, saved.file, O_WRONLY | O_APPEND | O_CREAT);
+  if (!file) {
+    return refused(file.error());
+  }
+  const char* const quote = form_.quoted ? "\"" : "";
+  const std::string line = fmt::format("{}{}{}{}{}", saved.time_stamp ? stamp(form_.time, now) : "",
+                                       quote, saved.text, quote, saved.line_end ? "\n" : "");
+  std::string_view rest = line;
+  while (!rest.empty()) {
+    const ssize_t written = ::write(file->get(), rest.data(), rest.size());
+    if (written < 0 && errno != EINTR) {
+      return refused(std::strerror(errno));
+    }
+    rest.remove_prefix(written < 0 ? 0 : static_cast<std::size_t>(written));
   }
   return {};
 }

@@ -29,7 +29,8 @@ class ReportFiles {
   ReportFiles(std::filesystem::path folder, Form form);
 
   /// Appends what the program wrote, in CP1252 as it wrote it; the reason if that failed. A file
-  /// outside the folder is refused (our choice). The time stamp is local time (our choice).
+  /// outside the folder is refused, also by way of a link, and a name that begins with a dot (our
+  /// choice). The time stamp is local time (our choice).
   tl::expected<void, std::string> append(const nc::SaveEvent& saved,
                                          std::chrono::system_clock::time_point now);
 

@@ -84,7 +84,12 @@ void Station::drain(std::function<void()> done) {
 
 bool Station::advance(std::chrono::nanoseconds now) {
   for (const Happening& happening : machine_.tick(now)) {
-    panel_.show(happening);
+    if (const auto shown = panel_.show(happening); !shown) {
+      // As the CNC does with a file that it cannot write; it may have ended meanwhile.
+      if (auto aborted = machine_.channel(happening.channel)->program().abort({0, shown.error()})) {
+        (void)panel_.show({happening.channel, *std::move(aborted)});
+      }
+    }
   }
   if (!machine_.active()) {
     on_idle_();

@@ -45,8 +45,12 @@ TEST_F(Beneath, FilesAreMadeAndRead) {
 }
 
 TEST_F(Beneath, NoNameLeadsOut) {
-  const std::vector<std::string> names{(outside / "secret").string(), "../outside/secret",
-                                       "sub/../../outside/secret", "", "sub/", ".."};
+  const std::vector<std::string> names{(outside / "secret").string(),
+                                       "../outside/secret",
+                                       "sub/../../outside/secret",
+                                       "",
+                                       "sub/",
+                                       ".."};
   for (const std::string& name : names) {
     EXPECT_THAT(refusal(name, O_RDONLY), HasSubstr("outside")) << name;
   }
@@ -71,7 +75,8 @@ TEST_F(Beneath, NoLinkIsFollowed) {
 
 TEST_F(Beneath, OnlyPlainFilesAreOpenedAndNobodyWaits) {
   ASSERT_EQ(::mkfifo((inside / "pipe").c_str(), 0600), 0);
-  EXPECT_THAT(refusal("pipe"), testing::AnyOf(HasSubstr("no plain file"), HasSubstr("No such device")));
+  EXPECT_THAT(refusal("pipe"),
+              testing::AnyOf(HasSubstr("no plain file"), HasSubstr("No such device")));
   EXPECT_THAT(refusal("pipe", O_RDONLY), HasSubstr("no plain file"));
   EXPECT_THAT(refusal("sub", O_RDONLY), HasSubstr("no plain file"));
 }

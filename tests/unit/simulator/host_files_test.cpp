@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "cnc/simulator/program_folders.hpp"
 #include "cnc/simulator/report_files.hpp"
@@ -43,10 +44,44 @@ TEST(ProgramFolders, NamesTheFoldersItSearched) {
   EXPECT_EQ(sut.load("a.nc").error(), "program a.nc is in none of the folders /one, /two");
 }
 
-TEST(ProgramFolders, TakesAnAbsoluteNameAsItIs) {
+TEST(ProgramFolders, TakesAnAbsoluteNameBeneathOneOfThem) {
   const TemporaryFolder folder;
-  write(folder.path() / "a.nc", "text");
-  EXPECT_EQ(ProgramFolders({"/one"}).load((folder.path() / "a.nc").string())->text, "text");
+  std::filesystem::create_directory(folder.path() / "sub");
+  write(folder.path() / "sub/a.nc", "text");
+  const std::string name = (folder.path() / "sub/a.nc").string();
+  EXPECT_EQ(ProgramFolders({"/one", folder.path()}).load(name)->text, "text");
+  EXPECT_FALSE(ProgramFolders({"/one"}).load(name));
+}
+
+TEST(ProgramFolders, LeadsNowhereElse) {
+  const TemporaryFolder folder;
+  const TemporaryFolder other;
+  write(other.path() / "secret", "secret");
+  std::filesystem::create_symlink(other.path() / "secret", folder.path() / "link.nc");
+  ASSERT_EQ(::mkfifo((folder.path() / "pipe.nc").c_str(), 0600), 0);
+  ProgramFolders sut({folder.path()});
+  for (const std::string& name :
+       {std::string("/proc/self/environ"), "../" + other.path().filename().string() + "/secret",
+        (other.path() / "secret").string(), std::string("link.nc"), std::string("pipe.nc"),
+        std::string(".")}) {
+    EXPECT_FALSE(sut.load(name)) << name;
+  }
+  EXPECT_THAT(sut.load("link.nc").error(), HasSubstr("a link"));
+}
+
+TEST(ReadProgram, RefusesOneThatIsTooLongBeforeItIsRead) {
+  const TemporaryFolder folder;
+  write(folder.path() / "long.nc", "");
+  std::filesystem::resize_file(folder.path() / "long.nc", 1ULL << 30U);
+  EXPECT_THAT(read_program(folder.path() / "long.nc").error(),
+              HasSubstr("it has 1073741824 bytes, and a program at most 67108864"));
+  EXPECT_THAT(ProgramFolders({folder.path()}).load("long.nc").error(), HasSubstr("at most"));
+}
+
+TEST(ReadProgram, WaitsForNoPipe) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(::mkfifo((folder.path() / "pipe.nc").c_str(), 0600), 0);
+  EXPECT_THAT(read_program(folder.path() / "pipe.nc").error(), HasSubstr("no plain file"));
 }
 
 TEST(ReadProgram, SaysWhyAFileCannotBeRead) {
@@ -84,6 +119,17 @@ TEST_F(ReportFile, StaysInItsFolder) {
   }
 }
 
+TEST_F(ReportFile, IsNeitherALinkNorAPipeNorHidden) {
+  const TemporaryFolder other;
+  write(other.path() / "keys", "");
+  std::filesystem::create_symlink(other.path() / "keys", folder_.path() / "link");
+  ASSERT_EQ(::mkfifo((folder_.path() / "pipe").c_str(), 0600), 0);
+  for (const char* file : {"link", "pipe", ".profile"}) {
+    EXPECT_FALSE(sut_.append({file, "one", false, true}, now_)) << file;
+  }
+  EXPECT_EQ(text_of(other.path() / "keys"), "");
+}
+
 TEST_F(ReportFile, StandsInQuotationMarksIfAskedTo) {
   ReportFiles quoted(folder_.path(), {"", true});
   ASSERT_TRUE(quoted.append({"message.txt", "one", false, true}, now_));
@@ -98,8 +144,8 @@ TEST_F(ReportFile, HasTheTimeStampItIsAskedFor) {
 
 TEST_F(ReportFile, ThatCannotBeWrittenIsReported) {
   const auto written = sut_.append({"no_such_folder/message.txt", "one", false, true}, now_);
-  EXPECT_THAT(written.error(),
-              HasSubstr("message.txt cannot be written: No such file or directory"));
+  EXPECT_THAT(written.error(), AllOf(HasSubstr("no_such_folder/message.txt"),
+                                     HasSubstr("No such file or directory")));
 }
 
 }  // namespace
