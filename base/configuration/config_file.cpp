@@ -52,6 +52,7 @@ tl::expected<void, std::string> parse(const std::string& text, const std::string
 }
 
 tl::expected<std::string, std::string> read(const std::filesystem::path& file) {
+  errno = 0;
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   // A folder opens but does not read.

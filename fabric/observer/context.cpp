@@ -57,6 +57,12 @@ void Context::remember(const Entry& entry) {
     // An instance that is gone may still be heard of: its last replies come on another way.
     if (news->change == Change::ready) {
       uuid_of_instance_.insert_or_assign(news->identity.id, news->identity.uuid);
+    } else if (news->change == Change::gone && uuid_of_instance_.contains(news->identity.id)) {
+      gone_.push_back(news->identity.id);
+      if (gone_.size() > most_gone) {
+        uuid_of_instance_.erase(gone_.front());
+        gone_.pop_front();
+      }
     }
   }
 }

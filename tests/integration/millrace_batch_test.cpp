@@ -189,7 +189,7 @@ TEST(BatchProgram, TakesTheNameThatAUnitGivesIt) {
   const Domain domain;
   const TemporaryFolder folder;
   const fs::path config = folder.path() / "batch.textproto";
-  std::ofstream(config) << "";
+  std::ofstream(config) << "# nothing yet\n";
   Process sut({binary("millrace-batch"), "--name", "press-scripts", "--config", config.string(),
                "--domain", std::to_string(domain.number())});
   sut.await("^ready: press-scripts serves 0 UUIDs");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -208,6 +209,26 @@ TEST_F(TheCommand, RecordsEveryCallAndShowsItsWay) {
   const std::string replies = run({"log", "cat", "--kind", "reply", file}).output();
   EXPECT_EQ(std::count(replies.begin(), replies.end(), '\n'), 200);
   EXPECT_THAT(run({"log", "info", "--hops", file}).output(), HasSubstr("write back"));
+}
+
+TEST_F(TheCommand, RecordsOnlyToWhereItCanAndSaysSoBeforeItIsReady) {
+  const std::string file = chain.folder() / "run.mcap";
+  std::ofstream(file) << "mine";
+  const std::string nowhere = chain.folder() / "none/run.mcap";
+  for (const std::string& output : {file, nowhere}) {
+    Process sut = chain.millrace({"record", "-o", output});
+    EXPECT_EQ(sut.wait(), 2);
+    EXPECT_EQ(sut.output(), "");
+    EXPECT_THAT(sut.error_output(), HasSubstr("-o " + output + ": "));
+  }
+}
+
+TEST_F(TheCommand, SaysThatItHearsNobody) {
+  Process sut = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
+  sut.await("^ready: ");
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+  EXPECT_THAT(sut.error_output(), HasSubstr("nobody was heard on fabric"));
 }
 
 TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {

@@ -6,6 +6,7 @@ bool Live::add(const recording::Entry& entry) {
   if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
     const fabric::InstanceId& id = news->identity.id;
     if (news->change == recording::Change::gone) {
+      early_.erase(id);
       return instances_.erase(id) != 0;
     }
     const auto [instance, fresh] = instances_.try_emplace(id);

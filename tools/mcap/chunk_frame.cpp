@@ -7,6 +7,9 @@ namespace millrace::tools::mcap {
 
 namespace {
 
+/// Chunks are some MB at most; read at once, a larger one would be more than a host has memory.
+constexpr std::uint64_t largest_chunk = std::uint64_t{1} << 30U;
+
 /// Times, size, CRC and two lengths; the name of the compression comes on top.
 constexpr std::uint64_t fixed_content = 8 + 8 + 8 + 4 + 4 + 8;
 /// Longer than any name in MCAP's registry.
@@ -55,6 +58,11 @@ Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::
                                      "', which millrace does not read; convert the file with "
                                      "'mcap filter --output-compression none'");
   }
+  if (frame.records_size > largest_chunk) {
+    return problem(frame.offset,
+                   "the chunk would be larger than any that is read: its length is "
+                   "damaged");
+  }
   source.read(frame.records_offset, frame.records_size, records);
   if (records.size() != frame.records_size) {
     return problem(frame.offset, "the chunk cannot be read to its end");
@@ -68,6 +76,9 @@ Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::
 std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std::uint64_t to) {
   constexpr std::uint64_t window_size = 64 * 1024;
   constexpr std::uint64_t frame_size = record_prefix_size + fixed_content;
+  // What looks like a chunk is read to see whether its CRC is right. A file can be full of what
+  // does, each as long as the rest; so there is an end to it.
+  std::uint64_t patience = (std::uint64_t{64} << 20U) + 8 * (to - from);
   std::string window;
   std::string records;
   for (std::uint64_t start = from; start < to; start += window_size) {
@@ -78,7 +89,14 @@ std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std:
         continue;
       }
       const auto frame = parse_frame(Bytes(window).substr(at), start + at, source.size());
-      if (frame && frame->crc != 0 && read_chunk_records(source, *frame, records)) {
+      if (!frame || frame->crc == 0) {
+        continue;
+      }
+      if (frame->records_size > patience) {
+        return std::nullopt;
+      }
+      patience -= frame->records_size;
+      if (read_chunk_records(source, *frame, records)) {
         return frame->offset;
       }
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -84,6 +85,7 @@ tl::expected<FileSink, std::string> FileSink::create(const std::filesystem::path
   if (descriptor < 0) {
     return failure("write", part_of(path));
   }
+  ::flock(descriptor, LOCK_EX | LOCK_NB);
   return FileSink(descriptor, path);
 }
 
@@ -130,6 +132,24 @@ tl::expected<void, std::string> FileSink::finish() {
   }
   sync_folder_of(path_);
   return {};
+}
+
+void FileSink::discard() {
+  if (descriptor_ >= 0) {
+    ::close(std::exchange(descriptor_, -1));
+    std::error_code none;
+    std::filesystem::remove(part_of(path_), none);
+  }
+}
+
+bool is_being_written(const std::filesystem::path& part) {
+  const int descriptor = ::open(part.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor < 0) {
+    return false;
+  }
+  const bool locked = ::flock(descriptor, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(descriptor);
+  return locked;
 }
 
 std::filesystem::path part_of(const std::filesystem::path& path) {

@@ -33,7 +33,8 @@ class FileSource : public Source {
 /// so a file under its own name is always whole.
 class FileSink : public Sink {
  public:
-  /// Fails if either name exists already, too.
+  /// Fails if either name exists already, too. Until it is finished the ".part" file is locked
+  /// (flock), so that nobody takes it for a leftover.
   static tl::expected<FileSink, std::string> create(const std::filesystem::path& path);
   /// Leaves the ".part" file behind unless it was finished.
   ~FileSink() override;
@@ -45,6 +46,8 @@ class FileSink : public Sink {
   tl::expected<void, std::string> sync();
   /// Syncs, closes and renames.
   tl::expected<void, std::string> finish();
+  /// Closes and removes it.
+  void discard();
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
@@ -55,6 +58,9 @@ class FileSink : public Sink {
   int descriptor_;
   std::filesystem::path path_;
 };
+
+/// Whether somebody still writes this ".part" file.
+bool is_being_written(const std::filesystem::path& part);
 
 /// "run.mcap" → "run.mcap.part".
 std::filesystem::path part_of(const std::filesystem::path& path);

@@ -18,8 +18,15 @@ class Copier : public Visitor {
     keep(writer_.write(message));
   }
   void on_attachment(const Attachment& attachment) override { keep(writer_.write(attachment)); }
-  void on_metadata(const Metadata& metadata) override { keep(writer_.write(metadata)); }
+  void on_metadata(const Metadata& metadata) override { metadata_.push_back(metadata); }
   void on_problem(const Problem& problem) override { problems_.push_back(problem); }
+
+  void write_metadata(const Revise& revise) {
+    revise(metadata_);
+    for (const Metadata& metadata : metadata_) {
+      keep(writer_.write(metadata));
+    }
+  }
 
   /// The first error of the sink.
   Writer::Result result() const { return result_; }
@@ -35,17 +42,19 @@ class Copier : public Visitor {
   Writer& writer_;
   Writer::Result result_;
   Problems problems_;
+  std::vector<Metadata> metadata_;
 };
 
 }  // namespace
 
 tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
-                                               const std::string& library) {
+                                               const std::string& library, const Revise& revise) {
   const auto summary = read_summary(damaged);
   const auto header = read_header(damaged);
   Writer writer(repaired, {.profile = header ? header->profile : "", .library = library});
   Copier copier(writer);
   const bool closed = scan(damaged, summary ? summary->definitions : Definitions{}, copier);
+  copier.write_metadata(revise);
   if (closed && !summary) {
     copier.problems().push_back(summary.error());
   }

@@ -15,7 +15,8 @@ std::filesystem::path repaired_name(const std::filesystem::path& damaged) {
 
 tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
                                                     const std::filesystem::path& repaired,
-                                                    const std::string& library) {
+                                                    const std::string& library,
+                                                    const Revise& revise) {
   auto source = FileSource::open(damaged);
   if (!source) {
     return tl::unexpected(source.error());
@@ -24,11 +25,13 @@ tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path&
   if (!sink) {
     return tl::unexpected(sink.error());
   }
-  auto report = repair(*source, *sink, library);
+  auto report = repair(*source, *sink, library, revise);
   if (!report) {
+    sink->discard();
     return report;
   }
   if (auto finished = sink->finish(); !finished) {
+    sink->discard();
     return tl::unexpected(finished.error());
   }
   return report;

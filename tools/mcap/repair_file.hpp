@@ -12,9 +12,9 @@ namespace millrace::tools::mcap {
 std::filesystem::path repaired_name(const std::filesystem::path& damaged);
 
 /// Repairs `damaged` into the new file `repaired`. The error names the file that cannot be read or
-/// written.
-tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
-                                                    const std::filesystem::path& repaired,
-                                                    const std::string& library);
+/// written; then nothing is left of `repaired`.
+tl::expected<RepairReport, std::string> repair_file(
+    const std::filesystem::path& damaged, const std::filesystem::path& repaired,
+    const std::string& library, const Revise& revise = [](std::vector<Metadata>&) {});
 
 }  // namespace millrace::tools::mcap

@@ -10,6 +10,8 @@ namespace millrace::tools::mcap {
 namespace {
 
 constexpr std::uint64_t data_end_length = 4;
+/// Of a record outside of chunks, which is read at once; a longer one has a damaged length.
+constexpr std::uint64_t longest_record = std::uint64_t{256} << 20U;
 
 }  // namespace
 
@@ -63,6 +65,13 @@ std::optional<Scanner::Prefix> Scanner::read_prefix() {
   Prefix prefix;
   prefix.opcode = in.u8();
   prefix.length = in.u64();
+  const bool is_chunk = prefix.opcode == static_cast<std::uint8_t>(Opcode::chunk);
+  if (prefix.length > longest_record && !is_chunk) {
+    resynchronise({offset_, "the record (" + opcode_name(prefix.opcode) +
+                                ") that begins here would be longer than any that is read: its "
+                                "length is damaged"});
+    return std::nullopt;
+  }
   if (prefix.length > available - record_prefix_size) {
     resynchronise({offset_, "the file ends inside the record (" + opcode_name(prefix.opcode) +
                                 ") that begins here, or the record's length is damaged"});

@@ -53,6 +53,11 @@ struct Options {
   /// A new file is begun at this size or age; 0 = never.
   std::uint64_t rotate_size = 0;
   std::chrono::nanoseconds rotate_time{};
+  /// The closed files of the series (series.hpp) are removed, the oldest first, when all are larger
+  /// than this, and when the disk has less than `minimum_free` left; 0 = none is removed.
+  std::uint64_t keep_size = 0;
+  /// Recordings named by their time are one series: what their names begin with.
+  std::string prefix{};
   /// Recording ends, in order, when the disk has less than this left.
   std::uint64_t minimum_free = std::uint64_t{100} * 1024 * 1024;
   std::optional<Window> window{};

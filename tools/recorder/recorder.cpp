@@ -1,7 +1,6 @@
 #include "tools/recorder/recorder.hpp"
 
 #include "tools/print/missing.hpp"
-#include "tools/recorder/file_names.hpp"
 
 namespace millrace::tools::recorder {
 
@@ -16,7 +15,13 @@ bool ends_a_call(const recording::Entry& entry) {
 }  // namespace
 
 Recorder::Recorder(Options options, FreeSpace free_space)
-    : options_(std::move(options)), free_space_(std::move(free_space)) {
+    : options_(std::move(options)),
+      free_space_(std::move(free_space)),
+      series_(options_.file,
+              options_.rotate_size > 0 || options_.rotate_time.count() > 0 ? Series::Files::many
+                                                                           : Series::Files::one,
+              options_.prefix),
+      file_number_(series_.last_number()) {
   if (options_.window) {
     ring_.emplace(options_.window->length, options_.window->size);
   }
@@ -86,7 +91,7 @@ Recorder::Result Recorder::tick(Moment now) {
       return closed;
     }
   }
-  disk_is_full_ = free_space_(file_->path()) < options_.minimum_free;
+  look_at_disk();
   return rotate_if_due(now);
 }
 
@@ -107,7 +112,7 @@ Recorder::Result Recorder::finish(std::uint64_t delivered, std::uint64_t lost, f
 
 Recorder::Result Recorder::begin_file(Moment now) {
   ++file_number_;
-  const auto path = numbered(options_.file, file_number_, !rotates());
+  const auto path = series_.numbered(file_number_);
   auto file = RecordingFile::create(path, options_.library);
   if (!file) {
     return tl::unexpected(file.error());
@@ -138,6 +143,7 @@ Recorder::Result Recorder::end_file(const std::map<std::string, std::string>& mo
   }
   files_.push_back(file_->path());
   file_.reset();
+  keep_to_size();
   return {};
 }
 
@@ -152,8 +158,38 @@ Recorder::Result Recorder::rotate_if_due(Moment now) {
   return end_file({}).and_then([&] { return begin_file(now); });
 }
 
-bool Recorder::rotates() const {
-  return options_.rotate_size > 0 || options_.rotate_time.count() > 0;
+void Recorder::make_room(const std::function<bool()>& too_much) {
+  const std::vector<std::filesystem::path> closed = series_.closed();
+  for (std::size_t i = 0; i + 1 < closed.size() && too_much(); ++i) {
+    std::error_code failed;
+    if (std::filesystem::remove(closed[i], failed)) {
+      removed_.push_back(closed[i]);
+    }
+  }
+}
+
+void Recorder::keep_to_size() {
+  if (options_.keep_size == 0) {
+    return;
+  }
+  const auto too_large = [&] {
+    std::uint64_t sum = 0;
+    for (const std::filesystem::path& file : series_.closed()) {
+      std::error_code gone;
+      const std::uint64_t size = std::filesystem::file_size(file, gone);
+      sum += gone ? 0 : size;
+    }
+    return sum > options_.keep_size;
+  };
+  make_room(too_large);
+}
+
+void Recorder::look_at_disk() {
+  const auto too_full = [&] { return free_space_(file_->path()) < options_.minimum_free; };
+  if (too_full() && options_.keep_size > 0) {
+    make_room(too_full);
+  }
+  disk_is_full_ = too_full();
 }
 
 Tally Recorder::tally() const {

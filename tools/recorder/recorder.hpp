@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <tl/expected.hpp>
@@ -22,6 +23,7 @@
 #include "tools/recorder/options.hpp"
 #include "tools/recorder/recording_file.hpp"
 #include "tools/recorder/ring.hpp"
+#include "tools/recorder/series.hpp"
 #include "tools/recording/completeness.hpp"
 
 namespace millrace::tools::recorder {
@@ -58,6 +60,10 @@ class Recorder {
   [[nodiscard]] const recording::Missing& missing() const { return completeness_.missing(); }
   /// True when the disk has too little space left; the recording should be finished then.
   [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
+  /// Files that were removed to have room for newer ones, since the last time this was asked.
+  [[nodiscard]] std::vector<std::filesystem::path> take_removed() {
+    return std::exchange(removed_, {});
+  }
   /// The finished files.
   [[nodiscard]] const std::vector<std::filesystem::path>& files() const { return files_; }
 
@@ -71,10 +77,14 @@ class Recorder {
   Result write_window(Moment now);
   Result close_chunk(bool sync);
   Result rotate_if_due(Moment now);
-  [[nodiscard]] bool rotates() const;
+  /// Removes closed files, the oldest first but never the newest, as long as `too_much`.
+  void make_room(const std::function<bool()>& too_much);
+  void keep_to_size();
+  void look_at_disk();
 
   Options options_;
   FreeSpace free_space_;
+  Series series_;
   std::optional<Ring> ring_;
   std::unique_ptr<RecordingFile> file_;
   unsigned file_number_ = 0;
@@ -87,6 +97,7 @@ class Recorder {
   Tally tally_;
   recording::Completeness completeness_;
   std::vector<std::filesystem::path> files_;
+  std::vector<std::filesystem::path> removed_;
 };
 
 }  // namespace millrace::tools::recorder

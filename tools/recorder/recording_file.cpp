@@ -34,10 +34,10 @@ RecordingFile::Result RecordingFile::finish(const std::map<std::string, std::str
   hops_.close();
   return file_.close_chunk()
       .and_then([&] {
-        return file_.write(mcap::Metadata{"millrace.recorder", metadata});
+        return file_.write(mcap::Metadata{recorder_metadata, metadata});
       })
       .and_then([&] {
-        return file_.write(mcap::Metadata{"millrace.hops", print::hops_metadata(hops_)});
+        return file_.write(mcap::Metadata{hops_metadata, print::hops_metadata(hops_)});
       })
       .and_then([&] { return file_.close(); })
       .and_then([&] { return sink_.finish(); });

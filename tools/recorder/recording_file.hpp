@@ -16,6 +16,10 @@
 
 namespace millrace::tools::recorder {
 
+/// The names of the metadata of each recording.
+inline constexpr const char* recorder_metadata = "millrace.recorder";
+inline constexpr const char* hops_metadata = "millrace.hops";
+
 class RecordingFile {
  public:
   using Result = tl::expected<void, std::string>;

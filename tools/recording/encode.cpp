@@ -1,5 +1,6 @@
 #include <google/protobuf/descriptor.pb.h>
 
+#include "base/text/cp1252.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/recording/codec.hpp"
 #include "tools/recording/proto_fields.hpp"
@@ -7,6 +8,12 @@
 namespace millrace::tools::recording {
 
 namespace {
+
+/// Fields of type string hold UTF-8. Texts of the fabric are, by convention; where one is not, its
+/// bytes are the controller's.
+std::string utf8(const std::string& text) {
+  return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
+}
 
 /// Turns the sample of an entry into its message.
 class ToMessage {
@@ -19,7 +26,7 @@ class ToMessage {
     put_call(message, request.call);
     message.set_attempt(request.attempt);
     message.set_assigned(bytes_of(request.assigned));
-    message.set_uuid(request.uuid);
+    message.set_uuid(utf8(request.uuid));
     put_text(message, request.text, entry_);
     message.set_state(request.state);
     message.set_deadline(nanoseconds(request.deadline));
@@ -43,7 +50,7 @@ class ToMessage {
     message.set_started(nanoseconds(reply.started));
     message.set_answered(nanoseconds(reply.answered));
     message.set_replayed(reply.replayed);
-    message.set_uuid(entry_.uuid);
+    message.set_uuid(utf8(entry_.uuid));
     return message;
   }
 
@@ -51,7 +58,7 @@ class ToMessage {
     proto::Withdrawal message;
     put_key(message, withdrawal.key);
     put_call(message, withdrawal.call);
-    message.set_uuid(entry_.uuid);
+    message.set_uuid(utf8(entry_.uuid));
     return message;
   }
 
@@ -63,8 +70,8 @@ class ToMessage {
     put_call(message, status.call);
     message.set_attempt(status.attempt);
     message.set_instance(bytes_of(status.instance));
-    message.set_uuid(status.uuid);
-    message.set_reason(status.reason);
+    message.set_uuid(utf8(status.uuid));
+    message.set_reason(utf8(status.reason));
     message.set_calls(status.calls);
     message.set_answered(status.answered);
     message.set_withdrawn(status.withdrawn);
@@ -79,11 +86,11 @@ class ToMessage {
     proto::Instance message;
     message.set_change(static_cast<proto::InstanceChange>(news.change));
     message.set_instance(bytes_of(identity.id));
-    message.set_uuid(entry_.uuid);
-    message.set_name(identity.name);
-    message.set_description(identity.description);
-    message.set_version(identity.version);
-    message.set_host(identity.host);
+    message.set_uuid(utf8(entry_.uuid));
+    message.set_name(utf8(identity.name));
+    message.set_description(utf8(identity.description));
+    message.set_version(utf8(identity.version));
+    message.set_host(utf8(identity.host));
     message.set_pid(identity.pid);
     for (const fabric::ChannelScope& scope : identity.channels) {
       message.add_channel(fabric::format_channel_scope(scope));
@@ -97,7 +104,7 @@ class ToMessage {
   proto::InstanceStatus operator()(const fabric::InstanceStatus& status) const {
     proto::InstanceStatus message;
     message.set_instance(bytes_of(status.instance));
-    message.set_uuid(entry_.uuid);
+    message.set_uuid(utf8(entry_.uuid));
     message.set_running(status.running);
     message.set_answered(status.answered);
     message.set_failed(status.failed);
@@ -111,18 +118,18 @@ class ToMessage {
 
   proto::MachineStatus operator()(const fabric::MachineStatus& status) const {
     proto::MachineStatus message;
-    message.set_machine(status.machine);
+    message.set_machine(utf8(status.machine));
     message.set_connected(status.connected);
     message.set_since(nanoseconds(status.since));
-    message.set_address(status.address);
-    message.set_reason(status.reason);
+    message.set_address(utf8(status.address));
+    message.set_reason(utf8(status.reason));
     message.set_channels(status.channels);
     message.set_poll_ns(static_cast<std::uint64_t>(status.poll.count()));
     message.set_requests_per_second(status.requests_per_second);
     message.set_round_trip_ns(static_cast<std::uint64_t>(status.round_trip.count()));
-    message.set_host(status.host);
+    message.set_host(utf8(status.host));
     message.set_pid(status.pid);
-    message.set_version(status.version);
+    message.set_version(utf8(status.version));
     message.set_epoch(status.epoch);
     message.set_gateway(bytes_of(status.gateway));
     message.set_claimed(nanoseconds(status.claimed));
@@ -138,10 +145,10 @@ class ToMessage {
     message.set_kind(static_cast<proto::EventKind>(event.kind));
     message.set_at(nanoseconds(event.at));
     message.set_instance(bytes_of(event.instance));
-    message.set_uuid(event.uuid);
+    message.set_uuid(utf8(event.uuid));
     put_text(message, event.text, entry_);
     message.set_state(event.state);
-    message.set_detail(event.detail);
+    message.set_detail(utf8(event.detail));
     message.set_replayed(event.replayed);
     return message;
   }
@@ -155,7 +162,7 @@ class ToMessage {
     put_text(message, command.text, entry_);
     message.set_state(command.state);
     message.set_instance(bytes_of(command.instance));
-    message.set_issuer(command.issuer);
+    message.set_issuer(utf8(command.issuer));
     message.set_at(nanoseconds(command.at));
     return message;
   }
@@ -165,7 +172,7 @@ class ToMessage {
     message.set_responder(bytes_of(outcome.responder));
     message.set_token(bytes_of(outcome.command));
     message.set_done(outcome.done);
-    message.set_detail(outcome.detail);
+    message.set_detail(utf8(outcome.detail));
     message.set_at(nanoseconds(outcome.at));
     return message;
   }

@@ -147,12 +147,15 @@ void AsService::say_next(const fabric::RequestKey& key) {
     return;
   }
   pending.timer = std::make_unique<asio::steady_timer>(executor_, at);
-  pending.timer->async_wait([this, key](const boost::system::error_code& error) {
-    if (!error) {
-      publish(pending_.at(key));
-      say_next(key);
-    }
-  });
+  pending.timer->async_wait(
+      [this, key, timer = pending.timer.get()](const boost::system::error_code& error) {
+        // It may have expired already when the call was withdrawn, or asked anew.
+        const auto found = pending_.find(key);
+        if (!error && found != pending_.end() && found->second.timer.get() == timer) {
+          publish(found->second);
+          say_next(key);
+        }
+      });
 }
 
 void AsService::publish(Pending& pending) {

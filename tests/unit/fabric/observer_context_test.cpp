@@ -67,6 +67,26 @@ TEST(AContext, KnowsWhoIsGone) {
   EXPECT_EQ(uuid_after(sut, of(InstanceStatus{.instance = instance(0x22)})), "");
 }
 
+TEST(AContext, ForgetsTheFirstOfManyThatAreGone) {
+  Context sut;
+  const auto numbered = [](std::size_t number) {
+    InstanceId id;
+    id.bytes[0] = static_cast<std::uint8_t>(number);
+    id.bytes[1] = static_cast<std::uint8_t>(number >> 8U);
+    return id;
+  };
+  for (std::size_t i = 0; i <= Context::most_gone; ++i) {
+    InstanceNews news{.change = Change::ready, .identity = {.id = numbered(i)}};
+    news.identity.uuid = square_root;
+    Entry ready = of(news);
+    sut.complete(ready);
+    Entry gone = of(InstanceNews{.change = Change::gone, .identity = {.id = numbered(i)}});
+    EXPECT_EQ(uuid_after(sut, gone), square_root);
+  }
+  EXPECT_EQ(uuid_after(sut, of(InstanceStatus{.instance = numbered(0)})), "");
+  EXPECT_EQ(uuid_after(sut, of(InstanceStatus{.instance = numbered(1)})), square_root);
+}
+
 TEST(AContext, NamesTheCallThatIsTakenBack) {
   Context sut;
   Entry request = one_call(17, 0)[1];

@@ -2,6 +2,7 @@
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/commands/log/hop_report.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/mcap/summary.hpp"
@@ -23,11 +24,16 @@ fabric::Time time_of(mcap::Nanoseconds time) {
   return fabric::Time(std::chrono::nanoseconds(static_cast<std::int64_t>(time)));
 }
 
+/// What somebody else wrote, for a terminal.
+std::string shown(const std::string& text) {
+  return base::text::safe(print::utf8(text));
+}
+
 void print_text(const Options& options, std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
   fmt::print("{}: {}, {}\n", options.file.string(), print::size_text(size),
              survey.from_summary ? "closed" : "without a valid summary: all of it was read");
-  fmt::print("written by  {}\n", print::utf8(survey.summary.header.library));
+  fmt::print("written by  {}\n", shown(survey.summary.header.library));
   if (counts.messages > 0) {
     fmt::print("recorded    {} to {} ({})\n", print::time_text(time_of(counts.start)),
                print::time_text(time_of(counts.end)),
@@ -36,13 +42,13 @@ void print_text(const Options& options, std::uint64_t size, const mcap::Survey& 
   fmt::print("messages    {} in {} chunks, {} channels\n", counts.messages, counts.chunks,
              counts.channels);
   for (const mcap::Metadata& metadata : survey.metadata) {
-    fmt::print("{}\n", print::utf8(metadata.name));
+    fmt::print("{}\n", shown(metadata.name));
     for (const auto& [key, value] : metadata.values) {
-      fmt::print("  {}: {}\n", print::utf8(key), print::utf8(value));
+      fmt::print("  {}: {}\n", shown(key), shown(value));
     }
   }
   for (const mcap::AttachmentIndex& attachment : survey.summary.attachments) {
-    fmt::print("attachment  {} ({})\n", print::utf8(attachment.name),
+    fmt::print("attachment  {} ({})\n", shown(attachment.name),
                print::size_text(attachment.data_size));
   }
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::tools::commands::log {
 
@@ -36,7 +37,7 @@ int report(const std::filesystem::path& file, const mcap::Problems& problems) {
   // Standard output first, where both go to one terminal.
   std::fflush(stdout);
   for (const mcap::Problem& problem : problems) {
-    fmt::print(stderr, "{}: {}\n", file.string(), problem.to_string());
+    fmt::print(stderr, "{}: {}\n", file.string(), base::text::safe(problem.to_string()));
   }
   if (problems.empty()) {
     return program::exit_done;

@@ -1,12 +1,14 @@
 // millrace log repair: a whole file out of one that was cut or damaged.
+#include "tools/recorder/repair.hpp"
+
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/version.hpp"
-#include "tools/mcap/repair_file.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::commands::log {
@@ -33,7 +35,7 @@ void show(const Options& options, const std::filesystem::path& output,
     return;
   }
   for (const mcap::Problem& problem : report.problems) {
-    fmt::print("{}: {}\n", options.file.string(), problem.to_string());
+    fmt::print("{}: {}\n", options.file.string(), base::text::safe(problem.to_string()));
   }
   fmt::print("{}: {} messages in {} chunks\n", output.string(), report.saved.messages,
              report.saved.chunks);
@@ -42,7 +44,7 @@ void show(const Options& options, const std::filesystem::path& output,
 int repair(const Options& options) {
   const std::filesystem::path output =
       options.output.empty() ? mcap::repaired_name(options.file) : options.output;
-  const auto done = mcap::repair_file(options.file, output, library_name());
+  const auto done = recorder::repair_recording(options.file, output, library_name());
   if (!done) {
     throw std::runtime_error(done.error());
   }

@@ -24,6 +24,7 @@
 #include "tools/print/json.hpp"
 #include "tools/print/missing.hpp"
 #include "tools/recorder/recorder.hpp"
+#include "tools/recorder/repair.hpp"
 
 namespace millrace::tools::commands::record {
 
@@ -32,12 +33,9 @@ namespace {
 namespace program = base::program;
 
 struct Options {
-  explicit Options(CLI::App& command)
-      : fabric(command, {.name = "millrace record"}),
-        fabric_config(command.get_option("--fabric-config")) {}
+  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace record"}) {}
 
   fabric::profile::FabricFlags fabric;
-  const CLI::Option* fabric_config;
   recorder::Options recorder;
   std::vector<std::string> without_text;
   std::chrono::nanoseconds window{};
@@ -59,6 +57,11 @@ recorder::Options recorder_options(const Options& options,
   recorder::Options result = options.recorder;
   if (result.file.empty()) {
     result.file = default_name();
+    result.prefix = "millrace-";
+  }
+  if (result.keep_size > 0 && result.rotate_size == 0 && result.rotate_time.count() == 0) {
+    throw program::UsageError(
+        "--keep-size removes whole files; it needs --rotate-size or --rotate-time");
   }
   if (options.on_error != (options.window.count() > 0)) {
     throw program::UsageError("--window and --on-error go together: how much, and when");
@@ -79,34 +82,55 @@ recorder::Options recorder_options(const Options& options,
 
 /// The fabric's configuration belongs to what was recorded with it.
 void attach_configuration(const Options& options, recorder::Options& settings) {
-  if (options.fabric_config->empty()) {
+  const std::filesystem::path file = options.fabric.file();
+  if (file.empty()) {
     return;
   }
-  const std::filesystem::path file = options.fabric_config->as<std::string>();
   std::ifstream in(file, std::ios::binary);
   settings.attachments.push_back({.name = file.filename().string(),
                                   .media_type = "text/plain",
                                   .data = std::string(std::istreambuf_iterator<char>(in), {}),
-                                  .at = std::chrono::time_point_cast<fabric::Time::duration>(
-                                      std::chrono::system_clock::now())});
+                                  .at = std::chrono::system_clock::now()});
 }
 
-/// What a power cut left of an earlier recording of this name is made whole, beside it.
-void repair_leftover(const std::filesystem::path& file) {
-  const auto part = mcap::part_of(file);
-  if (!std::filesystem::exists(part)) {
-    return;
+/// What a power cut left of earlier recordings of this name is made whole, beside it.
+void repair_leftovers(const recorder::Options& settings) {
+  const bool many = settings.rotate_size > 0 || settings.rotate_time.count() > 0;
+  const recorder::Series series(settings.file,
+                                many ? recorder::Series::Files::many : recorder::Series::Files::one,
+                                settings.prefix);
+  for (const std::filesystem::path& part : series.leftovers()) {
+    const auto repaired = mcap::repaired_name(part);
+    const auto report = recorder::repair_recording(part, repaired, library_name());
+    if (report) {
+      std::filesystem::remove(part);
+      fmt::print(stderr, "millrace: {} was not closed; its {} messages are in {} now\n",
+                 part.string(), report->saved.messages, repaired.string());
+    } else if (part == mcap::part_of(settings.file)) {
+      throw program::UsageError(
+          fmt::format("{} was left by an earlier recording and cannot be repaired: {}",
+                      part.string(), report.error()));
+    } else {
+      fmt::print(
+          stderr,
+          "millrace: {} was left by an earlier recording, cannot be repaired and stays: {}\n",
+          part.string(), report.error());
+    }
   }
-  const auto repaired = mcap::repaired_name(part);
-  const auto report = mcap::repair_file(part, repaired, library_name());
-  if (!report) {
+}
+
+/// Before it says that it is ready.
+void expect_place(const recorder::Options& settings) {
+  const auto folder =
+      settings.file.has_parent_path() ? settings.file.parent_path() : std::filesystem::path(".");
+  if (!std::filesystem::is_directory(folder)) {
     throw program::UsageError(
-        fmt::format("{} was left by an earlier recording and cannot be repaired: {}", part.string(),
-                    report.error()));
+        fmt::format("-o {}: there is no folder {}", settings.file.string(), folder.string()));
   }
-  std::filesystem::remove(part);
-  fmt::print(stderr, "millrace: {} was not closed; its {} messages are in {} now\n", part.string(),
-             report->saved.messages, repaired.string());
+  if (std::filesystem::exists(settings.file)) {
+    throw program::UsageError(
+        fmt::format("-o {}: the file exists; choose another name", settings.file.string()));
+  }
 }
 
 /// Joins observer, recorder, timer and signals in one io_context.
@@ -118,9 +142,11 @@ class RecordRun : public fabric::observer::ObserverListener {
         signals_(io_, SIGINT, SIGTERM),
         observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything) {}
 
+  /// Begins the file; the error is why that is not possible.
+  recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
+
   /// Records until a signal, a full disk or an error; the latter is the result.
   recorder::Recorder::Result run() {
-    keep(recorder_.start(Clock::now()));
     signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
     schedule_tick();
     if (result_) {
@@ -160,6 +186,11 @@ class RecordRun : public fabric::observer::ObserverListener {
     timer_.async_wait([this](const boost::system::error_code& error) {
       if (!error) {
         keep(recorder_.tick(Clock::now()));
+        for (const std::filesystem::path& file : recorder_.take_removed()) {
+          fmt::print(stderr, "millrace: {} is removed to have room for newer ones\n",
+                     file.string());
+        }
+        say_if_nobody_is_heard();
         if (recorder_.disk_is_full()) {
           fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
           io_.stop();
@@ -169,6 +200,18 @@ class RecordRun : public fabric::observer::ObserverListener {
     });
   }
 
+  void say_if_nobody_is_heard() {
+    if (!looked_for_somebody_ && Clock::now() - begun_ > time_to_be_heard) {
+      looked_for_somebody_ = true;
+      if (counts().delivered == 0) {
+        fmt::print(stderr,
+                   "millrace: nothing has been heard for {} s; 'millrace doctor' looks whether "
+                   "anybody is on this fabric\n",
+                   time_to_be_heard.count());
+      }
+    }
+  }
+
   void keep(const recorder::Recorder::Result& result) {
     if (!result && result_) {
       result_ = result;
@@ -176,8 +219,12 @@ class RecordRun : public fabric::observer::ObserverListener {
     }
   }
 
+  static constexpr std::chrono::seconds time_to_be_heard{10};
+
   recorder::Recorder recorder_;
   recorder::Recorder::Result result_;
+  Clock::time_point begun_ = Clock::now();
+  bool looked_for_somebody_ = false;
   boost::asio::io_context io_{1};
   const base::loop::Watchdog watchdog_{io_.get_executor()};
   boost::asio::steady_timer timer_;
@@ -214,9 +261,13 @@ int record(const Options& options) {
   recorder::Options settings = recorder_options(options, join);
   attach_configuration(options, settings);
   const std::string file = settings.file.string();
-  repair_leftover(settings.file);
+  repair_leftovers(settings);
+  expect_place(settings);
   fabric::dds::Participant participant(join);
   RecordRun run(participant, std::move(settings));
+  if (const auto begun = run.start(); !begun) {
+    throw std::runtime_error(begun.error());
+  }
   program::ready(
       fmt::format("recording fabric {} on domain {} to {}", join.fabric, join.domain, file));
   const auto result = run.run();
@@ -229,6 +280,10 @@ int record(const Options& options) {
              print::missing_text(run.recorder().missing()));
   if (!result) {
     throw std::runtime_error(result.error());
+  }
+  if (counts.delivered == 0) {
+    fmt::print(stderr, "millrace: nobody was heard on fabric {}, domain {}\n", join.fabric,
+               join.domain);
   }
   show(options, run.recorder().files(), counts, run.recorder());
   return run.recorder().disk_is_full() ? program::exit_failed : program::exit_done;
@@ -244,6 +299,9 @@ void add_options(CLI::App& command, Options& options) {
   add_size(command, "--rotate-size", options.recorder.rotate_size, "Begin a new file at this size");
   add_duration(command, "--rotate-time", options.recorder.rotate_time,
                "Begin a new file after this time");
+  add_size(command, "--keep-size", options.recorder.keep_size,
+           "Remove the oldest files of this name when they are larger than this, or the disk has "
+           "less than --min-free left");
   add_size(command, "--min-free", options.recorder.minimum_free,
            "End when the disk has less than this left; 100MiB unless given");
   add_duration(command, "--window", options.window,

@@ -40,6 +40,66 @@ TEST(McapDamage, AFlippedBitCostsAtMostOneChunkAndIsReported) {
   }
 }
 
+/// A file of `size` bytes, zeros behind its beginning, that counts what is read of it.
+class Large : public Source {
+ public:
+  Large(std::string beginning, std::uint64_t size)
+      : beginning_(std::move(beginning)), size_(size) {}
+
+  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  void read(std::uint64_t offset, std::uint64_t length, std::string& out) override {
+    const std::uint64_t there = std::min(length, size_ - std::min(offset, size_));
+    out.assign(static_cast<std::size_t>(there), '\0');
+    if (offset < beginning_.size()) {
+      beginning_.copy(out.data(), out.size(), static_cast<std::size_t>(offset));
+    }
+    largest = std::max(largest, there);
+    total += there;
+  }
+
+  std::uint64_t largest = 0;
+  std::uint64_t total = 0;
+
+ private:
+  std::string beginning_;
+  std::uint64_t size_;
+};
+
+std::string little_endian(std::uint64_t number) {
+  std::string bytes;
+  for (int i = 0; i < 8; ++i) {
+    bytes += static_cast<char>(number >> (8 * i));
+  }
+  return bytes;
+}
+
+TEST(McapDamage, ADamagedLengthAsksForNoMemory) {
+  const std::uint64_t size = std::uint64_t{400} << 20U;
+  Large file(std::string(magic) + static_cast<char>(Opcode::metadata) + little_endian(size - 100),
+             size);
+  const auto scanned = scan_all(file);
+  EXPECT_FALSE(scanned.problems.empty());
+  EXPECT_LE(file.largest, 1U << 20U);
+}
+
+TEST(McapDamage, AFileFullOfWhatLooksLikeChunksIsNotReadForEver) {
+  // Each claims to reach to the end of the file.
+  constexpr std::uint64_t size = 4U << 20U;
+  constexpr std::uint64_t frame_size = 9 + 40;
+  std::string bytes(magic);
+  bytes += '\x7f';
+  while (bytes.size() + 2 * frame_size < size) {
+    const std::uint64_t content = size - bytes.size() - 9;
+    const std::uint64_t records = content - 40;
+    bytes += static_cast<char>(Opcode::chunk) + little_endian(content) + little_endian(0) +
+             little_endian(0) + little_endian(records) + std::string("\1\0\0\0", 4) +
+             std::string(4, '\0') + little_endian(records);
+  }
+  Large file(bytes, size);
+  EXPECT_FALSE(scan_all(file).problems.empty());
+  EXPECT_LE(file.total, std::uint64_t{1} << 30U);
+}
+
 TEST(McapDamage, GoesOnBehindADamagedLength) {
   const auto sample = sample_file(3, 3);
   std::string bytes = sample.bytes;

@@ -6,6 +6,7 @@
 #include "tests/unit/tools/recording/one_call.hpp"
 #include "tools/mcap/repair_file.hpp"
 #include "tools/mcap/summary.hpp"
+#include "tools/recorder/repair.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::recorder {
@@ -107,6 +108,93 @@ TEST_F(RecorderTest, AttachesTheConfigurationToEachFile) {
     EXPECT_EQ(survey.summary.attachments[0].name, "fabric.textproto");
     EXPECT_EQ(survey.summary.attachments[0].data_size, 10U);
   }
+}
+
+TEST_F(RecorderTest, GoesOnWithTheNextNumberAfterARestart) {
+  Options with_rotation = options();
+  with_rotation.rotate_size = 1;
+  for (int run = 0; run < 2; ++run) {
+    Recorder sut(with_rotation);
+    ASSERT_TRUE(sut.start(now));
+    ASSERT_TRUE(sut.on_entry(one_call(1, 0)[0], now));
+    ASSERT_TRUE(sut.finish(1, 0, at(10'000)));
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "run-0004.mcap"));
+}
+
+TEST_F(RecorderTest, KeepsTheNewestWithinItsSize) {
+  Options with_budget = options();
+  with_budget.rotate_size = 1;
+  with_budget.keep_size = 20'000;
+  Recorder sut(with_budget);
+  ASSERT_TRUE(sut.start(now));
+  for (std::uint64_t number = 1; number <= 10; ++number) {
+    record(sut, number, static_cast<double>(10 * number));
+  }
+  ASSERT_TRUE(sut.finish(70, 0, at(10'000)));
+  EXPECT_FALSE(sut.take_removed().empty());
+  std::uint64_t size = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    size += entry.file_size();
+  }
+  EXPECT_LE(size, 20'000U);
+  EXPECT_TRUE(std::filesystem::exists(sut.files().back()));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "run-0001.mcap"));
+}
+
+TEST_F(RecorderTest, RemovesTheOldestWhereTheDiskIsFull) {
+  Options with_budget = options();
+  with_budget.rotate_size = 1;
+  with_budget.keep_size = 1'000'000'000;
+  const auto closed = [this] {
+    return std::count_if(std::filesystem::directory_iterator(folder.path()), {},
+                         [](const auto& entry) { return entry.path().extension() == ".mcap"; });
+  };
+  // Each file that is removed makes room for one.
+  Recorder sut(with_budget, [&](const std::filesystem::path&) -> std::uint64_t {
+    return closed() > 3 ? 0 : 1'000'000'000;
+  });
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_FALSE(sut.disk_is_full());
+  EXPECT_EQ(closed(), 3);
+  ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
+}
+
+TEST_F(RecorderTest, IsCountedAnewWhenItIsRepaired) {
+  {
+    Recorder sut(options());
+    ASSERT_TRUE(sut.start(now));
+    record(sut, 1, 0);
+    now += 1s;
+    ASSERT_TRUE(sut.tick(now));
+    record(sut, 2, 10);
+    ASSERT_TRUE(sut.finish(14, 3, at(10'000)));
+  }
+  const auto whole = folder.path() / "run.mcap";
+  // A byte of the second call.
+  const auto entries = std::filesystem::file_size(whole);
+  std::string bytes(entries, ' ');
+  std::ifstream(whole, std::ios::binary).read(bytes.data(), static_cast<long>(entries));
+  const std::size_t first = bytes.find("1.414214");
+  const std::size_t second = bytes.rfind("1.414214");
+  ASSERT_LT(first + 1000, second);
+  bytes[second] = 'x';
+  std::ofstream(whole, std::ios::binary) << bytes;
+
+  const auto repaired = folder.path() / "repaired.mcap";
+  ASSERT_TRUE(repair_recording(whole, repaired, "test"));
+  EXPECT_EQ(read(repaired).size(), 7U);
+  auto source = mcap::FileSource::open(repaired);
+  const mcap::Survey survey = mcap::survey(*source);
+  ASSERT_EQ(survey.metadata.size(), 2U);
+  const auto& values = survey.metadata[0].values;
+  EXPECT_EQ(values.at("written"), "7");
+  EXPECT_EQ(values.at("repaired"), "true");
+  EXPECT_FALSE(values.contains("delivered_by_the_bus"));
+  EXPECT_EQ(survey.metadata[1].values.at(square_root + " total"),
+            "calls 1, p50 7.10 ms, p99 7.10 ms, max 7.10 ms");
 }
 
 TEST_F(RecorderTest, GrowsUnderAnotherNameUntilItIsWhole) {
