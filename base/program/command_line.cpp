@@ -1,10 +1,12 @@
 #include "base/program/command_line.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "base/program/supervisor.hpp"
 #include "base/text/quoted.hpp"
@@ -17,6 +19,12 @@ namespace {
 std::string program_name(const char* argv0) {
   std::string_view path = argv0 != nullptr ? argv0 : "millrace";
   return std::string(path.substr(path.find_last_of('/') + 1));
+}
+
+/// Why the program ends.
+void tell(const std::string& name, std::string_view why) {
+  fmt::print(stderr, "{}{}: {}\n", is_journal(STDERR_FILENO) ? "<3>" : "", name,
+             text::safe(why, "\n"));
 }
 
 /// What <CLI/CLI.hpp> adds to <CLI/App.hpp> is the formatter and the configuration reader, which
@@ -37,18 +45,46 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
       return app.exit(error);
     }
-    fmt::print(stderr, "{}: {}\nTry '{} --help'.\n", name, text::safe(error.what(), "\n"), name);
+    tell(name, error.what());
+    fmt::print(stderr, "Try '{} --help'.\n", name);
     return exit_usage;
   }
   try {
     return body();
   } catch (const UsageError& error) {
-    fmt::print(stderr, "{}: {}\n", name, text::safe(error.what(), "\n"));
+    tell(name, error.what());
     return exit_usage;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", name, text::safe(error.what(), "\n"));
+    tell(name, error.what());
     return exit_failed;
   }
+}
+
+namespace {
+
+constexpr const char* check_help = "Read the configuration, say what is wrong with it, and end";
+
+}  // namespace
+
+bool asks_for_check(int argc, char** argv) {
+  return std::any_of(argv, argv + argc,
+                     [](std::string_view argument) { return argument == "--check"; });
+}
+
+int check(int argc, char** argv, const std::function<std::string(const std::string&)>& what) {
+  CLI::App app{"Says whether a configuration is good"};
+  std::string file;
+  bool yes = false;
+  app.add_option("--config", file, "The configuration")->required();
+  app.add_flag("--check", yes, check_help);
+  return run(app, argc, argv, [&] {
+    fmt::print("{} is good: {}\n", file, what(file));
+    return exit_done;
+  });
+}
+
+void add_check(CLI::App& app) {
+  app.add_flag("--check", check_help);
 }
 
 void ready(std::string_view what) {

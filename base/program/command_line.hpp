@@ -62,6 +62,17 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
       ->type_name("WORD");
 }
 
+/// Whether --check is on the command line: read the configuration, say what is wrong with it, and
+/// serve nothing.
+bool asks_for_check(int argc, char** argv);
+
+/// run() for such a command line, which has --config FILE beside: prints "FILE is good: WHAT".
+/// `what` reads the file and throws UsageError with its mistakes.
+int check(int argc, char** argv, const std::function<std::string(const std::string& file)>& what);
+
+/// Adds --check to the help of a program that looks for it with asks_for_check().
+void add_check(CLI::App& app);
+
 /// Writes "ready: WHAT" to standard output and flushes it, and tells the supervisor. Called once,
 /// when the program serves.
 void ready(std::string_view what);

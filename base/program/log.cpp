@@ -1,16 +1,14 @@
 #include "base/program/log.hpp"
 
-#include <cstdlib>
-
 #include <CLI/App.hpp>
 #include <fmt/format.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/null_sink.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/program/barrier.hpp"
 #include "base/program/patient_sink.hpp"
+#include "base/program/supervisor.hpp"
 #include "base/text/quoted.hpp"
 
 namespace millrace::base::program {
@@ -63,14 +61,6 @@ class LineFormatter final : public spdlog::formatter {
   bool with_priority_;
   spdlog::pattern_formatter pattern_;
 };
-
-/// systemd.exec(5): the device and inode of what the journal reads.
-bool is_journal(int fd) {
-  const char* stream = std::getenv("JOURNAL_STREAM");
-  struct stat file {};
-  return stream != nullptr && ::fstat(fd, &file) == 0 &&
-         stream == fmt::format("{}:{}", file.st_dev, file.st_ino);
-}
 
 }  // namespace
 

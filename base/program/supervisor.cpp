@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
+#include <string>
 
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -20,6 +22,13 @@ std::string_view environment(const char* name) {
 }
 
 }  // namespace
+
+bool is_journal(int fd) {
+  const std::string_view stream = environment("JOURNAL_STREAM");
+  struct stat file {};
+  return !stream.empty() && ::fstat(fd, &file) == 0 &&
+         stream == std::to_string(file.st_dev) + ':' + std::to_string(file.st_ino);
+}
 
 void tell_supervisor(std::string_view lines) {
   const std::string_view path = environment("NOTIFY_SOCKET");

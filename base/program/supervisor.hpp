@@ -18,4 +18,8 @@ void tell_supervisor(std::string_view lines);
 /// None if it does not watch this process.
 std::optional<std::chrono::microseconds> watchdog_period();
 
+/// Whether systemd's journal reads this descriptor (systemd.exec(5), JOURNAL_STREAM): then a line
+/// may begin with its priority, "<3>" for an error (sd-daemon(3)).
+bool is_journal(int fd);
+
 }  // namespace millrace::base::program

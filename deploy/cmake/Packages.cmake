@@ -41,6 +41,8 @@ install(DIRECTORY
 install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/millrace-services/examples
   COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN programs EXCLUDE)
+# For controllers whose programs use the services.
+install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc DESTINATION ${millrace_share}/cycles COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_share} USE_SOURCE_PERMISSIONS
   COMPONENT services)
 # Where units look for the flags of each instance.

@@ -61,6 +61,7 @@ int serve(int argc, char** argv) {
                                .concurrency = 16});
   std::string file;
   program.app().add_option("--config", file, "Settings (archiver.textproto)");
+  base::program::add_check(program.app());
   std::optional<archiver::Writer> writer;
   std::optional<archiver::ObserverThread> observer;
   const std::function<sdk::LaterHandler()> make = [&] {
@@ -95,6 +96,11 @@ int main(int argc, char** argv) {
   }
   if (command == "export") {
     return archiver::export_rows(argc - 1, argv + 1);
+  }
+  if (base::program::asks_for_check(argc, argv)) {
+    return base::program::check(argc, argv, [](const std::string& file) {
+      return "the archive is " + configuration(file).folder.string();
+    });
   }
   return serve(argc, argv);
 }

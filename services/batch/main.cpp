@@ -26,6 +26,7 @@ int serve_folder(int argc, char** argv) {
       "(see millrace-batch --exec --help)"};
   std::string file = "batch.textproto";
   app.add_option("--config", file, "What to serve; changes are followed")->capture_default_str();
+  program::add_check(app);
   std::string name = "batch";
   app.add_option("--name", name,
                  "Name of this program in logs; the programs it serves have their own")
@@ -52,6 +53,14 @@ int serve_folder(int argc, char** argv) {
   });
 }
 
+std::string checked(const std::string& file) {
+  const auto config = batch::load(file);
+  if (!config) {
+    throw program::UsageError(config.error());
+  }
+  return fmt::format("{} programs", config->scripts.size());
+}
+
 bool is_exec(std::string_view argument) {
   return argument == "--exec" || argument.starts_with("--exec=");
 }
@@ -64,7 +73,8 @@ bool asks_for_help(std::string_view argument) {
 
 int main(int argc, char** argv) {
   if (std::none_of(argv, argv + argc, is_exec)) {
-    return serve_folder(argc, argv);
+    return program::asks_for_check(argc, argv) ? program::check(argc, argv, checked)
+                                               : serve_folder(argc, argv);
   }
   // "--exec --help" names no program, and asks for nothing else.
   char* const* const help = std::find_if(argv, argv + argc, asks_for_help);

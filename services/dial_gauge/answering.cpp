@@ -92,7 +92,7 @@ Response Answering::answer(std::string_view text, Time now) {
     case Verb::status:
       return status(found->second, now);
     default:
-      return read(found->second, now);
+      return read(found->second, request->bare, now);
   }
 }
 
@@ -115,12 +115,16 @@ Response Answering::list() const {
   return {.text = names.empty() ? "none" : names};
 }
 
-Response Answering::read(Entry& entry, Time now) {
+Response Answering::read(Entry& entry, bool bare, Time now) {
   const auto reading = good_reading(entry.gauge, *entry.source, now);
   if (!reading) {
     return reading.error();
   }
-  return {.text = to_text(reading->value - zero_of(entry.gauge.name), entry.gauge.decimals)};
+  std::string text = to_text(reading->value - zero_of(entry.gauge.name), entry.gauge.decimals);
+  if (bare) {
+    text.resize(text.find(' '));
+  }
+  return {.text = std::move(text)};
 }
 
 Response Answering::zero(Entry& entry, Time now) {

@@ -60,7 +60,7 @@ class Answering {
 
   [[nodiscard]] sdk::Response unknown(const std::string& name) const;
   [[nodiscard]] sdk::Response list() const;
-  sdk::Response read(Entry& entry, Time now);
+  sdk::Response read(Entry& entry, bool bare, Time now);
   sdk::Response zero(Entry& entry, Time now);
   sdk::Response status(Entry& entry, Time now);
   [[nodiscard]] Nanometres zero_of(const std::string& gauge) const;

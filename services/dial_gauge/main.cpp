@@ -2,6 +2,8 @@
 #include <filesystem>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "services/dial_gauge/running_gauges.hpp"
 #include "services/sdk/command_line.hpp"
 
@@ -25,6 +27,12 @@ dial_gauge::Config configuration(const std::string& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (base::program::asks_for_check(argc, argv)) {
+    return base::program::check(argc, argv, [](const std::string& file) {
+      const dial_gauge::Config config = configuration(file);
+      return fmt::format("{} gauges, {} lines", config.gauges.size(), config.lines.size());
+    });
+  }
   // At most once: ZERO twice is not ZERO once.
   sdk::ServiceProgram program({.uuid = "e6f15204-3a7c-4686-9bc3-1400d062127c",
                                .name = "dial_gauge",
@@ -36,6 +44,7 @@ int main(int argc, char** argv) {
       "--config", file,
       "Gauges to serve (dial_gauge.textproto). Without it, one simulated gauge "
       "G1 that shows 12.345 mm");
+  base::program::add_check(program.app());
   std::optional<dial_gauge::RunningGauges> gauges;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
     gauges.emplace(configuration(file), program.log());

@@ -24,7 +24,8 @@ std::optional<Verb> verb_of(std::string_view word) {
 }
 
 tl::unexpected<std::string> expected_form(std::string_view text) {
-  return tl::unexpected("expected READ|ZERO|STATUS gauge or LIST, got " + text::in_quotes(text));
+  return tl::unexpected("expected READ gauge [mm], ZERO|STATUS gauge or LIST, got " +
+                        text::in_quotes(text));
 }
 
 }  // namespace
@@ -39,7 +40,8 @@ tl::expected<Request, std::string> parse(std::string_view text) {
   if (!verb) {
     return expected_form(text);
   }
-  const std::size_t expected_words = *verb == Verb::list ? 1 : 2;
+  const bool bare = *verb == Verb::read && words.size() == 3 && text::upper_case(words[2]) == "MM";
+  const std::size_t expected_words = *verb == Verb::list ? 1 : bare ? 3 : 2;
   if (words.size() != expected_words) {
     return expected_form(text);
   }
@@ -49,7 +51,7 @@ tl::expected<Request, std::string> parse(std::string_view text) {
   if (!is_gauge_name(words[1])) {
     return tl::unexpected("no gauge can be called " + text::in_quotes(words[1]));
   }
-  return Request{.verb = *verb, .gauge = std::string(words[1])};
+  return Request{.verb = *verb, .gauge = std::string(words[1]), .bare = bare};
 }
 
 }  // namespace millrace::services::dial_gauge

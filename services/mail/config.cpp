@@ -78,12 +78,18 @@ class Reader {
     const bool environment = !from.password_env().empty();
     mistakes_.expect(from.user().empty() ? !file && !environment : file != environment, path,
                      "needs password_file or password_env with user, and none without");
-    mistakes_.expect(from.user().empty() || from.starttls() == config::Mail::REQUIRED,
-                     path / "user",
-                     "needs starttls: REQUIRED, or the password could be read on the way");
+    mistakes_.expect(from.user().empty() || from.starttls() != config::Mail::OFF, path / "user",
+                     "needs starttls: REQUIRED or IMPLICIT, or the password could be read on the "
+                     "way");
+    constexpr std::uint16_t port_of_implicit_tls = 465;
+    const bool implicit = from.starttls() == config::Mail::IMPLICIT;
+    const Security unencrypted =
+        from.starttls() == config::Mail::OFF ? Security::none : Security::starttls;
     config_.server = {.host = from.host(),
-                      .port = static_cast<std::uint16_t>(from.port()),
-                      .starttls = from.starttls() == config::Mail::REQUIRED,
+                      .port = implicit && !from.has_port()
+                                  ? port_of_implicit_tls
+                                  : static_cast<std::uint16_t>(from.port()),
+                      .security = implicit ? Security::tls : unencrypted,
                       .ca_file = from.ca_file().empty() ? fs::path() : beside(from.ca_file()),
                       .user = from.user(),
                       .password_file = file ? beside(from.password_file()) : fs::path(),

@@ -15,11 +15,19 @@
 
 namespace millrace::services::mail {
 
+enum class Security : std::uint8_t {
+  /// Everything in the clear, and no login.
+  none,
+  /// Plain SMTP until both have agreed on TLS, before anything else is said.
+  starttls,
+  /// TLS from the first byte.
+  tls
+};
+
 struct ServerConfig {
   std::string host{};
   std::uint16_t port = 587;
-  /// False = everything in the clear, and no login.
-  bool starttls = true;
+  Security security = Security::starttls;
   /// Empty = the system's.
   std::filesystem::path ca_file{};
   /// Empty = no login. With it, one of the next two.

@@ -1,7 +1,5 @@
 // millrace-mail: sends mails for NC programs.
-#include <algorithm>
 #include <csignal>
-#include <iostream>
 #include <optional>
 #include <string_view>
 
@@ -23,10 +21,19 @@ mail::Config configuration(const std::string& file) {
   if (!config) {
     throw program::UsageError(config.error());
   }
-  if (const auto secret = mail::password(config->server); !secret) {
-    throw program::UsageError(file + ": server: " + secret.error());
-  }
   return *std::move(config);
+}
+
+std::string_view words_of(mail::Security security) {
+  switch (security) {
+    case mail::Security::none:
+      return "in the clear";
+    case mail::Security::starttls:
+      return "with STARTTLS";
+    case mail::Security::tls:
+      return "with TLS";
+  }
+  return "";
 }
 
 mail::CallInfo info(const sdk::Call& call) {
@@ -39,21 +46,18 @@ mail::CallInfo info(const sdk::Call& call) {
 
 constexpr const char* config_help = "Server, recipients and templates (mail.textproto)";
 
-/// --check: reads the configuration and serves nothing.
-int check(int argc, char** argv) {
-  CLI::App app{"Says whether a configuration of the mail service is good"};
-  std::string file;
-  bool yes = false;
-  app.add_option("--config", file, config_help)->required();
-  app.add_flag("--check", yes, "Read the configuration, say what is wrong with it, and end");
-  return program::run(app, argc, argv, [&] {
-    const mail::Config config = configuration(file);
-    std::cout << fmt::format("{} is good: {} templates, {} recipients, server {}:{} {}\n", file,
-                             config.templates.size(), config.recipients.size(), config.server.host,
-                             config.server.port,
-                             config.server.starttls ? "with STARTTLS" : "in the clear");
-    return program::exit_done;
-  });
+std::string checked(const std::string& file) {
+  const mail::Config config = configuration(file);
+  std::string text =
+      fmt::format("{} templates, {} recipients, server {}:{} {}", config.templates.size(),
+                  config.recipients.size(), config.server.host, config.server.port,
+                  words_of(config.server.security));
+  if (const auto secret = mail::password(config.server); !secret) {
+    // It may be where only the service's unit puts it.
+    text +=
+        fmt::format("\nIts password cannot be read here; the service needs it: {}", secret.error());
+  }
+  return text;
 }
 
 int serve(int argc, char** argv) {
@@ -67,14 +71,15 @@ int serve(int argc, char** argv) {
                                .delivery = fabric::Delivery::at_least_once,
                                .concurrency = 4});
   std::string file;
-  bool no = false;
   service.app().add_option("--config", file, config_help)->required();
-  service.app().add_flag("--check", no,
-                         "Read the configuration, say what is wrong with it, and end");
+  program::add_check(service.app());
   std::optional<mail::Smtp> smtp;
   std::optional<mail::Postman> postman;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
     const mail::Config config = configuration(file);
+    if (const auto secret = mail::password(config.server); !secret) {
+      throw program::UsageError(file + ": server: " + secret.error());
+    }
     smtp.emplace(config.server);
     postman.emplace(config, mail::Spool(config.spool), *smtp, service.log());
     return [&](const sdk::Call& call) { return postman->answer(info(call)); };
@@ -85,6 +90,6 @@ int serve(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const auto is_check = [](std::string_view argument) { return argument == "--check"; };
-  return std::any_of(argv, argv + argc, is_check) ? check(argc, argv) : serve(argc, argv);
+  return program::asks_for_check(argc, argv) ? program::check(argc, argv, checked)
+                                             : serve(argc, argv);
 }

@@ -154,8 +154,9 @@ List recipients(const Mail& mail) {
 
 std::string url(const ServerConfig& server) {
   const bool is_v6 = server.host.find(':') != std::string::npos;
-  return fmt::format("smtp://{0}{1}{2}:{3}/{4}", is_v6 ? "[" : "", server.host, is_v6 ? "]" : "",
-                     server.port, server.hello);
+  return fmt::format("{5}://{0}{1}{2}:{3}/{4}", is_v6 ? "[" : "", server.host, is_v6 ? "]" : "",
+                     server.port, server.hello,
+                     server.security == Security::tls ? "smtps" : "smtp");
 }
 
 long milliseconds(std::chrono::milliseconds time) {
@@ -181,7 +182,8 @@ void set_server(const Handle& handle, const ServerConfig& server, const std::str
   set(handle, CURLOPT_TIMEOUT_MS, milliseconds(server.timeout));
   set(handle, CURLOPT_SERVER_RESPONSE_TIMEOUT,
       static_cast<long>(std::chrono::ceil<std::chrono::seconds>(server.timeout).count()));
-  set(handle, CURLOPT_USE_SSL, long{server.starttls ? CURLUSESSL_ALL : CURLUSESSL_NONE});
+  set(handle, CURLOPT_USE_SSL,
+      long{server.security == Security::none ? CURLUSESSL_NONE : CURLUSESSL_ALL});
   set(handle, CURLOPT_SSLVERSION, long{CURL_SSLVERSION_TLSv1_2});
   set(handle, CURLOPT_SSL_VERIFYPEER, 1L);
   set(handle, CURLOPT_SSL_VERIFYHOST, 2L);

@@ -125,5 +125,28 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
+TEST(Check, SaysWhatIsGoodAndWhatIsNot) {
+  const fs::path data = fs::path(MILLRACE_TEST_DATA) / "config";
+  for (const auto& [program, kind] :
+       {std::pair<std::string, std::string>{"millrace-archiver", ".archiver.textproto"},
+        {"millrace-batch", ".batch.textproto"},
+        {"millrace-dial-gauge", ".dial_gauge.textproto"},
+        {"millrace-mail", ".mail.textproto"}}) {
+    for (const std::string folder : {"good", "bad"}) {
+      std::size_t tried = 0;
+      for (const auto& entry : fs::directory_iterator(data / folder)) {
+        if (!entry.path().string().ends_with(kind)) {
+          continue;
+        }
+        ++tried;
+        Process sut({binary(program), "--config", entry.path().string(), "--check"});
+        EXPECT_EQ(sut.wait(), folder == "good" ? 0 : 2) << entry.path() << sut.error_output();
+        EXPECT_EQ(sut.output().find(" is good: ") != std::string::npos, folder == "good");
+      }
+      EXPECT_GT(tried, 0U) << program;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace millrace::tests

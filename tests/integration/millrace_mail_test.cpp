@@ -271,6 +271,16 @@ TEST_F(Mail, SaysNothingToAServerWhoseCertificateNobodyVouchesFor) {
   EXPECT_EQ(accepted(), 0U);
 }
 
+TEST_F(Mail, SpeaksTlsFromTheFirstByteIfToldTo) {
+  open_server({"--cert", certificate.string(), "--key", key.string(), "--implicit", "--user",
+               "press", "--password", "correct horse"});
+  configure("user: 'press' password_file: 'password' starttls: IMPLICIT");
+  start_service();
+  const fabric::Reply reply = call("done program=A parts=1");
+  EXPECT_EQ(reply.state, 1U) << reply.text;
+  EXPECT_EQ(accepted(), 1U);
+}
+
 TEST_F(Mail, SendsInTheClearOnlyIfToldTo) {
   open_server({});
   configure("starttls: OFF");
@@ -318,8 +328,12 @@ TEST_F(Mail, ChecksItsConfiguration) {
   EXPECT_THAT(good.output(), HasSubstr("is good: 2 templates, 1 recipients"));
   fs::remove(folder.path() / "password");
   Process no_password({binary("millrace-mail"), "--check", "--config", config.string()});
-  EXPECT_EQ(no_password.wait(), 2);
-  EXPECT_THAT(no_password.error_output(), HasSubstr("cannot read the password"));
+  EXPECT_EQ(no_password.wait(), 0);
+  EXPECT_THAT(no_password.output(), HasSubstr("Its password cannot be read here"));
+  Process not_served({binary("millrace-mail"), "--config", config.string(), "--domain",
+                      std::to_string(domain.number())});
+  EXPECT_EQ(not_served.wait(), 2);
+  EXPECT_THAT(not_served.error_output(), HasSubstr("cannot read the password"));
 }
 
 TEST_F(Mail, SharesItsSpoolWithNobody) {

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A mail server for tests (aiosmtpd): keeps what it accepts as files and refuses on demand.
 
-    smtp_server.py FOLDER [--port N] [--cert FILE --key FILE [--user NAME --password WORD]]
+    smtp_server.py FOLDER [--port N] [--cert FILE --key FILE [--implicit] [--user NAME --password WORD]]
 
 Prints "ready: PORT". Accepted mails are FOLDER/1.mail, 2.mail ...: the envelope in the lines "from" and "to",
 an empty line, the message. FOLDER/answer, read whenever a mail arrives, says what happens instead:
@@ -70,15 +70,19 @@ def authenticator(user, password):
 
 async def serve(arguments):
     options = {"hostname": "localhost"}
+    context = None
     if arguments.cert:
         context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
         context.load_cert_chain(arguments.cert, arguments.key)
-        options |= {"tls_context": context, "require_starttls": True}
+        if not arguments.implicit:
+            options |= {"tls_context": context, "require_starttls": True}
     if arguments.user:
-        options |= {"auth_required": True, "authenticator": authenticator(arguments.user, arguments.password)}
+        options |= {"auth_required": True, "auth_require_tls": not arguments.implicit, "authenticator": authenticator(arguments.user, arguments.password)}
     handler = Handler(arguments.folder)
     loop = asyncio.get_running_loop()
-    server = await loop.create_server(lambda: SMTP(handler, loop=loop, **options), "127.0.0.1", arguments.port)
+    from_the_start = context if arguments.implicit else None
+    server = await loop.create_server(
+        lambda: SMTP(handler, loop=loop, **options), "127.0.0.1", arguments.port, ssl=from_the_start)
     print(f"ready: {server.sockets[0].getsockname()[1]}", flush=True)
     await server.serve_forever()
 
@@ -89,6 +93,7 @@ def main():
     parser.add_argument("--port", type=int, default=0)
     parser.add_argument("--cert")
     parser.add_argument("--key")
+    parser.add_argument("--implicit", action="store_true", help="TLS from the first byte")
     parser.add_argument("--user")
     parser.add_argument("--password")
     asyncio.run(serve(parser.parse_args()))

@@ -24,9 +24,9 @@ class FakeSource : public Source {
   tl::expected<Reading, Failure>& next_;
 };
 
-class DeskTest : public testing::Test {
+class AnsweringTest : public testing::Test {
  protected:
-  DeskTest() {
+  AnsweringTest() {
     sut.add({.name = "depth", .maximum = 20 * nanometres_per_mm, .max_age = 2s},
             std::make_unique<FakeSource>(next));
   }
@@ -41,20 +41,28 @@ class DeskTest : public testing::Test {
                 }};
 };
 
-TEST_F(DeskTest, AnswersAValueWithItsUnit) {
+TEST_F(AnsweringTest, AnswersAValueWithItsUnit) {
   EXPECT_EQ(sut.answer("READ depth", now), (Response{.text = "12.345 mm", .state = 1}));
 }
 
-TEST_F(DeskTest, RefusesWhatIsNoRequest) {
-  EXPECT_EQ(sut.answer("", now).state, 10U);
-  EXPECT_THAT(sut.answer("READ", now).text, StartsWith("ERROR: expected READ|ZERO"));
+TEST_F(AnsweringTest, AnswersTheNumberAloneIfItIsAskedFor) {
+  EXPECT_EQ(sut.answer("READ depth mm", now), (Response{.text = "12.345", .state = 1}));
+  next = Reading{.value = 500'000, .taken = now};
+  EXPECT_EQ(sut.answer("ZERO depth", now).state, 1U);
+  next = Reading{.value = 400'000, .taken = now};
+  EXPECT_EQ(sut.answer("READ depth mm", now), (Response{.text = "-0.100", .state = 1}));
 }
 
-TEST_F(DeskTest, NamesTheGaugesThereAreForOneThatIsNot) {
+TEST_F(AnsweringTest, RefusesWhatIsNoRequest) {
+  EXPECT_EQ(sut.answer("", now).state, 10U);
+  EXPECT_THAT(sut.answer("READ", now).text, StartsWith("ERROR: expected READ gauge [mm], ZERO"));
+}
+
+TEST_F(AnsweringTest, NamesTheGaugesThereAreForOneThatIsNot) {
   EXPECT_EQ(sut.answer("READ depht", now), text::error(11, "no gauge 'depht'; there is depth"));
 }
 
-TEST_F(DeskTest, RefusesAValueOutsideTheRange) {
+TEST_F(AnsweringTest, RefusesAValueOutsideTheRange) {
   next = Reading{.value = 20'001'000, .taken = now};
   EXPECT_EQ(sut.answer("READ depth", now),
             text::error(12, "depth shows 20.001 mm, range 0.000 mm to 20.000 mm"));
@@ -62,60 +70,60 @@ TEST_F(DeskTest, RefusesAValueOutsideTheRange) {
   EXPECT_EQ(sut.answer("READ depth", now).state, 12U);
 }
 
-TEST_F(DeskTest, TellsLossOfRadioContact) {
+TEST_F(AnsweringTest, TellsLossOfRadioContact) {
   next = tl::unexpected(Failure{Fault::no_contact, "the radio is silent"});
   EXPECT_EQ(sut.answer("READ depth", now),
             text::error(13, "no radio contact of depth: the radio is silent"));
 }
 
-TEST_F(DeskTest, TellsALowBattery) {
+TEST_F(AnsweringTest, TellsALowBattery) {
   next = tl::unexpected(Failure{Fault::battery_low, "8 % of charge left"});
   EXPECT_EQ(sut.answer("READ depth", now).state, 14U);
 }
 
-TEST_F(DeskTest, RefusesAValueThatIsTooOld) {
+TEST_F(AnsweringTest, RefusesAValueThatIsTooOld) {
   EXPECT_EQ(sut.answer("READ depth", now + 2s).state, 1U);
   EXPECT_EQ(sut.answer("READ depth", now + 2001ms),
             text::error(15, "value of depth is 2.0 s old, at most 2.0 s"));
 }
 
-TEST_F(DeskTest, TellsThatTheReceiverIsGone) {
+TEST_F(AnsweringTest, TellsThatTheReceiverIsGone) {
   next = tl::unexpected(Failure{Fault::line_down, "/dev/x: gone"});
   EXPECT_EQ(sut.answer("READ depth", now).state, 16U);
 }
 
-TEST_F(DeskTest, MeasuresFromTheZeroPointThatWasSet) {
+TEST_F(AnsweringTest, MeasuresFromTheZeroPointThatWasSet) {
   EXPECT_EQ(sut.answer("ZERO depth", now), (Response{.text = "0.000 mm", .state = 1}));
   EXPECT_EQ(kept, (Zeros{{"depth", 12'345'000}}));
   next = Reading{.value = 12'340'000, .taken = now};
   EXPECT_EQ(sut.answer("READ depth", now).text, "-0.005 mm");
 }
 
-TEST_F(DeskTest, KeepsTheOldZeroPointIfTheNewOneCannotBeKept) {
+TEST_F(AnsweringTest, KeepsTheOldZeroPointIfTheNewOneCannotBeKept) {
   keeping = tl::unexpected(std::string("disk full"));
   EXPECT_EQ(sut.answer("ZERO depth", now), text::error(17, "zero point not set: disk full"));
   EXPECT_EQ(sut.answer("READ depth", now).text, "12.345 mm");
 }
 
-TEST_F(DeskTest, SetsNoZeroPointWithoutAGoodReading) {
+TEST_F(AnsweringTest, SetsNoZeroPointWithoutAGoodReading) {
   next = tl::unexpected(Failure{Fault::no_contact, "silent"});
   EXPECT_EQ(sut.answer("ZERO depth", now).state, 13U);
   EXPECT_TRUE(kept.empty());
 }
 
-TEST_F(DeskTest, TellsTheConditionOfAGauge) {
+TEST_F(AnsweringTest, TellsTheConditionOfAGauge) {
   EXPECT_EQ(
       sut.answer("STATUS depth", now + 1500ms),
       (Response{.text = "OK age 1.5 s, battery 87 %, zero at 0.000 mm, 5 readings, 1 failures",
                 .state = 1}));
 }
 
-TEST_F(DeskTest, ListsItsGauges) {
+TEST_F(AnsweringTest, ListsItsGauges) {
   sut.add({.name = "bore"}, std::make_unique<FakeSource>(next));
   EXPECT_EQ(sut.answer("LIST", now), (Response{.text = "bore depth", .state = 1}));
 }
 
-TEST_F(DeskTest, CountsTheGaugesThatDoNotFitTheList) {
+TEST_F(AnsweringTest, CountsTheGaugesThatDoNotFitTheList) {
   for (int i = 0; i < 40; ++i) {
     sut.add({.name = "gauge-" + std::to_string(i)}, std::make_unique<FakeSource>(next));
   }

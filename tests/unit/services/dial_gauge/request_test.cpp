@@ -15,6 +15,13 @@ TEST(GaugeRequest, IsAVerbAndAGauge) {
   EXPECT_EQ(parse("LIST"), (Request{Verb::list, ""}));
 }
 
+TEST(GaugeRequest, MayAskForTheNumberAlone) {
+  EXPECT_EQ(parse("READ depth mm"), (Request{Verb::read, "depth", true}));
+  EXPECT_EQ(parse("read depth MM"), (Request{Verb::read, "depth", true}));
+  EXPECT_FALSE(parse("ZERO depth mm"));
+  EXPECT_FALSE(parse("READ depth inch"));
+}
+
 TEST(GaugeRequest, MayHaveBlanksAndSmallLetters) {
   EXPECT_EQ(parse("  read \t depth "), (Request{Verb::read, "depth"}));
 }
@@ -33,7 +40,8 @@ INSTANTIATE_TEST_SUITE_P(Texts, NoGaugeRequest,
                                          std::string(127, '\xFF')));
 
 TEST(GaugeRequest, TellsWhatWasExpected) {
-  EXPECT_THAT(parse("MEASURE a").error(), HasSubstr("expected READ|ZERO|STATUS gauge or LIST"));
+  EXPECT_THAT(parse("MEASURE a").error(),
+              HasSubstr("expected READ gauge [mm], ZERO|STATUS gauge or LIST"));
   EXPECT_THAT(parse("READ a;b").error(), HasSubstr("'a;b'"));
 }
 

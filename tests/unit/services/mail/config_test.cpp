@@ -24,7 +24,7 @@ TEST(MailConfig, FillsDefaults) {
   const auto sut = load(data("good/minimal.mail.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->server.port, 587);
-  EXPECT_TRUE(sut->server.starttls);
+  EXPECT_EQ(sut->server.security, Security::starttls);
   EXPECT_EQ(sut->server.timeout, 60s);
   EXPECT_EQ(sut->spool, data("good/mail.spool"));
   EXPECT_EQ(sut->retry.first, 10s);

@@ -52,7 +52,8 @@ class SilentServer {
 // It went through libcurl, which then took itself for still at work: the connection stayed open.
 TEST(Smtp, ThrowsWhatItsWatchThrowsBehindLibcurl) {
   const SilentServer server;
-  Smtp sut({.host = "127.0.0.1", .port = server.port(), .starttls = false, .hello = "test"});
+  Smtp sut(
+      {.host = "127.0.0.1", .port = server.port(), .security = Security::none, .hello = "test"});
   const Transport::Watch watch{.handing_over = [] { return true; },
                                .cancelled = [&]() -> bool {
                                  if (server.is_connected()) {
