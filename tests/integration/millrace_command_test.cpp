@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/stuck_loop.hpp"
 
 namespace millrace::tests::integration {
@@ -114,6 +115,25 @@ TEST_F(TheCommand, TakesAGatewayForWellWhoseControllerIsOff) {
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(words, HasSubstr("gateway of cnc"));
   EXPECT_THAT(words, HasSubstr("link down: "));
+  EXPECT_THAT(run({"health", "--all"}).error_output(), HasSubstr("cnc: link down: "));
+  EXPECT_EQ(exit_code, 3);
+}
+
+TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
+  Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
+  Process gateway = chain.gateway();
+  gateway.await_error("link up");
+  await("the call to be unserved", [&] {
+    run({"health", "--all"});
+    return exit_code == 5;
+  });
+  run({"health"});
+  EXPECT_EQ(exit_code, 0);
+  Process service = chain.square_root();
+  await("all to be well", [&] {
+    run({"health", "--all"});
+    return exit_code == 0;
+  });
 }
 
 TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {

@@ -22,7 +22,7 @@ struct Place {
 };
 
 /// The words that an option accepts, if it accepts these only: CLI11 tells them as part of its
-/// type, "TEXT:{bash,zsh,fish}" or "ENUM:value in {none->0,interval->1} OR {0,1}".
+/// type, "TEXT:{bash,zsh,fish}".
 std::vector<std::string> words_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const auto open = type.find('{');
@@ -33,7 +33,7 @@ std::vector<std::string> words_of(const CLI::Option& option) {
   std::vector<std::string> words;
   std::istringstream list(type.substr(open + 1, close - open - 1));
   for (std::string word; std::getline(list, word, ',');) {
-    words.push_back(word.substr(0, word.find("->")));
+    words.push_back(word);
   }
   return words;
 }

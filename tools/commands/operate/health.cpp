@@ -1,5 +1,6 @@
 // millrace health: whether the programs of a host do their work, in one exit code.
 #include <algorithm>
+#include <set>
 
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
@@ -18,7 +19,13 @@ namespace {
 struct Options : OperateOptions {
   using OperateOptions::OperateOptions;
   std::string host = base::posix::host_name();
+  bool all = false;
 };
+
+// What is wrong with --all, the worst first.
+constexpr int exit_link_down = 3;
+constexpr int exit_held = 4;
+constexpr int exit_unserved = 5;
 
 /// Whoever has a loop that may hang: the gateways of a host, in the words of an instance, and its
 /// services.
@@ -66,6 +73,43 @@ void show_machines(const Options& options, const bus::Live& live, const Programs
   }
 }
 
+/// --all: an exit code for the first thing that is wrong with the links of these gateways and the
+/// channels of their machines; says each of them.
+int look_at_machines(const bus::Live& live, const Programs& programs) {
+  int worst = base::program::exit_done;
+  const auto note = [&](int code, const std::string& what) {
+    worst = worst == base::program::exit_done ? code : std::min(worst, code);
+    fmt::print(stderr, "millrace: {}\n", base::text::safe(what));
+  };
+  std::set<std::string> machines;
+  for (const auto& [key, status] : live.machines()) {
+    if (std::ranges::find(programs.gateways, key.second, &fabric::InstanceIdentity::id) ==
+        programs.gateways.end()) {
+      continue;
+    }
+    machines.insert(status.machine);
+    // A gateway that stands by has no link, and needs none.
+    const bool has_link = std::ranges::any_of(live.machines(), [&](const auto& one) {
+      return one.second.machine == status.machine && one.second.connected;
+    });
+    if (!has_link) {
+      note(exit_link_down, fmt::format("{}: link down: {}", status.machine, status.reason));
+    }
+  }
+  for (const auto& [key, status] : live.channels()) {
+    if (!machines.contains(key.machine)) {
+      continue;
+    }
+    if (status.state == fabric::ChannelState::held) {
+      note(exit_held, fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
+    } else if (status.state == fabric::ChannelState::unserved) {
+      note(exit_unserved,
+           fmt::format("{}: nobody serves {}: {}", key.to_string(), status.uuid, status.reason));
+    }
+  }
+  return worst;
+}
+
 /// Takes the answers of the gateways, which are the first, out of all.
 boost::json::array take_gateways(boost::json::array& answers, std::size_t gateways) {
   boost::json::array taken;
@@ -102,7 +146,10 @@ int check(const Options& options) {
                "'millrace services' and 'millrace machines' show who is\n",
                options.host, options.fabric.options().fabric, options.fabric.options().domain);
   }
-  return healthy ? base::program::exit_done : base::program::exit_failed;
+  if (!healthy) {
+    return base::program::exit_failed;
+  }
+  return options.all ? look_at_machines(live, programs) : base::program::exit_done;
 }
 
 }  // namespace
@@ -115,6 +162,10 @@ void add_health(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<Options>(command);
   command.add_option("--host", options->host,
                      "The host, as it calls itself; this one unless given");
+  command.add_flag(
+      "--all", options->all,
+      "Also whether their controllers and channels are well: exit code 3 for a link that "
+      "is down, 4 for a held call, 5 for one that nobody serves");
   command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
 }
 
