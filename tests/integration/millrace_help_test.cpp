@@ -146,6 +146,9 @@ TEST(TheCompletion, OffersTheWordsThatAnArgumentMayBe) {
 }
 
 TEST(TheCompletion, CompletesWhatIsTypedIntoARealBash) {
+  if (const std::string reason = Terminal::obstacle(); !reason.empty()) {
+    GTEST_SKIP() << reason;
+  }
   Terminal sut({"/bin/bash", "--norc", "--noprofile", "-i"}, {.rows = 24, .columns = 200});
   sut.type("PS1='> '; source <('" + binary("millrace") + "' completion bash); echo rea''dy\n");
   sut.await("ready\r\n");

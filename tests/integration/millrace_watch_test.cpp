@@ -61,6 +61,9 @@ TEST_F(Watching, TakesOnlyTheCallsThatAreAskedFor) {
 }
 
 TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
+  if (const std::string reason = Terminal::obstacle(); !reason.empty()) {
+    GTEST_SKIP() << reason;
+  }
   start_calls();
   Terminal sut(chain.command({"watch"}), {.rows = 12, .columns = 160});
   sut.await("CALLS/S");
@@ -74,6 +77,9 @@ TEST_F(Watching, ShowsATableWithRatesOnATerminalAndGivesItBackAtCtrlC) {
 }
 
 TEST_F(Watching, PrintsLinesOnATerminalIfAskedTo) {
+  if (const std::string reason = Terminal::obstacle(); !reason.empty()) {
+    GTEST_SKIP() << reason;
+  }
   start_calls();
   Terminal sut(chain.command({"watch", "--lines", "--count", "3"}), {});
   EXPECT_EQ(sut.wait(), 0) << sut.output();

@@ -16,6 +16,9 @@ namespace millrace::tests {
 
 class Terminal {
  public:
+  /// Why there can be none here (no /dev/pts, for one); empty if there can.
+  static std::string obstacle();
+
   struct Size {
     unsigned short rows = 24;
     unsigned short columns = 80;

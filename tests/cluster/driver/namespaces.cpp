@@ -102,7 +102,24 @@ std::string Namespaces::obstacle() {
   if (!std::filesystem::exists("/dev/net/tun")) {
     return "this kernel has no TAP devices (/dev/net/tun)";
   }
-  return {};
+  // Found out once: a plain container, or a root that may not mount, has them and cannot use them.
+  static const std::string trial = [] {
+    const std::string name = fmt::format("millrace-{}-trial", ::getpid());
+    std::string failure;
+    try {
+      run({"ip", "netns", "add", name});
+      run({"ip", "netns", "exec", name, "true"});
+    } catch (const std::exception& error) {
+      failure = std::string("network namespaces cannot be used here: ") + error.what();
+    }
+    try {
+      run({"ip", "netns", "delete", name});
+    } catch (const std::exception&) {
+      // It was not made.
+    }
+    return failure;
+  }();
+  return trial;
 }
 
 }  // namespace millrace::tests::cluster
