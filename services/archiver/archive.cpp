@@ -209,8 +209,14 @@ void Archive::close_files(Time now) {
       if (!close(file, now)) {
         open.push_back(file);
       }
-    } catch (const std::exception& why) {
+    } catch (const Foreign& why) {
       leave(file, why.what());
+    } catch (const std::exception& why) {
+      // It is tried again.
+      open.push_back(file);
+      if (told_unclosed_.insert(file).second) {
+        report_(fmt::format("{} cannot be closed yet: {}", file.string(), why.what()));
+      }
     }
   }
   unclosed_ = std::move(open);

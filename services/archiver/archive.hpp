@@ -80,6 +80,8 @@ class Archive {
   std::unique_ptr<Segment> current_;
   std::vector<std::filesystem::path> unclosed_;
   std::set<std::filesystem::path> foreign_;
+  /// Those of them that were reported.
+  std::set<std::filesystem::path> told_unclosed_;
   bool begun_a_file_ = true;
   bool rotation_failed_ = false;
 };

@@ -222,10 +222,12 @@ std::uintmax_t Segment::size() const {
 bool close(const std::filesystem::path& file, Time now) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
   try {
-    SQLite::Statement update(database, "UPDATE archive SET ended = ? WHERE ended IS NULL");
-    update.bind(1, count(now));
-    update.exec();
-    return database.execAndGet("PRAGMA journal_mode = DELETE").getString() == "delete";
+    return naming_damage([&] {
+      SQLite::Statement update(database, "UPDATE archive SET ended = ? WHERE ended IS NULL");
+      update.bind(1, count(now));
+      update.exec();
+      return database.execAndGet("PRAGMA journal_mode = DELETE").getString() == "delete";
+    });
   } catch (const SQLite::Exception& error) {
     if (error.getErrorCode() == SQLITE_BUSY || error.getErrorCode() == SQLITE_LOCKED) {
       return false;

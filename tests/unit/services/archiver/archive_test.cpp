@@ -133,6 +133,23 @@ TEST_F(ArchiveTest, BeginsTheNextFileWhileSomebodyReadsTheOldOne) {
   EXPECT_EQ(reported, "");
 }
 
+TEST_F(ArchiveTest, TriesAgainToCloseWhatCannotBeWrittenNow) {
+  Archive sut = open({.rotate_age = 1h});
+  sut.append({put(1)}, morning);
+  SQLite::Database(numbered(1).string(), SQLite::OPEN_READWRITE)
+      .exec(
+          "CREATE TRIGGER full BEFORE UPDATE ON archive BEGIN SELECT RAISE(ABORT, 'disk full'); "
+          "END");
+  append(sut, {put(2)}, morning + 2h);
+  sut.tidy_up(morning + 2h, Ages::believed);
+  EXPECT_TRUE(sut.untidy());
+  EXPECT_THAT(reported, testing::EndsWith("archive-000001.db cannot be closed yet: disk full\n"));
+  EXPECT_EQ(std::count(reported.begin(), reported.end(), '\n'), 1);
+  SQLite::Database(numbered(1).string(), SQLite::OPEN_READWRITE).exec("DROP TRIGGER full");
+  sut.tidy_up(morning + 2h, Ages::believed);
+  EXPECT_FALSE(sut.untidy());
+}
+
 TEST_F(ArchiveTest, ClosesAtItsStartWhatAnEarlierOneHadToLeaveOpen) {
   {
     Archive earlier = open({.rotate_age = 1h});
