@@ -8,6 +8,9 @@
 //   gateway_bench idle         memory with 1,000 channels, processor time of 10 idle ones
 //   gateway_bench takeover     kill -9 of an instance until its call runs on another
 //   gateway_bench alarm [SECONDS]   instances lost by mistake while both cores are loaded
+//   gateway_bench scaling      1, 4, 16 and 64 instances of one UUID, against raw Cyclone
+//   gateway_bench presence     10 to 200 idle service processes, against raw Cyclone
+//   gateway_bench presence --uuids 1000   one process with so many UUIDs
 //
 // Exit code 1 if a goal is missed. Results of a run: docs/benchmarks.md.
 #include <atomic>
@@ -24,7 +27,9 @@
 #include "tests/bench/gateway/memory_gateway.hpp"
 #include "tests/bench/gateway/others.hpp"
 #include "tests/bench/gateway/peers.hpp"
+#include "tests/bench/gateway/presence.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
+#include "tests/bench/gateway/scaling.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
 
@@ -323,12 +328,34 @@ int run(int argc, char** argv) {
   CLI::App app{"Measures the gateway beside its peers."};
   std::string what;
   std::uint32_t seconds = 60;
+  std::vector<std::uint32_t> instances;
+  ScalingOptions scaling;
+  PresenceOptions presence;
+  bool row = false;
   PeerOptions peer;
-  app.add_option("what", what, "call, throughput, cost, program, load, idle, takeover or alarm");
+  app.add_option(
+      "what", what,
+      "call, throughput, cost, program, load, idle, takeover, alarm, scaling or presence");
   app.add_option("seconds", seconds, "of alarm");
+  app.add_option("--instances", instances, "scaling, presence: one row for each number, N,N,…")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--processes", scaling.processes, "scaling: that share the instances of a row")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--rounds", scaling.rounds, "scaling: of each row")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  app.add_option("--idle", presence.idle_seconds, "presence: seconds of each row without a call")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  app.add_option("--uuids", presence.uuids, "presence: one process with so many UUIDs instead")
+      ->check(CLI::Range(1, 100'000));
+  app.add_flag("--row", row)->group("");
   app.add_option("--peer", peer.kind)->group("");
   app.add_option("--domain", peer.domain)->group("");
   app.add_option("--number", peer.number)->group("");
+  app.add_option("--count", peer.count)->group("");
   app.add_option("--concurrency", peer.concurrency)->group("");
   app.add_option("--channels", peer.channels)->group("");
   app.add_option("--period", peer.period_ms)->group("");
@@ -336,6 +363,14 @@ int run(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   if (!peer.kind.empty()) {
     serve_peer(peer);
+    return 0;
+  }
+  if (!instances.empty()) {
+    scaling.instances = instances;
+    presence.instances = instances;
+  }
+  if (row) {
+    what == "scaling" ? measure_scaling_row(scaling) : measure_presence_row(presence);
     return 0;
   }
   const std::map<std::string, std::function<bool()>> measurements{
@@ -346,7 +381,9 @@ int run(int argc, char** argv) {
       {"load", measure_controller_load},
       {"idle", measure_idle},
       {"takeover", measure_takeover},
-      {"alarm", [&] { return measure_alarms(std::chrono::seconds(seconds)); }}};
+      {"alarm", [&] { return measure_alarms(std::chrono::seconds(seconds)); }},
+      {"scaling", [&] { return measure_scaling(scaling); }},
+      {"presence", [&] { return measure_presence(presence); }}};
   const auto found = measurements.find(what);
   if (found == measurements.end()) {
     fmt::print(stderr, "{}", app.help());

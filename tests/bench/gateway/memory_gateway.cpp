@@ -172,6 +172,17 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     spin.run(io, done);
     assert(done() && "the loop has nothing left to do");
   }
+  bool run(const std::function<bool()>& done, std::chrono::milliseconds limit) {
+    bool over = false;
+    asio::steady_timer alarm(io, limit);
+    alarm.async_wait([&over](boost::system::error_code) { over = true; });
+    run([&] { return over || done(); });
+    const bool reached = !over || done();
+    // Whoever waits for the timer refers to `over`: let him end here.
+    alarm.cancel();
+    run([&] { return over; });
+    return reached;
+  }
 
   asio::io_context io{1};
   std::unique_ptr<journal::Journal> journal;
@@ -218,10 +229,17 @@ void MemoryGateway::doze() {
 }
 
 MemoryGateway::Result MemoryGateway::run(std::size_t calls) {
+  return std::move(*run_within(calls, std::chrono::hours(24)));
+}
+
+std::optional<MemoryGateway::Result> MemoryGateway::run_within(std::size_t calls,
+                                                               std::chrono::milliseconds limit) {
   begin(calls);
   const double before = own_processor_microseconds();
   const auto start = Clock::now();
-  impl_->run([&] { return impl_->finished >= calls; });
+  if (!impl_->run([&] { return impl_->finished >= calls; }, limit)) {
+    return std::nullopt;
+  }
   const std::chrono::duration<double> took = Clock::now() - start;
   impl_->result.calls_per_second = static_cast<double>(calls) / took.count();
   impl_->result.microseconds_per_call =
@@ -231,6 +249,12 @@ MemoryGateway::Result MemoryGateway::run(std::size_t calls) {
 
 void MemoryGateway::run_until(const std::function<bool()>& done) {
   impl_->run(done);
+}
+bool MemoryGateway::run_until(const std::function<bool()>& done, std::chrono::milliseconds limit) {
+  return impl_->run(done, limit);
+}
+std::size_t MemoryGateway::instances() const {
+  return impl_->instances.size();
 }
 std::size_t MemoryGateway::lost() const {
   return impl_->lost;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "fabric/messages.hpp"
 #include "tests/bench/gateway/series.hpp"
@@ -36,9 +37,15 @@ class MemoryGateway {
   void doze();
   /// Runs so many calls.
   Result run(std::size_t calls);
+  /// The same; nothing if they are not answered within `limit`.
+  std::optional<Result> run_within(std::size_t calls, std::chrono::milliseconds limit);
 
   /// Runs until `done` says so.
   void run_until(const std::function<bool()>& done);
+  /// The same; false if `limit` is over before.
+  bool run_until(const std::function<bool()>& done, std::chrono::milliseconds limit);
+  /// Instances that are ready.
+  [[nodiscard]] std::size_t instances() const;
   /// Instances that were lost since the start.
   [[nodiscard]] std::size_t lost() const;
   /// The last time a call was given out, and to whom.

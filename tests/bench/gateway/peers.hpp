@@ -11,24 +11,25 @@
 namespace millrace::bench {
 
 inline const std::string bench_uuid = "be4c4000-0000-4000-8000-000000000001";
-inline constexpr const char* raw_request_topic = "bench/request";
-inline constexpr const char* raw_reply_topic = "bench/reply";
 
 struct PeerOptions {
   std::string kind;
   std::uint32_t domain = 0;
-  /// raw: partition; polling: services; others: port.
+  /// raw: the first peer of this process; polling: services; others: port.
   std::uint32_t number = 0;
+  /// raw: peers in this process; services of the library: instances in this process.
+  std::uint32_t count = 1;
   std::uint32_t concurrency = 1;
   std::uint32_t channels = 1;
   std::uint32_t period_ms = 2;
   std::uint16_t port = 0;
 };
 
-/// A service of the library that answers at once, from a thread of its own (kind "service") or from
-/// the one that receives ("prompt"), or after a minute ("stuck").
+/// `count` services of the library that answer at once, from a thread of their own (kind "service")
+/// or from the one that receives ("prompt"; "uuids": each of a UUID of its own), or after a minute
+/// ("stuck").
 void serve_sdk(const PeerOptions& options);
-/// A bare Cyclone reader and writer that answer in the listener (kind "raw").
+/// Bare Cyclone readers and writers that answer in the listener, on one participant (kind "raw").
 void serve_raw(const PeerOptions& options);
 /// The vendor's design: services that poll every channel of the controller themselves (kind
 /// "polling"); `number` services in this process, each with its connection.
@@ -38,6 +39,8 @@ void serve_lcm(const PeerOptions& options);
 
 /// Starts one and waits until it is ready.
 tests::Process start_peer(const PeerOptions& options);
+/// Starts one; it says "ready" some time later.
+tests::Process launch_peer(const PeerOptions& options);
 /// Tells the starter that this peer is ready.
 void peer_is_ready(const std::string& word = {});
 /// Never returns: a peer is killed.

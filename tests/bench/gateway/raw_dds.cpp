@@ -1,42 +1,120 @@
 #include "tests/bench/gateway/raw_dds.hpp"
 
 #include <atomic>
-#include <optional>
+#include <cstdlib>
+#include <semaphore>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
-#include "fabric/wire/codec.hpp"
-#include "fabric/wire/endpoint.hpp"
+#include <raw_message.h>
+
+#include "fabric/dds/configuration.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tests/bench/gateway/peers.hpp"
+#include "tests/bench/process_use.hpp"
 
 namespace millrace::bench {
 
 namespace {
 
-using fabric::wire::Codec;
+using fabric::dds::check;
+using fabric::dds::Entity;
+using fabric::dds::Qos;
 
-struct Asker {
-  std::vector<dds_entity_t> writers;
-  dds_entity_t reader = 0;
-  std::vector<Codec<fabric::Request>::Sample> requests;
-  std::vector<Clock::time_point> started;
-  Series round_trips;
-  std::size_t to_start = 0;
-  std::size_t to_finish = 0;
-  std::atomic<bool> done = false;
+Qos endpoint_qos() {
+  Qos qos(dds_create_qos());
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  return qos;
+}
 
-  void ask(std::size_t key) {
-    --to_start;
-    ++requests[key].call.number;
-    started[key] = Clock::now();
-    dds_write(writers[key % writers.size()], &requests[key]);
+Qos partition_qos(const std::string& partition) {
+  Qos qos(dds_create_qos());
+  dds_qset_partition1(qos.get(), partition.c_str());
+  return qos;
+}
+
+Entity create_domain(std::uint32_t domain) {
+  const char* uri = std::getenv("CYCLONEDDS_URI");
+  const std::string configuration =
+      fabric::dds::cyclone_configuration("", uri != nullptr ? uri : "");
+  return Entity(check(dds_create_domain(domain, configuration.c_str()), "create the domain"));
+}
+
+}  // namespace
+
+RawEnd::RawEnd(std::uint32_t domain)
+    : domain_(create_domain(domain)),
+      participant_(check(dds_create_participant(domain, nullptr, nullptr), "join the domain")),
+      requests_(check(dds_create_topic(participant_.handle(), &bench_RawMessage_desc,
+                                       "bench/request", nullptr, nullptr),
+                      "create the topic of requests")),
+      replies_(check(dds_create_topic(participant_.handle(), &bench_RawMessage_desc, "bench/reply",
+                                      nullptr, nullptr),
+                     "create the topic of replies")) {}
+
+dds_entity_t RawEnd::create_writer(dds_entity_t topic, const std::string& partition) const {
+  const dds_entity_t publisher =
+      check(dds_create_publisher(participant_.handle(), partition_qos(partition).get(), nullptr),
+            "publish");
+  return check(dds_create_writer(publisher, topic, endpoint_qos().get(), nullptr), "write");
+}
+
+dds_entity_t RawEnd::create_reader(dds_entity_t topic, const std::string& partition,
+                                   const dds_listener_t* listener) const {
+  const dds_entity_t subscriber =
+      check(dds_create_subscriber(participant_.handle(), partition_qos(partition).get(), nullptr),
+            "subscribe");
+  return check(dds_create_reader(subscriber, topic, endpoint_qos().get(), listener), "read");
+}
+
+std::string raw_partition(std::uint32_t peer) {
+  return fmt::format("raw{}", peer);
+}
+
+struct RawAsker::Impl {
+  explicit Impl(std::uint32_t domain) : end(domain) {}
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl() { dds_set_listener(reader, nullptr); }
+
+  /// A call under way on one key; touched by the one thread that has its turn.
+  struct Place {
+    bench_RawMessage request{};
+    Clock::time_point started;
+  };
+
+  void add_place() {
+    Place& place = places.emplace_back();
+    std::copy_n("cnc", 4, std::begin(place.request.machine));
+    place.request.channel = static_cast<std::uint16_t>(places.size());
+    place.request.epoch = 1;
+    bench_uuid.copy(std::data(place.request.uuid), std::size(place.request.uuid) - 1);
+    place.request.text = {._maximum = static_cast<std::uint32_t>(text.size()),
+                          ._length = static_cast<std::uint32_t>(text.size()),
+                          ._buffer = reinterpret_cast<std::uint8_t*>(text.data()),
+                          ._release = false};
+    place.request.state = 1;
   }
 
-  static void on_data(dds_entity_t, void* self) {
-    auto& asker = *static_cast<Asker*>(self);
-    while (fabric::wire::take_lent<Codec<fabric::Reply>::Sample>(
-               asker.reader, [&](const auto& reply, const dds_sample_info_t& info) {
+  /// False if as many have been asked as were wanted.
+  bool ask(std::size_t key) {
+    if (to_start.fetch_sub(1) <= 0) {
+      return false;
+    }
+    Place& place = places[key];
+    ++place.request.number;
+    place.started = Clock::now();
+    const std::size_t turn = rotate ? static_cast<std::size_t>(place.request.number) : key;
+    dds_write(writers[turn % writers.size()], &place.request);
+    return true;
+  }
+
+  static void on_data(dds_entity_t reader, void* self) {
+    auto& asker = *static_cast<Impl*>(self);
+    while (fabric::wire::take_lent<bench_RawMessage>(
+               reader, [&](const auto& reply, const dds_sample_info_t& info) {
                  if (info.valid_data) {
                    asker.take(reply);
                  }
@@ -44,22 +122,94 @@ struct Asker {
     }
   }
 
-  void take(const Codec<fabric::Reply>::Sample& reply) {
+  void take(const bench_RawMessage& reply) {
     const std::size_t key = reply.channel - 1U;
-    if (reply.call.number != requests[key].call.number || to_finish == 0) {
+    if (key >= places.size() || reply.number != places[key].request.number || to_finish == 0) {
       return;
     }
-    round_trips.add(Clock::now() - started[key]);
+    round_trips.add(Clock::now() - places[key].started);
     if (--to_finish == 0) {
-      done = true;
-      done.notify_one();
-    } else if (to_start > 0) {
+      ended = Clock::now();
+      done.release();
+    } else {
       ask(key);
     }
   }
+
+  RawEnd end;
+  std::string text = "2.0000000000";
+  std::vector<dds_entity_t> writers;
+  dds_entity_t reader = 0;
+  std::vector<Place> places;
+  bool rotate = false;
+  Series round_trips;
+  std::atomic<std::int64_t> to_start = 0;
+  std::size_t to_finish = 0;
+  Clock::time_point ended;
+  std::binary_semaphore done{0};
 };
 
-}  // namespace
+RawAsker::RawAsker(std::uint32_t domain, std::uint32_t peers)
+    : impl_(std::make_unique<Impl>(domain)) {
+  for (std::uint32_t peer = 0; peer < peers; ++peer) {
+    impl_->writers.push_back(impl_->end.create_writer(impl_->end.requests(), raw_partition(peer)));
+  }
+  const fabric::dds::Listener listener(dds_create_listener(impl_.get()));
+  dds_lset_data_available(listener.get(), &Impl::on_data);
+  impl_->reader = impl_->end.create_reader(impl_->end.replies(), "raw*", listener.get());
+}
+
+RawAsker::~RawAsker() = default;
+
+bool RawAsker::await_peers(std::chrono::milliseconds limit) {
+  const auto end = Clock::now() + limit;
+  const auto all_matched = [&] {
+    for (const dds_entity_t writer : impl_->writers) {
+      dds_publication_matched_status_t status{};
+      dds_get_publication_matched_status(writer, &status);
+      if (status.current_count == 0) {
+        return false;
+      }
+    }
+    dds_subscription_matched_status_t status{};
+    dds_get_subscription_matched_status(impl_->reader, &status);
+    return status.current_count >= impl_->writers.size();
+  };
+  while (!all_matched()) {
+    if (Clock::now() >= end) {
+      return false;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+std::optional<RawResult> RawAsker::run(std::size_t calls, std::size_t in_flight,
+                                       std::chrono::milliseconds limit) {
+  impl_->places.reserve(in_flight);
+  while (impl_->places.size() < in_flight) {
+    impl_->add_place();
+  }
+  impl_->rotate = in_flight < impl_->writers.size();
+  impl_->round_trips = {};
+  impl_->to_finish = calls;
+  impl_->to_start = static_cast<std::int64_t>(calls);
+  const double before = own_processor_microseconds();
+  const auto start = Clock::now();
+  for (std::size_t key = 0; key < in_flight && impl_->ask(key); ++key) {
+  }
+  if (!impl_->done.try_acquire_for(limit)) {
+    dds_set_listener(impl_->reader, nullptr);
+    return std::nullopt;
+  }
+  const std::chrono::duration<double> took = impl_->ended - start;
+  RawResult result;
+  result.microseconds_per_call =
+      (own_processor_microseconds() - before) / static_cast<double>(calls);
+  result.calls_per_second = static_cast<double>(calls) / took.count();
+  result.round_trips = std::move(impl_->round_trips);
+  return result;
+}
 
 RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_flight,
                       std::uint32_t processes) {
@@ -71,64 +221,13 @@ RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_fl
     options.number = i;
     peers.push_back(start_peer(options));
   }
-  const fabric::dds::Participant participant({.domain = domain});
-  const fabric::dds::Entity request_topic(dds_create_topic(
-      participant.handle(), fabric::wire::request_topic.type, raw_request_topic, nullptr, nullptr));
-  const fabric::dds::Entity reply_topic(dds_create_topic(
-      participant.handle(), fabric::wire::reply_topic.type, raw_reply_topic, nullptr, nullptr));
-  const fabric::dds::Qos qos(dds_create_qos());
-  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
-
-  Asker asker;
-  std::vector<fabric::dds::Entity> publishers;
-  for (std::uint32_t i = 0; i < processes; ++i) {
-    publishers.push_back(fabric::wire::create_publisher(participant, fmt::format("raw{}", i)));
-    asker.writers.push_back(
-        dds_create_writer(publishers.back().handle(), request_topic.handle(), qos.get(), nullptr));
-  }
-  const fabric::dds::Entity subscriber = fabric::wire::create_subscriber(participant, "raw*");
-  const std::string text = "2.0000000000";
-  for (std::size_t key = 0; key < in_flight; ++key) {
-    fabric::Request request{
-        .key = {.machine = "cnc", .channel = static_cast<std::uint16_t>(key + 1)},
-        .call = {.epoch = 1},
-        .uuid = bench_uuid,
-        .text = text,
-        .state = 1};
-    asker.requests.push_back(*Codec<fabric::Request>::encode(request));
-    // The sample borrows the text, and so must not outlive what it points to.
-    asker.requests.back().text._buffer =
-        reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
-  }
-  asker.started.resize(in_flight);
-  const fabric::dds::Listener listener(dds_create_listener(&asker));
-  dds_lset_data_available(listener.get(), &Asker::on_data);
-  asker.reader =
-      dds_create_reader(subscriber.handle(), reply_topic.handle(), qos.get(), listener.get());
-  for (const dds_entity_t writer : asker.writers) {
-    dds_publication_matched_status_t status{};
-    while (status.current_count == 0) {
-      dds_get_publication_matched_status(writer, &status);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  RawAsker asker(domain, processes);
+  if (asker.await_peers(tests::patience)) {
+    if (auto result = asker.run(calls, in_flight, tests::patience)) {
+      return std::move(*result);
     }
   }
-  dds_subscription_matched_status_t matched{};
-  while (matched.current_count < processes) {
-    dds_get_subscription_matched_status(asker.reader, &matched);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-
-  asker.to_start = calls;
-  asker.to_finish = calls;
-  const auto start = Clock::now();
-  for (std::size_t key = 0; key < in_flight; ++key) {
-    asker.ask(key);
-  }
-  asker.done.wait(false);
-  const std::chrono::duration<double> took = Clock::now() - start;
-  dds_delete(asker.reader);
-  return {std::move(asker.round_trips), static_cast<double>(calls) / took.count()};
+  throw std::runtime_error("the raw peers do not answer");
 }
 
 }  // namespace millrace::bench

@@ -1,9 +1,18 @@
-// Bare Cyclone DDS request and reply in the same types: the floor under a call.
+// Bare Cyclone DDS request and reply: the floor under a call. Each peer has a reader and a writer
+// in a partition of its own; the one that asks has a writer for each of them.
+//
+//   RawAsker asker(domain, 4);             // beside the peers 0 to 3 (PeerOptions, kind "raw")
+//   if (asker.await_peers(limit)) asker.run(10'000, 256, limit);
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
 
+#include "fabric/dds/entity.hpp"
 #include "tests/bench/gateway/series.hpp"
 
 namespace millrace::bench {
@@ -11,10 +20,56 @@ namespace millrace::bench {
 struct RawResult {
   Series round_trips;
   double calls_per_second = 0;
+  /// Processor time of this process for each call.
+  double microseconds_per_call = 0;
 };
 
-/// `in_flight` calls at a time, each on a key of its own, to `processes` echo processes; `calls` in
-/// all. The next call of a key is written in the listener that got its reply.
+/// A participant with DDS's ordinary lease and the fabric's configuration of Cyclone, and what a
+/// raw peer makes in it.
+class RawEnd {
+ public:
+  /// Throws std::runtime_error with Cyclone's reason.
+  explicit RawEnd(std::uint32_t domain);
+
+  [[nodiscard]] dds_entity_t requests() const { return requests_.handle(); }
+  [[nodiscard]] dds_entity_t replies() const { return replies_.handle(); }
+  dds_entity_t create_writer(dds_entity_t topic, const std::string& partition) const;
+  dds_entity_t create_reader(dds_entity_t topic, const std::string& partition,
+                             const dds_listener_t* listener) const;
+
+ private:
+  fabric::dds::Entity domain_;
+  fabric::dds::Entity participant_;
+  fabric::dds::Entity requests_;
+  fabric::dds::Entity replies_;
+};
+
+/// The partition of a peer.
+std::string raw_partition(std::uint32_t peer);
+
+class RawAsker {
+ public:
+  /// For the peers 0 to `peers` - 1.
+  RawAsker(std::uint32_t domain, std::uint32_t peers);
+  ~RawAsker();
+  RawAsker(const RawAsker&) = delete;
+  RawAsker& operator=(const RawAsker&) = delete;
+
+  /// True once all peers are matched, both ways; false when `limit` is over.
+  bool await_peers(std::chrono::milliseconds limit);
+
+  /// `in_flight` calls at a time, each on a key of its own; `calls` in all, which the peers share
+  /// evenly. The next call of a key is written in the listener that got its reply. Nothing if they
+  /// are not answered within `limit`; then it is of no further use.
+  std::optional<RawResult> run(std::size_t calls, std::size_t in_flight,
+                               std::chrono::milliseconds limit);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// `calls` beside `processes` peers that it starts, each a process of its own.
 RawResult measure_raw(std::uint32_t domain, std::size_t calls, std::size_t in_flight,
                       std::uint32_t processes);
 
