@@ -1,5 +1,6 @@
 #include "tests/bench/gateway/fleet.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "tests/bench/process_use.hpp"
@@ -36,6 +37,15 @@ double Fleet::processor_seconds() const {
     seconds += bench::processor_seconds(process.pid());
   }
   return seconds;
+}
+
+std::string Fleet::complaint() const {
+  for (const tests::Process& process : processes_) {
+    if (std::string said = process.error_output(); !said.empty()) {
+      return said;
+    }
+  }
+  return {};
 }
 
 std::vector<int> Fleet::ended() {

@@ -28,6 +28,8 @@ class Fleet {
   [[nodiscard]] Clock::time_point started() const { return started_; }
   /// Processor time of all that still run, since their start.
   [[nodiscard]] double processor_seconds() const;
+  /// What a process has written to its standard error: the first that has, nothing if none has.
+  [[nodiscard]] std::string complaint() const;
   /// How those that have ended did so, as a shell says it; nobody was asked to.
   [[nodiscard]] std::vector<int> ended();
 

@@ -29,6 +29,7 @@
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/gateway/presence.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
+#include "tests/bench/gateway/rows.hpp"
 #include "tests/bench/gateway/scaling.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
@@ -370,8 +371,13 @@ int run(int argc, char** argv) {
     presence.instances = instances;
   }
   if (row) {
-    what == "scaling" ? measure_scaling_row(scaling) : measure_presence_row(presence);
-    return 0;
+    try {
+      what == "scaling" ? measure_scaling_row(scaling) : measure_presence_row(presence);
+      return 0;
+    } catch (const std::exception& error) {
+      remark(error.what());
+      return 1;
+    }
   }
   const std::map<std::string, std::function<bool()>> measurements{
       {"call", measure_call},

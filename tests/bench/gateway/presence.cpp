@@ -159,6 +159,7 @@ void measure_with_gateway(std::uint32_t instances, const PresenceOptions& option
   }
   auto died = first.ended();
   std::ranges::copy(others.ended(), std::back_inserter(died));
+  remark(others.complaint());
   tell_row({{"died", static_cast<double>(died.size())},
             {"lost", static_cast<double>(lost)},
             {"knows", static_cast<double>(gateway.instances())}});
@@ -294,9 +295,7 @@ bool measure_presence(const PresenceOptions& options) {
     if (row.has("died_of")) {
       fmt::print("  the first that died: exit code {} (128 + signal)\n", row.text("died_of"));
     }
-    if (!row.trouble.empty()) {
-      fmt::print("  {}\n", row.trouble);
-    }
+    fmt::print("{}", row.trouble);
     std::fflush(stdout);
     if (const std::string what = missed(instances, row); !what.empty()) {
       misses += fmt::format("  {} instances, MISSED: {}\n", instances, what);

@@ -26,11 +26,14 @@ Row measure_row(std::vector<std::string> arguments, std::chrono::seconds limit) 
   Row row;
   try {
     if (const int code = process.wait(limit); code != 0) {
-      row.trouble =
-          fmt::format("the process of the gateway ended with {}\n{}", code, process.error_output());
+      row.trouble = fmt::format("  the process of the gateway ended with {}\n", code);
     }
   } catch (const std::runtime_error&) {
-    row.trouble = fmt::format("not done after {} s", limit.count());
+    row.trouble = fmt::format("  not done after {} s\n", limit.count());
+  }
+  std::istringstream remarks(process.error_output());
+  for (std::string line; std::getline(remarks, line);) {
+    row.trouble += "  " + line + '\n';
   }
   std::istringstream told(process.output());
   std::string name;
@@ -46,6 +49,12 @@ void tell_row(const Figures& figures) {
     fmt::print("{} {}\n", name, value);
   }
   std::fflush(stdout);
+}
+
+void remark(const std::string& what) {
+  if (!what.empty()) {
+    fmt::print(stderr, "{}\n", what.substr(0, what.find('\n')));
+  }
 }
 
 }  // namespace millrace::bench

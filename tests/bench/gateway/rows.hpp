@@ -17,7 +17,7 @@ using Figures = std::map<std::string, double>;
 
 struct Row {
   Figures figures;
-  /// Why there are none, or not all of them.
+  /// Why there are none, or not all of them, or what must be known about them; whole lines.
   std::string trouble;
 
   [[nodiscard]] bool has(const std::string& name) const { return figures.contains(name); }
@@ -32,5 +32,7 @@ Row measure_row(std::vector<std::string> arguments, std::chrono::seconds limit);
 
 /// Tells the starter figures; those told later are added.
 void tell_row(const Figures& figures);
+/// Tells the starter what must be known about them: the first line of `what`, if it is not empty.
+void remark(const std::string& what);
 
 }  // namespace millrace::bench

@@ -65,6 +65,7 @@ void add_round(Rounds& rounds, const Fleet& fleet, const Asker& run) {
   const std::size_t calls = calls_of_round(warm->calls_per_second);
   const double before = fleet.processor_seconds();
   const auto result = run(calls);
+  remark(fleet.complaint());
   if (!result) {
     give_up("the calls were not answered");
   }
@@ -148,10 +149,8 @@ bool measure_scaling(const ScalingOptions& options) {
                      std::to_string(options.processes), "--rounds", std::to_string(options.rounds)},
                     seconds(30) + 8 * patience);
     fmt::print("{}", line(instances, row));
-    if (!row.trouble.empty()) {
-      fmt::print("  {}\n", row.trouble);
-      complete = false;
-    }
+    fmt::print("{}", row.trouble);
+    complete &= row.has("ratio");
     std::fflush(stdout);
     rows[instances] = row;
   }
