@@ -51,7 +51,11 @@ struct Request {
   ChannelKey key{};
   CallId call{};
   std::uint32_t attempt = 1;
+  /// The one instance that may run this attempt.
   InstanceId assigned{};
+  /// The epoch of a gateway that is gone and had the channel; what it has asked of it is over.
+  /// 0 = none.
+  std::uint64_t succeeds = 0;
   /// As the program wrote it.
   std::string uuid{};
   std::string text{};
@@ -59,10 +63,13 @@ struct Request {
   Time deadline{};
   Time seen{};
   Time dispatched{};
+  /// An instance without room keeps it for later instead of declining it: no other one has room.
+  bool may_wait = false;
   bool replayed = false;
 };
 
-enum class ReplyKind : std::uint8_t { interim, final };
+/// Declined: the attempt was not begun and will not be; the text says why.
+enum class ReplyKind : std::uint8_t { interim, final, declined };
 enum class ServiceCode : std::uint8_t { ok, failed, repeated, refused };
 
 struct Reply {
@@ -105,6 +112,9 @@ struct InstanceIdentity {
   Delivery delivery = Delivery::at_least_once;
   std::uint32_t concurrency = 1;
   bool draining = false;
+  /// Its process beats several times in this time: silence of this length means that it is gone.
+  /// 0: it does not beat.
+  std::chrono::milliseconds lease{};
   bool operator==(const InstanceIdentity&) const = default;
 };
 
@@ -171,10 +181,33 @@ struct InstanceStatus {
   std::uint64_t failed = 0;
   std::uint64_t repeated = 0;
   std::uint64_t cancelled = 0;
+  std::uint64_t declined = 0;
   std::chrono::nanoseconds mean{};
   Time started{};
   Time last_call{};
   bool operator==(const InstanceStatus&) const = default;
+};
+
+/// What one instance is doing.
+struct InstanceLoad {
+  /// `running` is the number of its calls.
+  InstanceStatus status{};
+  /// Those that it has, of all gateways, at most 256: those that run, then those that wait for
+  /// their turn.
+  std::vector<CallId> calls{};
+  std::uint32_t waiting = 0;
+  bool operator==(const InstanceLoad&) const = default;
+};
+
+/// A process that has instances is there, and its loop turns.
+struct Beat {
+  /// Of the process, drawn when it starts.
+  InstanceId member{};
+  Time at{};
+  /// At most 64: of its instances those that have calls, those whose numbers have changed lately,
+  /// and the others in turn.
+  std::vector<InstanceLoad> loads{};
+  bool operator==(const Beat&) const = default;
 };
 
 enum class EventKind : std::uint8_t {

@@ -1,7 +1,8 @@
-// The DDS key of a request: a channel, as one gateway asks for it.
+// The DDS key of a request: a channel, as one gateway asks one instance for it.
 //
 // Two gateways may have had the same channel, one after the other or without hearing each other.
-// Neither replaces nor withdraws what the other asks.
+// Neither replaces nor withdraws what the other asks; nor does an attempt what another instance is
+// asked.
 #pragma once
 
 #include <compare>
@@ -16,14 +17,15 @@ struct RequestKey {
   ChannelKey key{};
   /// Of the call: it names the gateway, or the tool that calls in a gateway's place.
   std::uint64_t epoch = 0;
+  InstanceId instance{};
   auto operator<=>(const RequestKey&) const = default;
 };
 
 inline RequestKey key_of(const Request& request) {
-  return {request.key, request.call.epoch};
+  return {request.key, request.call.epoch, request.assigned};
 }
 inline RequestKey key_of(const Reply& reply) {
-  return {reply.key, reply.call.epoch};
+  return {reply.key, reply.call.epoch, reply.instance};
 }
 
 }  // namespace millrace::fabric

@@ -15,7 +15,7 @@ std::string_view pick(const std::array<std::string_view, size>& names, Enum valu
 }  // namespace
 
 std::string_view name_of(ReplyKind kind) {
-  return pick<ReplyKind, 2>({"interim", "final"}, kind);
+  return pick<ReplyKind, 3>({"interim", "final", "declined"}, kind);
 }
 
 std::string_view name_of(ServiceCode code) {

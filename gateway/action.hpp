@@ -47,9 +47,9 @@ struct Publish {
   fabric::Request request;
 };
 
-/// Take the call back on the fabric: its instance learns that nobody waits any more.
+/// Take the call back from an instance: it learns that nobody waits for its answer any more.
 struct Withdraw {
-  std::string uuid;
+  fabric::InstanceId instance;
   /// Of the call: what another gateway asks of the channel stays.
   std::uint64_t epoch = 0;
   bool operator==(const Withdraw&) const = default;
@@ -92,7 +92,7 @@ struct Offer {
 /// The instance that had the call has answered it: nobody needs to be told, and the core takes the
 /// request back when the channel is quiet.
 struct LeaveBe {
-  std::string uuid;
+  fabric::InstanceId instance;
   bool operator==(const LeaveBe&) const = default;
 };
 
@@ -108,8 +108,14 @@ struct Freed {
   bool operator==(const Freed&) const = default;
 };
 
-/// What a session wants: of the world, or of the core, which keeps the last four to itself.
-using SessionAction = std::variant<Action, Offer, LeaveBe, Resume, Freed>;
+/// The instance has not begun this attempt and will not: the call goes to another one.
+struct Declined {
+  fabric::CallId call;
+  bool operator==(const Declined&) const = default;
+};
+
+/// What a session wants: of the world, or of the core, which keeps the last five to itself.
+using SessionAction = std::variant<Action, Offer, LeaveBe, Resume, Freed, Declined>;
 using SessionActions = std::vector<SessionAction>;
 
 /// Room for the actions of most steps, in a piece of memory that is small enough to be had cheaply:

@@ -26,6 +26,8 @@ struct Assignment {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   /// For people: "square_root on host7".
   std::string name;
+  /// Its instance has no room, nor has any other: it waits there for its turn.
+  bool waits = false;
 };
 
 struct Call {

@@ -3,6 +3,8 @@
 #include <fstream>
 #include <iterator>
 
+#include <fmt/format.h>
+
 namespace millrace::fabric::dds {
 
 namespace {
@@ -12,14 +14,20 @@ namespace {
 constexpr std::string_view loopback =
     R"(<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
 
-// Key hashes: without them another vendor's DDS disposes the wrong channel. Heartbeats: a request
-// that is written before the other side knows its writer is repaired by the next heartbeat;
-// Cyclone's defaults take up to 200 ms for that.
+// Key hashes: without them another vendor's DDS disposes the wrong channel. Acknowledgements: a
+// request that is written before the other side knows its writer is asked for by its first one, and
+// Cyclone's defaults take up to 200 ms for that. Heartbeats: what is lost is asked for when one of
+// them tells of it; each goes to all readers of a writer, so that with ten times as many of them a
+// hundred processes that start together take ten times as long.
 constexpr std::string_view settings =
     R"(<General><AllowMulticast>spdp</AllowMulticast></General>)"
     R"(<Internal><GenerateKeyhash>true</GenerateKeyhash>)"
-    R"(<HeartbeatInterval min="1ms" minsched="5ms" max="1s">10ms</HeartbeatInterval>)"
+    R"(<HeartbeatInterval min="20ms" minsched="50ms" max="1s">200ms</HeartbeatInterval>)"
     R"(<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay><NackDelay>1ms</NackDelay></Internal>)";
+
+// Who hears finds another one like it by its announcement when it starts; these are for who was not
+// heard then.
+constexpr std::string_view hearing = R"(<Discovery><SPDPInterval>5s</SPDPInterval></Discovery>)";
 
 constexpr std::string_view file_scheme = "file://";
 
@@ -48,10 +56,37 @@ bool names_interface(std::string_view list) {
   return false;
 }
 
+/// The group is that of DDS, in which those that hear are; the port is theirs, of this domain.
+std::string announcing(std::uint32_t domain, std::string_view extra) {
+  constexpr std::uint32_t base_port = 7400;
+  constexpr std::uint32_t domain_gain = 250;
+  const bool has_index = extra.find("<ParticipantIndex>") != std::string_view::npos;
+  return fmt::format(
+      ",<General><AllowMulticast>false</AllowMulticast></General>"
+      "<Discovery>{}<SPDPInterval>300ms</SPDPInterval>"
+      R"(<Peers><Peer Address="239.255.0.1:{}"/></Peers></Discovery>)",
+      has_index ? "" : "<ParticipantIndex>none</ParticipantIndex>",
+      base_port + domain_gain * domain);
+}
+
+/// Whoever has his own way of finding others knows better.
+bool finds_otherwise(std::string_view list) {
+  return list.find("<Peers>") != std::string_view::npos ||
+         list.find("<AllowMulticast>false") != std::string_view::npos ||
+         list.find("<ExternalDomainId>") != std::string_view::npos ||
+         list.find("<SPDPMulticastAddress>") != std::string_view::npos ||
+         list.find("<Ports>") != std::string_view::npos;
+}
+
 }  // namespace
 
-std::string cyclone_configuration(std::string_view extra, std::string_view uri) {
+std::string cyclone_configuration(std::string_view extra, std::string_view uri, Finding finding,
+                                  std::uint32_t domain) {
   std::string list(settings);
+  const bool usual = uri.empty() && !finds_otherwise(extra);
+  if (usual && finding == Finding::hears) {
+    list += hearing;
+  }
   if (!names_interface(extra) && !names_interface(uri)) {
     list.insert(0, loopback);
   }
@@ -60,6 +95,9 @@ std::string cyclone_configuration(std::string_view extra, std::string_view uri) 
       list += ',';
       list += more;
     }
+  }
+  if (usual && finding == Finding::announces) {
+    list += announcing(domain, extra);
   }
   return list;
 }

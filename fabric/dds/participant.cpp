@@ -1,5 +1,6 @@
 #include "fabric/dds/participant.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <mutex>
 #include <stdexcept>
@@ -11,6 +12,8 @@
 #include "fabric/dds/entity.hpp"
 
 namespace millrace::fabric::dds {
+
+using namespace std::chrono_literals;
 
 namespace {
 
@@ -63,8 +66,8 @@ void check_fabric_name(const std::string& name) {
 /// Joins what an earlier participant of this process created, or creates the domain.
 void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
   const char* uri = std::getenv("CYCLONEDDS_URI");
-  const std::string configuration =
-      cyclone_configuration(options.configuration, uri != nullptr ? uri : "");
+  const std::string configuration = cyclone_configuration(
+      options.configuration, uri != nullptr ? uri : "", options.finding, options.domain);
   const dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
   if (domain < 0 && domain != DDS_RETCODE_PRECONDITION_NOT_MET) {
     fail(options.domain, domain, log);
@@ -74,7 +77,11 @@ void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
 Qos participant_qos(const ParticipantOptions& options) {
   Qos qos(dds_create_qos());
   // A Cyclone extension: on a participant, liveliness sets the lease it announces to others.
-  dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, DDS_MSECS(options.lease.count()));
+  const std::chrono::milliseconds usual =
+      options.finding == Finding::announces ? 10'000ms : 100'000ms;
+  dds_qset_liveliness(
+      qos.get(), DDS_LIVELINESS_AUTOMATIC,
+      DDS_MSECS(std::max(options.lease, options.participant_lease.value_or(usual)).count()));
   if (!options.name.empty()) {
     dds_qset_entity_name(qos.get(), options.name.c_str());
   }

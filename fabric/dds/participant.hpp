@@ -5,17 +5,37 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 namespace millrace::fabric::dds {
 
+/// How processes find each other where multicast does it.
+enum class Finding : std::uint8_t {
+  /// Gateways and tools: in the group, hears everybody.
+  hears,
+  /// Services: not in the group, only announces itself to it, several times a second. Those that
+  /// hear answer. So services do not find each other, who have nothing to say to each other:
+  /// finding
+  /// everybody costs the square of all processes.
+  announces
+};
+
 struct ParticipantOptions {
   std::uint32_t domain = 0;
   /// The fabric's name, first element of each partition.
   std::string fabric = "millrace";
-  /// How soon others notice that this process is gone without a word.
+  /// How soon those who give it work notice that this process is gone without a word, or hangs: its
+  /// instances beat, and a gateway asserts itself, several times in it.
   std::chrono::milliseconds lease{500};
+  /// After this time without a word DDS takes a process for gone; not shorter than `lease`. DDS's
+  /// ordinary one: with a shorter one each process announces itself to all others so much more
+  /// often, and Cyclone 0.10.2 crashes if it ends while the process' endpoints are being found.
+  /// Nothing: 10 s for who only announces itself; 100 s for who hears, because who has lost one
+  /// that he does not hear would not find it again while it believes in him.
+  std::optional<std::chrono::milliseconds> participant_lease{};
+  Finding finding = Finding::hears;
   /// What `ps`-like tools show.
   std::string name{};
   /// Further Cyclone configuration (XML fragments or files, with commas between); wins over ours

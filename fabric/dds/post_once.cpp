@@ -37,19 +37,4 @@ void PostOnce::listen_for_data(dds_listener_t* listener) {
       this, true);
 }
 
-void PostOnce::listen_for_matches(dds_listener_t* listener) {
-  dds_lset_publication_matched_arg(
-      listener,
-      [](dds_entity_t, dds_publication_matched_status_t, void* self) noexcept {
-        static_cast<PostOnce*>(self)->post();
-      },
-      this, true);
-  dds_lset_subscription_matched_arg(
-      listener,
-      [](dds_entity_t, dds_subscription_matched_status_t, void* self) noexcept {
-        static_cast<PostOnce*>(self)->post();
-      },
-      this, true);
-}
-
 }  // namespace millrace::fabric::dds

@@ -27,8 +27,6 @@ class PostOnce {
   /// Has `listener` wake for data. To be given to an entity when it is created, because Cyclone
   /// 0.10 does not tell a later listener what is already there.
   void listen_for_data(dds_listener_t* listener);
-  /// The same for endpoints that are matched with a reader or writer, or no more.
-  void listen_for_matches(dds_listener_t* listener);
 
  private:
   boost::asio::any_io_executor executor_;

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "fabric/dds/match_queue.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/ends/channel_board.hpp"
 #include "fabric/ends/discovery.hpp"
@@ -18,12 +20,34 @@
 
 namespace millrace::fabric::ends {
 
+namespace {
+
+SteadyTime now() {
+  return std::chrono::steady_clock::now();
+}
+
+/// Where one instance gets its requests.
+struct Mailbox {
+  Mailbox(const dds::Participant& participant, const std::string& partition,
+          const wire::EndpointOptions& options)
+      : writer(participant, partition, options) {}
+
+  wire::Writer<Request> writer;
+  /// What was written and not taken back.
+  std::set<RequestKey> standing;
+  /// Nobody reads it any more.
+  bool vanished = false;
+};
+
+}  // namespace
+
 struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   Impl(dds::Participant& own_participant, boost::asio::any_io_executor own_executor,
        CallEndListener& own_listener)
       : participant(own_participant),
         executor(std::move(own_executor)),
         listener(&own_listener),
+        silence(executor),
         machines(own_participant, own_participant.options().fabric,
                  {.lease = own_participant.options().lease}) {}
 
@@ -31,13 +55,17 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   void close();
   void wrote(wire::Writer<Request>& writer);
   void flush();
-  void open_requests(const std::string& uuid);
+  void open_mailbox(const wire::Mailbox& of);
+  void close_mailbox(const InstanceId& instance);
   void drain_discovery();
   void look_around();
   void drain_replies();
   void take(const wire::Taken<Reply>& taken);
-  void announce(const registry::Registry::Changes& changes);
-  [[nodiscard]] std::set<registry::EndpointHandle> matched() const;
+  void drain_beats();
+  void take(const wire::Taken<Beat>& taken);
+  void ignore(registry::EndpointHandle stranger, const std::string& reason);
+  void announce();
+  void await_silence();
   [[nodiscard]] const std::string& fabric() const { return participant.options().fabric; }
 
   /// Calls the listener, which may end this end in any of its functions.
@@ -55,7 +83,9 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   registry::Registry registry;
   // Before the entities whose listeners wake them.
   std::optional<dds::PostOnce> discovery_post;
+  std::optional<dds::MatchQueue> matches;
   std::optional<dds::PostOnce> reply_post;
+  std::optional<dds::PostOnce> beat_post;
   std::optional<dds::PostOnce> board_post;
   dds::ReaderCount event_readers;
   std::optional<Discovery> discovery;
@@ -64,9 +94,12 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   /// Writers that have spoken in the name of an instance that is not theirs: said once of each.
   std::set<registry::EndpointHandle> strangers;
   std::optional<wire::Reader<Reply>> replies;
-  /// By canonical UUID. They stay when the last instance leaves, because a pending call waits in
-  /// them for the next one.
-  std::map<std::string, wire::Writer<Request>> requests;
+  std::optional<wire::Reader<Beat>> beats;
+  /// Rings when somebody has been silent for too long.
+  boost::asio::steady_timer silence;
+  std::optional<SteadyTime> silence_at;
+  /// Opened when an instance is seen; closed when it is gone and nothing stands in it.
+  std::map<InstanceId, Mailbox> mailboxes;
   /// Until the end of this turn of the executor: what was sent at once, and what waits.
   bool in_turn = false;
   std::vector<wire::Writer<Request>*> unsent;
@@ -84,13 +117,20 @@ void CallEnd::Impl::open() {
   events->hold({});
 
   discovery_post.emplace(executor, weak_from_this(), [this] { drain_discovery(); });
+  matches.emplace([this] { discovery_post->post(); });
   reply_post.emplace(executor, weak_from_this(), [this] { drain_replies(); });
+  beat_post.emplace(executor, weak_from_this(), [this] { drain_beats(); });
 
   const dds::Listener on_reply(dds_create_listener(nullptr));
   reply_post->listen_for_data(on_reply.get());
-  discovery_post->listen_for_matches(on_reply.get());
+  matches->listen(on_reply.get());
   replies.emplace(participant, wire::all_services(fabric()), wire::Keep::last,
                   wire::EndpointOptions{.listener = on_reply.get()});
+
+  const dds::Listener on_beat(dds_create_listener(nullptr));
+  beat_post->listen_for_data(on_beat.get());
+  beats.emplace(participant, fabric(), wire::Keep::last,
+                wire::EndpointOptions{.listener = on_beat.get()});
 
   const dds::Listener on_endpoint(dds_create_listener(nullptr));
   discovery_post->listen_for_data(on_endpoint.get());
@@ -99,20 +139,35 @@ void CallEnd::Impl::open() {
 
 void CallEnd::Impl::close() {
   listener = nullptr;
+  silence.cancel();
   flush();
-  requests.clear();
+  mailboxes.clear();
   replies.reset();
+  beats.reset();
   discovery.reset();
 }
 
-void CallEnd::Impl::open_requests(const std::string& uuid) {
-  if (requests.contains(uuid)) {
+void CallEnd::Impl::open_mailbox(const wire::Mailbox& of) {
+  if (const auto known = mailboxes.find(of.instance); known != mailboxes.end()) {
+    known->second.vanished = false;
     return;
   }
   const dds::Listener on_match(dds_create_listener(nullptr));
-  discovery_post->listen_for_matches(on_match.get());
-  requests.try_emplace(uuid, participant, wire::service_partition(fabric(), uuid),
-                       wire::EndpointOptions{.listener = on_match.get(), .batched = true});
+  matches->listen(on_match.get());
+  mailboxes.try_emplace(of.instance, participant,
+                        wire::mailbox_partition(fabric(), of.uuid, of.instance),
+                        wire::EndpointOptions{.listener = on_match.get(), .batched = true});
+}
+
+/// If it is not needed any more.
+void CallEnd::Impl::close_mailbox(const InstanceId& instance) {
+  const auto mailbox = mailboxes.find(instance);
+  if (mailbox != mailboxes.end() && mailbox->second.vanished &&
+      mailbox->second.standing.empty()) {
+    std::erase(unsent, &mailbox->second.writer);
+    mailbox->second.writer.flush();
+    mailboxes.erase(mailbox);
+  }
 }
 
 void CallEnd::Impl::wrote(wire::Writer<Request>& writer) {
@@ -139,41 +194,42 @@ void CallEnd::Impl::flush() {
   unsent.clear();
 }
 
-std::set<registry::EndpointHandle> CallEnd::Impl::matched() const {
-  std::set<registry::EndpointHandle> handles;
-  for (const registry::EndpointHandle handle : replies->matched()) {
-    handles.insert(handle);
-  }
-  for (const auto& [uuid, writer] : requests) {
-    for (const registry::EndpointHandle handle : writer.matched()) {
-      handles.insert(handle);
-    }
-  }
-  return handles;
-}
-
 void CallEnd::Impl::drain_discovery() {
   // Each callback may close this end.
   if (listener == nullptr) {
     return;
   }
   look_around();
-  registry.set_matched(matched());
   // An instance that leaves may have answered just before.
   drain_replies();
-  announce(registry.changes());
+  announce();
 }
 
 void CallEnd::Impl::look_around() {
-  Discovery::News news = discovery->drain(registry);
-  for (const std::string& uuid : news.uuids) {
-    open_requests(uuid);
+  Discovery::News news = discovery->drain(registry, now());
+  for (const wire::Mailbox& seen : news.mailboxes) {
+    open_mailbox(seen);
+  }
+  for (const auto& [handle, is] : matches->take()) {
+    registry.matched(handle, is);
+  }
+  for (const InstanceId& instance : registry.take_vanished()) {
+    if (const auto mailbox = mailboxes.find(instance);
+        mailbox != mailboxes.end() && !registry.is_seen(instance)) {
+      mailbox->second.vanished = true;
+      close_mailbox(instance);
+    }
   }
   ignored.insert(ignored.end(), std::make_move_iterator(news.ignored.begin()),
                  std::make_move_iterator(news.ignored.end()));
 }
 
-void CallEnd::Impl::announce(const registry::Registry::Changes& changes) {
+void CallEnd::Impl::announce() {
+  if (listener == nullptr) {
+    return;
+  }
+  const registry::Registry::Changes changes = registry.changes();
+  await_silence();
   for (const std::string& reason : std::exchange(ignored, {})) {
     tell([&] { listener->on_ignored(reason); });
   }
@@ -186,6 +242,31 @@ void CallEnd::Impl::announce(const registry::Registry::Changes& changes) {
   for (const InstanceIdentity& instance : changes.changed) {
     tell([&] { listener->on_instance_changed(instance); });
   }
+}
+
+void CallEnd::Impl::await_silence() {
+  const auto next = registry.next_time();
+  if (next == silence_at) {
+    return;
+  }
+  silence_at = next;
+  silence.cancel();
+  if (!next) {
+    return;
+  }
+  silence.expires_at(*next);
+  silence.async_wait([self = weak_from_this(), due = *next](boost::system::error_code error) {
+    const auto alive = self.lock();
+    if (error || !alive || alive->listener == nullptr) {
+      return;
+    }
+    alive->silence_at.reset();
+    // While this process stood still it heard nobody; what has come since is not silence.
+    alive->registry.stood_still(now() - due);
+    alive->drain_beats();
+    alive->registry.on_time(now());
+    alive->announce();
+  });
 }
 
 void CallEnd::Impl::drain_replies() {
@@ -214,15 +295,52 @@ void CallEnd::Impl::take(const wire::Taken<Reply>& taken) {
     listener->on_reply(reply);
     return;
   }
+  ignore(taken.writer,
+         fmt::format("{}: a reply to call {} in the name of instance {} is dropped: it does not come "
+                     "from that instance's writer",
+                     reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
+}
+
+void CallEnd::Impl::ignore(registry::EndpointHandle stranger, const std::string& reason) {
   constexpr std::size_t most_remembered = 256;
   if (strangers.size() >= most_remembered) {
     strangers.clear();
   }
-  if (strangers.insert(taken.writer).second) {
-    listener->on_ignored(fmt::format(
-        "{}: a reply to call {} in the name of instance {} is dropped: it does not come "
-        "from that instance's writer",
-        reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
+  if (strangers.insert(stranger).second) {
+    listener->on_ignored(reason);
+  }
+}
+
+void CallEnd::Impl::drain_beats() {
+  while (listener != nullptr) {
+    const auto batch = beats->take();
+    if (batch.empty()) {
+      break;
+    }
+    for (const wire::Taken<Beat>& taken : batch) {
+      if (taken.valid && listener != nullptr) {
+        take(taken);
+      }
+    }
+  }
+  // Somebody who was silent may be heard again.
+  announce();
+}
+
+/// Who it is from is not for the beat to say.
+void CallEnd::Impl::take(const wire::Taken<Beat>& taken) {
+  if (!registry.beat(taken.writer, now())) {
+    // It may be here before anybody has looked who has come, and is followed by the next one.
+    return;
+  }
+  for (const InstanceLoad& load : taken.value.loads) {
+    if (registry.beats_for(taken.writer, load.status.instance)) {
+      tell([&] { listener->on_load(load); });
+    } else if (registry.is_seen(load.status.instance) && listener != nullptr) {
+      ignore(taken.writer, fmt::format("a beat that speaks for instance {} is dropped: it does not "
+                                       "come from that instance's process",
+                                       load.status.instance.to_string()));
+    }
   }
 }
 
@@ -237,23 +355,27 @@ CallEnd::~CallEnd() {
 }
 
 tl::expected<void, std::string> CallEnd::publish(const Request& request) {
-  const auto writer = impl_->requests.find(canonical_uuid(request.uuid));
-  if (writer == impl_->requests.end()) {
-    return tl::unexpected(fmt::format("no instance has shown up on fabric '{}' for UUID {}",
-                                      impl_->fabric(), request.uuid));
+  const auto mailbox = impl_->mailboxes.find(request.assigned);
+  if (mailbox == impl_->mailboxes.end()) {
+    return tl::unexpected(fmt::format("instance {} has not shown up on fabric '{}'",
+                                      request.assigned.to_string(), impl_->fabric()));
   }
-  const auto written = writer->second.write(request);
+  const auto written = mailbox->second.writer.write(request);
   if (written) {
-    impl_->wrote(writer->second);
+    mailbox->second.standing.insert(key_of(request));
+    impl_->wrote(mailbox->second.writer);
   }
   return written;
 }
 
-void CallEnd::withdraw(const RequestKey& key, const std::string& uuid) {
-  const auto writer = impl_->requests.find(canonical_uuid(uuid));
-  if (writer != impl_->requests.end()) {
-    writer->second.withdraw(Request{.key = key.key, .call = {.epoch = key.epoch}});
-    impl_->wrote(writer->second);
+void CallEnd::withdraw(const RequestKey& key) {
+  const auto mailbox = impl_->mailboxes.find(key.instance);
+  if (mailbox != impl_->mailboxes.end()) {
+    mailbox->second.writer.withdraw(
+        Request{.key = key.key, .call = {.epoch = key.epoch}, .assigned = key.instance});
+    mailbox->second.standing.erase(key);
+    impl_->wrote(mailbox->second.writer);
+    impl_->close_mailbox(key.instance);
   }
 }
 

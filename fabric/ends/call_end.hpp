@@ -1,8 +1,8 @@
 // The gateway's end of the fabric: gives requests out, takes replies in, knows who is there.
 //
 //   CallEnd end(participant, executor, listener);
-//   end.publish(request);                   // to the partition of the request's UUID
-//   end.withdraw(key_of(request), request.uuid);
+//   end.publish(request);                   // to the mailbox of the instance it is assigned to
+//   end.withdraw(key_of(request));
 #pragma once
 
 #include <memory>
@@ -25,12 +25,15 @@ class CallEndListener {
   virtual void on_instance_ready(const InstanceIdentity& instance) = 0;
   /// Its user_data changed (draining, channels …).
   virtual void on_instance_changed(const InstanceIdentity& instance) = 0;
-  /// It left, or its lease ran out. A hint, no proof of death: it may come back with the same id.
+  /// It left, or its process has been silent for its lease. A hint, no proof of death: it may come
+  /// back with the same id.
   virtual void on_instance_gone(const InstanceId& instance) = 0;
   /// Repeats are delivered as they come: a call end that lost an instance for a moment sees the
   /// instance's last reply on each channel again. It is the word of `reply.instance`, whose writer
   /// has sent it; everything else in it is as the instance, or another DDS, has put it there.
   virtual void on_reply(const Reply& reply) = 0;
+  /// What an instance does, by its process' latest beat, which has only just come.
+  virtual void on_load(const InstanceLoad& load) { static_cast<void>(load); }
   /// Somebody looks like an instance but cannot be one, or speaks in the name of one; `reason` says
   /// who and why, for the log.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
@@ -48,15 +51,15 @@ class CallEnd {
   CallEnd(const CallEnd&) = delete;
   CallEnd& operator=(const CallEnd&) = delete;
 
-  /// Writes the pending call of a channel; replaces an earlier one of the same key and UUID.
-  /// Fails for text over 127 bytes, a machine name over 63, and for a UUID no instance has shown.
-  /// The first of a turn of the executor is sent at once, what follows at the turn's end: calls
-  /// that are given out together share datagrams.
+  /// Writes the pending call of a channel; replaces what was asked of the same instance for the
+  /// same channel. Fails for text over 127 bytes, a machine name over 63, and for an instance that
+  /// has not shown up. The first of a turn of the executor is sent at once, what follows at the
+  /// turn's end: calls that are given out together share datagrams.
   tl::expected<void, std::string> publish(const Request& request);
-  /// Takes the pending call of a channel back, as far as it is ours: a handler that runs learns of
-  /// it. Nothing happens if there is none. Calls that are not taken back stay with the instances
-  /// when this end is gone.
-  void withdraw(const RequestKey& key, const std::string& uuid);
+  /// Takes the pending call of a channel back from an instance: a handler that runs learns of it.
+  /// Nothing happens if there is none. Calls that are not taken back stay with the instances when
+  /// this end is gone.
+  void withdraw(const RequestKey& key);
   /// For who watches; an error (a text too long, a recorder that does not keep up) costs one
   /// sample.
   tl::expected<void, std::string> publish(const ChannelStatus& status);

@@ -37,13 +37,17 @@ std::string partition(const Endpoint& endpoint) {
   return only;
 }
 
-/// What the request reader `endpoint` says of itself; its partition decides which UUID it serves.
+/// What a request reader says of itself; its partition decides who it is and which UUID it serves.
 tl::expected<InstanceIdentity, std::string> identity_of(const std::string& text,
-                                                        const std::string& uuid) {
+                                                        const wire::Mailbox& mailbox) {
   auto identity = registry::parse_identity(text);
-  if (identity && identity->uuid != uuid) {
-    return tl::unexpected(
-        fmt::format("it names UUID {} but reads the partition of {}", identity->uuid, uuid));
+  if (identity && identity->uuid != mailbox.uuid) {
+    return tl::unexpected(fmt::format("it names UUID {} but reads the partition of {}",
+                                      identity->uuid, mailbox.uuid));
+  }
+  if (identity && identity->id != mailbox.instance) {
+    return tl::unexpected(fmt::format("it calls itself {} but reads the partition of {}",
+                                      identity->id.to_string(), mailbox.instance.to_string()));
   }
   return identity;
 }
@@ -59,33 +63,35 @@ Discovery::Discovery(const dds::Participant& participant, const dds_listener_t* 
                                             nullptr, listener),
                           "read DCPSPublication")) {}
 
-Discovery::News Discovery::drain(registry::Registry& registry) {
+Discovery::News Discovery::drain(registry::Registry& registry, SteadyTime now) {
   News news;
-  drain_readers(registry, news);
+  drain_readers(registry, now, news);
   drain_writers(registry);
   return news;
 }
 
-void Discovery::drain_readers(registry::Registry& registry, News& news) {
+void Discovery::drain_readers(registry::Registry& registry, SteadyTime now, News& news) {
   const auto seen = [&](const Endpoint& endpoint, const dds_sample_info_t& info) {
     if (!info.valid_data || wire::presence_of(info) != wire::Presence::alive) {
       registry.endpoint_gone(info.instance_handle);
       return;
     }
-    const auto uuid = wire::uuid_of_partition(fabric_, partition(endpoint));
-    const std::string text = user_data(endpoint);
-    // A recorder reads requests too; it tells nothing of itself.
-    if (endpoint.topic_name != std::string_view(wire::request_topic.name) || !uuid ||
-        text.empty()) {
+    if (endpoint.topic_name != std::string_view(wire::request_topic.name)) {
       return;
     }
-    if (auto identity = identity_of(text, *uuid)) {
+    const auto mailbox = wire::parse_mailbox(fabric_, partition(endpoint));
+    const std::string text = user_data(endpoint);
+    // A recorder reads requests too; it tells nothing of itself.
+    if (!mailbox || text.empty()) {
+      return;
+    }
+    if (auto identity = identity_of(text, *mailbox)) {
       registry.reader_seen(info.instance_handle,
-                           {std::move(*identity), endpoint.participant_instance_handle});
-      news.uuids.push_back(*uuid);
+                           {std::move(*identity), endpoint.participant_instance_handle}, now);
+      news.mailboxes.push_back(*mailbox);
     } else {
-      news.ignored.push_back(
-          fmt::format("an instance that serves {} is ignored: {}", *uuid, identity.error()));
+      news.ignored.push_back(fmt::format("an instance that serves {} is ignored: {}",
+                                         mailbox->uuid, identity.error()));
     }
   };
   while (wire::take_lent<Endpoint>(readers_.handle(), seen) > 0) {
@@ -99,6 +105,9 @@ void Discovery::drain_writers(registry::Registry& registry) {
         registry.writer_seen(info.instance_handle,
                              {*instance, endpoint.participant_instance_handle});
       }
+    }
+    if (info.valid_data && endpoint.topic_name == std::string_view(wire::beat_topic.name)) {
+      registry.beat_writer_seen(info.instance_handle, endpoint.participant_instance_handle);
     }
     // One that has come and gone meanwhile was there: its last words may be untaken.
     if (!info.valid_data || wire::presence_of(info) != wire::Presence::alive) {

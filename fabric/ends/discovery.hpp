@@ -1,4 +1,5 @@
-// Reads Cyclone's built-in topics: which request readers and reply writers there are, and whose.
+// Reads Cyclone's built-in topics: which request readers, reply writers and writers of beats there
+// are, and whose.
 #pragma once
 
 #include <functional>
@@ -8,6 +9,7 @@
 #include "fabric/dds/entity.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/registry/registry.hpp"
+#include "fabric/wire/topics.hpp"
 
 namespace millrace::fabric::ends {
 
@@ -17,16 +19,16 @@ class Discovery {
   Discovery(const dds::Participant& participant, const dds_listener_t* listener);
 
   struct News {
-    /// Canonical UUIDs of the request readers that were seen, new or not.
-    std::vector<std::string> uuids;
+    /// Whose request readers were seen, new or not.
+    std::vector<wire::Mailbox> mailboxes;
     /// Request readers that look like instances but are none, and why.
     std::vector<std::string> ignored;
   };
   /// Feeds the registry with what is new.
-  News drain(registry::Registry& registry);
+  News drain(registry::Registry& registry, SteadyTime now);
 
  private:
-  void drain_readers(registry::Registry& registry, News& news);
+  void drain_readers(registry::Registry& registry, SteadyTime now, News& news);
   void drain_writers(registry::Registry& registry);
 
   std::string fabric_;

@@ -30,9 +30,9 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
       : participant(own_participant),
         identity(std::move(own_identity)),
         listener(&own_listener),
-        partition(wire::service_partition(own_participant.options().fabric, identity.uuid)),
-        replies(participant, partition, {.user_data = registry::format_instance(identity.id)}),
-        status(participant, partition) {}
+        replies(participant,
+                wire::service_partition(own_participant.options().fabric, identity.uuid),
+                {.user_data = registry::format_instance(identity.id)}) {}
 
   void open(const boost::asio::any_io_executor& executor);
   void open_directly();
@@ -46,11 +46,9 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   const InstanceIdentity identity;
   /// Null once the end is closed.
   ReplyEndListener* listener;
-  const std::string partition;
   wire::Writer<Reply> replies;
   std::mutex answering;
   RecentKeys answered{most_answered};
-  wire::Writer<InstanceStatus> status;
   // One of them, before the reader that wakes it.
   std::optional<dds::PostOnce> post;
   std::optional<dds::SerialListener> serial;
@@ -73,9 +71,12 @@ void ReplyEnd::Impl::open_directly() {
 }
 
 void ReplyEnd::Impl::read(const dds::Listener& on_request) {
-  requests.emplace(participant, partition, wire::Keep::last,
-                   wire::EndpointOptions{.user_data = registry::format_identity(identity),
-                                         .listener = on_request.get()});
+  requests.emplace(
+      participant,
+      wire::mailbox_partition(participant.options().fabric, identity.uuid, identity.id),
+      wire::Keep::last,
+      wire::EndpointOptions{.user_data = registry::format_identity(identity),
+                            .listener = on_request.get()});
 }
 
 void ReplyEnd::Impl::close() {
@@ -109,7 +110,8 @@ void ReplyEnd::Impl::tell(const wire::Taken<Request>& taken) {
       listener->on_orphaned(key_of(taken.value));
       break;
     case wire::Presence::alive:
-      if (taken.valid) {
+      // The mailbox is this instance's alone; who writes for another one into it is mistaken.
+      if (taken.valid && taken.value.assigned == identity.id) {
         listener->on_request(taken.value);
       }
       break;
@@ -157,10 +159,6 @@ tl::expected<void, std::string> ReplyEnd::publish(const Reply& reply) {
     return tl::unexpected(std::string("a final reply of state 0 would not release the program"));
   }
   return impl_->answer(reply);
-}
-
-tl::expected<void, std::string> ReplyEnd::publish(const InstanceStatus& status) {
-  return impl_->status.write(status);
 }
 
 void ReplyEnd::set_draining(bool draining) {

@@ -1,4 +1,4 @@
-// A service instance's end of the fabric: takes the requests of its UUID in, gives replies out.
+// A service instance's end of the fabric: takes its requests in, gives replies out.
 //
 //   ReplyEnd end(participant, executor, identity, listener);   // ready as soon as gateways see it
 //   end.publish(reply);
@@ -20,10 +20,10 @@ namespace millrace::fabric::ends {
 class ReplyEndListener {
  public:
   virtual ~ReplyEndListener() = default;
-  /// A request for this UUID, whoever it is assigned to; repeats are delivered as they come.
+  /// A request in this instance's mailbox; repeats are delivered as they come.
   virtual void on_request(const Request& request) = 0;
-  /// The pending call of that channel and gateway is answered, or its program does not want it any
-  /// more. A gateway that dies withdraws nothing: it comes back for the answer.
+  /// What that gateway asks of the channel is answered, given to another instance, or its program
+  /// does not want it any more. A gateway that dies withdraws nothing: it comes back for the answer.
   virtual void on_withdrawn(const RequestKey& key) = 0;
   /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
   /// journal, may come back for the answer: then its request is heard once more.
@@ -48,7 +48,6 @@ class ReplyEnd {
 
   /// Fails for text over 127 bytes and for a final reply of state 0.
   tl::expected<void, std::string> publish(const Reply& reply);
-  tl::expected<void, std::string> publish(const InstanceStatus& status);
   /// Tells gateways through discovery; they give nothing new to a draining instance.
   void set_draining(bool draining);
   /// As it was given to the constructor.

@@ -39,7 +39,7 @@ void Context::complete(Entry& entry) {
       entry.uuid = *uuid;
     }
   } else if (auto* withdrawal = std::get_if<Withdrawal>(&entry.sample)) {
-    const RequestKey key{withdrawal->key, withdrawal->call.epoch};
+    const RequestKey key{withdrawal->key, withdrawal->call.epoch, withdrawal->instance};
     const Pending* pending = find(pending_, key);
     withdrawal->call = pending == nullptr ? CallId{} : pending->call;
     entry.uuid = pending == nullptr ? std::string() : pending->uuid;

@@ -17,6 +17,8 @@ struct Withdrawal {
   ChannelKey key{};
   /// Of the request that stood there; zero if the observer had not seen it.
   CallId call{};
+  /// From whom; zero in recordings of the first version of the wire, whose requests stood for all.
+  InstanceId instance{};
 };
 
 enum class Change : std::uint8_t { ready, changed, gone };

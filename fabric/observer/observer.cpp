@@ -2,9 +2,12 @@
 
 #include <optional>
 
+#include <boost/asio/steady_timer.hpp>
+
 #include "fabric/dds/post_once.hpp"
 #include "fabric/ends/discovery.hpp"
 #include "fabric/observer/context.hpp"
+#include "fabric/observer/loads.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 
@@ -32,7 +35,9 @@ std::optional<Sample> sample_of(wire::Taken<Request>&& taken) {
   }
   if (taken.presence == Presence::withdrawn) {
     // The context knows the number.
-    return Withdrawal{.key = std::move(taken.value.key), .call = {.epoch = taken.value.call.epoch}};
+    return Withdrawal{.key = std::move(taken.value.key),
+                      .call = {.epoch = taken.value.call.epoch},
+                      .instance = taken.value.assigned};
   }
   return std::nullopt;
 }
@@ -62,8 +67,9 @@ std::optional<Sample> sample_of(wire::Taken<MachineStatus>&& taken) {
 }  // namespace
 
 struct Observer::Impl : std::enable_shared_from_this<Impl> {
-  Impl(dds::Participant& own_participant, ObserverListener& own_listener)
-      : participant(own_participant), listener(&own_listener) {
+  Impl(dds::Participant& own_participant, const boost::asio::any_io_executor& executor,
+       ObserverListener& own_listener)
+      : participant(own_participant), listener(&own_listener), silence(executor) {
     registry.match_all();
   }
 
@@ -71,6 +77,9 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   void close();
   bool drain();
   void drain_discovery();
+  bool drain_beats();
+  void await_silence();
+  void tell_changes();
   void hand_out(Sample sample);
 
   template <typename Value>
@@ -85,7 +94,6 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   void for_each_reader(Use use) {
     use(machines);
     use(channels);
-    use(instances);
     use(requests);
     use(replies);
     use(events);
@@ -121,7 +129,11 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   std::optional<ends::Discovery> discovery;
   std::optional<wire::Reader<MachineStatus>> machines;
   std::optional<wire::Reader<ChannelStatus>> channels;
-  std::optional<wire::Reader<InstanceStatus>> instances;
+  std::optional<wire::Reader<Beat>> beats;
+  Loads loads;
+  /// Rings when somebody has been silent for too long.
+  boost::asio::steady_timer silence;
+  std::optional<SteadyTime> silence_at;
   std::optional<wire::Reader<Request>> requests;
   std::optional<wire::Reader<Reply>> replies;
   std::optional<wire::Reader<Event>> events;
@@ -139,7 +151,7 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
     post->listen_for_data(on_endpoint.get());
     discovery.emplace(participant, on_endpoint.get());
     open(machines, fabric);
-    open(instances, services);
+    open(beats, fabric);
   }
   if (interest != Interest::states) {
     open(events, fabric);
@@ -154,13 +166,15 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
 
 void Observer::Impl::close() {
   listener = nullptr;
+  silence.cancel();
   for_each_reader([](auto& reader) { reader.reset(); });
+  beats.reset();
   discovery.reset();
 }
 
 bool Observer::Impl::drain() {
   drain_discovery();
-  bool more = false;
+  bool more = drain_beats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
   if (more) {
     // Others on the executor have their turn in between.
@@ -173,9 +187,70 @@ void Observer::Impl::drain_discovery() {
   if (listener == nullptr || !discovery) {
     return;
   }
-  discovery->drain(registry);
+  discovery->drain(registry, std::chrono::steady_clock::now());
+  tell_changes();
+}
+
+/// Of beats nobody wants to know each.
+bool Observer::Impl::drain_beats() {
+  bool more = false;
+  for (int i = 0; i < batches_per_turn && listener != nullptr && beats; ++i) {
+    const auto batch = beats->take();
+    more = !batch.empty();
+    if (!more) {
+      break;
+    }
+    const SteadyTime at = std::chrono::steady_clock::now();
+    for (const wire::Taken<Beat>& taken : batch) {
+      if (!taken.valid || !registry.beat(taken.writer, at)) {
+        continue;
+      }
+      for (const InstanceLoad& load : taken.value.loads) {
+        if (registry.beats_for(taken.writer, load.status.instance) &&
+            loads.is_news(load.status, at)) {
+          hand_out(load.status);
+        }
+      }
+    }
+  }
+  tell_changes();
+  return more;
+}
+
+void Observer::Impl::await_silence() {
+  const auto next = registry.next_time();
+  if (next == silence_at) {
+    return;
+  }
+  silence_at = next;
+  silence.cancel();
+  if (!next) {
+    return;
+  }
+  silence.expires_at(*next);
+  silence.async_wait([self = weak_from_this(), due = *next](boost::system::error_code error) {
+    const auto alive = self.lock();
+    if (error || !alive || alive->listener == nullptr) {
+      return;
+    }
+    alive->silence_at.reset();
+    // While this process stood still it heard nobody; what has come since is not silence.
+    alive->registry.stood_still(std::chrono::steady_clock::now() - due);
+    alive->drain_beats();
+    alive->registry.on_time(std::chrono::steady_clock::now());
+    alive->tell_changes();
+  });
+}
+
+void Observer::Impl::tell_changes() {
+  if (listener == nullptr) {
+    return;
+  }
   const registry::Registry::Changes changes = registry.changes();
+  await_silence();
+  static_cast<void>(registry.take_vanished());
   for (const InstanceId& instance : changes.gone) {
+    loads.forget(instance);
     hand_out(InstanceNews{Change::gone, {.id = instance}});
   }
   for (const InstanceIdentity& identity : changes.ready) {
@@ -198,7 +273,7 @@ void Observer::Impl::hand_out(Sample sample) {
 
 Observer::Observer(dds::Participant& participant, boost::asio::any_io_executor executor,
                    ObserverListener& listener, Interest interest)
-    : impl_(std::make_shared<Impl>(participant, listener)) {
+    : impl_(std::make_shared<Impl>(participant, executor, listener)) {
   impl_->open(executor, interest);
 }
 

@@ -1,6 +1,7 @@
 // What an instance may tell of itself.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 
@@ -11,8 +12,11 @@ namespace millrace::fabric::registry {
 /// Limits of what an instance tells of itself: discovery repeats it to every process.
 inline constexpr std::size_t max_identity_value = 255;
 inline constexpr std::size_t max_identity_channels = 64;
+/// Who promised to beat more often would have everybody look at nothing else.
+inline constexpr std::chrono::milliseconds min_identity_lease{50};
 
-/// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0);
+/// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0, a lease
+/// too short);
 /// empty if it can.
 std::optional<std::string> check_identity(const InstanceIdentity& identity);
 

@@ -14,7 +14,7 @@ namespace millrace::fabric::registry {
 
 namespace {
 
-constexpr std::string_view header = "millrace-instance 1";
+constexpr std::string_view header = "millrace-instance 2";
 constexpr std::string_view instance_key = "instance=";
 
 /// Far above what check_identity lets through: more is no identity of ours.
@@ -123,6 +123,12 @@ Parsed read_value(std::string_view key, const std::string& value, InstanceIdenti
   if (key == "concurrency") {
     return read_number(value, identity.concurrency);
   }
+  if (key == "lease_ms") {
+    std::uint32_t milliseconds = 0;
+    auto read = read_number(value, milliseconds);
+    identity.lease = std::chrono::milliseconds(milliseconds);
+    return read;
+  }
   if (key == "channels") {
     return read_channels(value, identity.channels);
   }
@@ -161,11 +167,11 @@ std::string join_channels(const std::vector<ChannelScope>& channels) {
 std::string format_identity(const InstanceIdentity& identity) {
   return fmt::format(
       "{}\nid={}\nuuid={}\nname={}\ndescription={}\nversion={}\nhost={}\npid={}\nchannels={}\n"
-      "delivery={}\nconcurrency={}\ndraining={}\n",
+      "delivery={}\nconcurrency={}\ndraining={}\nlease_ms={}\n",
       header, identity.id.to_string(), escape(identity.uuid), escape(identity.name),
       escape(identity.description), escape(identity.version), escape(identity.host), identity.pid,
       join_channels(identity.channels), name_of(identity.delivery), identity.concurrency,
-      identity.draining ? "yes" : "no");
+      identity.draining ? "yes" : "no", identity.lease.count());
 }
 
 tl::expected<InstanceIdentity, std::string> parse_identity(std::string_view text) {

@@ -1,7 +1,7 @@
 // The text form of an instance's identity, which discovery carries in the user_data of its request
 // reader. One "key=value" line each; a control byte and '%' in a value are written %XX.
 //
-//   millrace-instance 1
+//   millrace-instance 2
 //   id=8d0c4e6a-52f3-4f0e-9d1b-0a4a2f7c9b11
 //   uuid=560aacbf-6335-44a9-895a-8b27f3ed5e47
 //   name=square_root
@@ -9,6 +9,7 @@
 //   delivery=at-least-once
 //   concurrency=1
 //   draining=no
+//   lease_ms=500
 //
 // A reader skips keys it does not know, so that a later version can add some.
 #pragma once

@@ -4,23 +4,50 @@
 
 namespace millrace::fabric::registry {
 
-void Registry::reader_seen(EndpointHandle handle, Reader reader) {
+void Registry::reader_seen(EndpointHandle handle, Reader reader, SteadyTime now) {
   forget_reader(handle);
-  homes_[reader.identity.id].emplace(handle, reader.participant);
-  readers_.emplace(handle, std::move(reader));
+  Process& process = processes_[reader.participant];
+  process.readers.insert(handle);
+  if (reader.identity.lease > process.lease) {
+    // From now on it is expected to beat.
+    if (process.lease == std::chrono::nanoseconds(0)) {
+      process.heard_at = now;
+    }
+    process.lease = reader.identity.lease;
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
+  }
+  touched_.insert(reader.identity.id);
+  readers_of_[reader.identity.id].insert(handle);
+  readers_.insert_or_assign(handle, std::move(reader));
 }
 
 void Registry::writer_seen(EndpointHandle handle, Writer writer) {
+  forget_writer(handle);
+  ++processes_[writer.participant].writers;
+  touched_.insert(writer.instance);
+  writers_of_[writer.instance].insert(handle);
   writers_.insert_or_assign(handle, writer);
 }
 
+void Registry::beat_writer_seen(EndpointHandle handle, EndpointHandle participant) {
+  if (beat_writers_.try_emplace(handle, participant).second) {
+    ++processes_[participant].writers;
+  }
+}
+
 void Registry::endpoint_gone(EndpointHandle handle) {
+  matched_.erase(handle);
   forget_reader(handle);
-  if (const auto writer = writers_.extract(handle); !writer.empty()) {
-    departed_.emplace_back(handle, writer.mapped());
+  if (const auto writer = writers_.find(handle); writer != writers_.end()) {
+    departed_.emplace_back(handle, writer->second);
     if (departed_.size() > most_departed) {
       departed_.pop_front();
     }
+  }
+  forget_writer(handle);
+  if (const auto beats = beat_writers_.extract(handle); !beats.empty()) {
+    --processes_[beats.mapped()].writers;
+    forget_process(beats.mapped());
   }
 }
 
@@ -29,10 +56,107 @@ void Registry::forget_reader(EndpointHandle handle) {
   if (reader.empty()) {
     return;
   }
-  const auto home = homes_.find(reader.mapped().identity.id);
+  const InstanceId& id = reader.mapped().identity.id;
+  touched_.insert(id);
+  const auto home = readers_of_.find(id);
   home->second.erase(handle);
   if (home->second.empty()) {
-    homes_.erase(home);
+    readers_of_.erase(home);
+    vanished_.push_back(id);
+  }
+  processes_[reader.mapped().participant].readers.erase(handle);
+  forget_process(reader.mapped().participant);
+}
+
+void Registry::forget_writer(EndpointHandle handle) {
+  const auto writer = writers_.extract(handle);
+  if (writer.empty()) {
+    return;
+  }
+  const InstanceId& id = writer.mapped().instance;
+  touched_.insert(id);
+  const auto home = writers_of_.find(id);
+  home->second.erase(handle);
+  if (home->second.empty()) {
+    writers_of_.erase(home);
+  }
+  --processes_[writer.mapped().participant].writers;
+  forget_process(writer.mapped().participant);
+}
+
+/// If there is nothing of it any more.
+void Registry::forget_process(EndpointHandle participant) {
+  const auto process = processes_.find(participant);
+  if (process->second.readers.empty() && process->second.writers == 0) {
+    processes_.erase(process);
+  }
+}
+
+void Registry::matched(EndpointHandle handle, bool is) {
+  if (is) {
+    matched_.insert(handle);
+  } else {
+    matched_.erase(handle);
+  }
+  touch(handle);
+}
+
+void Registry::touch(EndpointHandle handle) {
+  if (const auto reader = readers_.find(handle); reader != readers_.end()) {
+    touched_.insert(reader->second.identity.id);
+  }
+  if (const auto writer = writers_.find(handle); writer != writers_.end()) {
+    touched_.insert(writer->second.instance);
+  }
+}
+
+void Registry::touch_all_of(const Process& process) {
+  for (const EndpointHandle reader : process.readers) {
+    touch(reader);
+  }
+}
+
+bool Registry::beat(EndpointHandle writer, SteadyTime now) {
+  const auto known = beat_writers_.find(writer);
+  if (known == beat_writers_.end()) {
+    return false;
+  }
+  Process& process = processes_[known->second];
+  process.heard_at = std::max(process.heard_at, now);
+  if (process.silent) {
+    process.silent = false;
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
+    touch_all_of(process);
+  }
+  return !process.readers.empty();
+}
+
+void Registry::stood_still(std::chrono::nanoseconds late) {
+  for (auto& [participant, process] : processes_) {
+    process.heard_at += std::chrono::duration_cast<SteadyTime::duration>(late);
+  }
+}
+
+/// A fifth of the lease is left for who takes notice.
+SteadyTime Registry::silent_at(const Process& process) {
+  return process.heard_at + std::chrono::duration_cast<SteadyTime::duration>(process.lease) * 4 / 5;
+}
+
+void Registry::on_time(SteadyTime now) {
+  if (!check_at_ || now < *check_at_) {
+    return;
+  }
+  check_at_.reset();
+  for (auto& [participant, process] : processes_) {
+    if (process.lease == std::chrono::nanoseconds(0) || process.silent) {
+      continue;
+    }
+    if (const SteadyTime end = silent_at(process); end <= now) {
+      process.silent = true;
+      touch_all_of(process);
+    } else {
+      check_at_ = std::min(check_at_.value_or(end), end);
+    }
   }
 }
 
@@ -49,49 +173,63 @@ bool Registry::speaks_for(EndpointHandle handle, const InstanceId& instance) con
   if (writer == nullptr || writer->instance != instance) {
     return false;
   }
-  const auto home = homes_.find(instance);
-  return home == homes_.end() || std::ranges::any_of(home->second, [&](const auto& one) {
-           return one.second == writer->participant;
+  const auto home = readers_of_.find(instance);
+  return home == readers_of_.end() ||
+         std::ranges::any_of(home->second, [&](EndpointHandle reader) {
+           return readers_.at(reader).participant == writer->participant;
          });
 }
 
-void Registry::set_matched(std::set<EndpointHandle> handles) {
-  matched_ = std::move(handles);
+bool Registry::beats_for(EndpointHandle handle, const InstanceId& instance) const {
+  const auto writer = beat_writers_.find(handle);
+  const auto home = readers_of_.find(instance);
+  return writer != beat_writers_.end() && home != readers_of_.end() &&
+         std::ranges::any_of(home->second, [&](EndpointHandle reader) {
+           return readers_.at(reader).participant == writer->second;
+         });
 }
 
-std::map<InstanceId, InstanceIdentity> Registry::ready_now() const {
-  std::set<std::pair<InstanceId, EndpointHandle>> answering;
-  for (const auto& [handle, writer] : writers_) {
-    if (is_matched(handle)) {
-      answering.emplace(writer.instance, writer.participant);
+bool Registry::can_answer(const InstanceId& id, EndpointHandle participant) const {
+  const auto writers = writers_of_.find(id);
+  return writers != writers_of_.end() &&
+         std::ranges::any_of(writers->second, [&](EndpointHandle handle) {
+           return is_matched(handle) && writers_.at(handle).participant == participant;
+         });
+}
+
+const InstanceIdentity* Registry::ready_now(const InstanceId& id) const {
+  const auto readers = readers_of_.find(id);
+  if (readers == readers_of_.end()) {
+    return nullptr;
+  }
+  for (const EndpointHandle handle : readers->second) {
+    const Reader& reader = readers_.at(handle);
+    if (is_matched(handle) && !processes_.at(reader.participant).silent &&
+        can_answer(id, reader.participant)) {
+      return &reader.identity;
     }
   }
-  std::map<InstanceId, InstanceIdentity> ready;
-  for (const auto& [handle, reader] : readers_) {
-    if (is_matched(handle) && answering.contains({reader.identity.id, reader.participant})) {
-      ready.emplace(reader.identity.id, reader.identity);
-    }
-  }
-  return ready;
+  return nullptr;
 }
 
 Registry::Changes Registry::changes() {
   Changes changes;
-  auto ready = ready_now();
-  for (const auto& [id, identity] : announced_) {
-    if (!ready.contains(id)) {
-      changes.gone.push_back(id);
-    }
-  }
-  for (const auto& [id, identity] : ready) {
+  for (const InstanceId& id : std::exchange(touched_, {})) {
+    const InstanceIdentity* const ready = ready_now(id);
     const auto known = announced_.find(id);
-    if (known == announced_.end()) {
-      changes.ready.push_back(identity);
-    } else if (known->second != identity) {
-      changes.changed.push_back(identity);
+    if (ready == nullptr) {
+      if (known != announced_.end()) {
+        changes.gone.push_back(id);
+        announced_.erase(known);
+      }
+    } else if (known == announced_.end()) {
+      changes.ready.push_back(*ready);
+      announced_.emplace(id, *ready);
+    } else if (known->second != *ready) {
+      changes.changed.push_back(*ready);
+      known->second = *ready;
     }
   }
-  announced_ = std::move(ready);
   return changes;
 }
 

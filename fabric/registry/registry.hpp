@@ -1,21 +1,29 @@
-// Who is ready to take calls, worked out from what discovery shows. Pure: endpoints and matches in,
-// changes out.
+// Who is ready to take calls, worked out from what discovery shows and who is heard. Pure:
+// endpoints, matches, beats and times in, changes out; nothing is looked through that is not
+// concerned.
 //
-//   registry.reader_seen(7, {identity, participant});
+//   registry.reader_seen(7, {identity, participant}, now);
 //   registry.writer_seen(8, {identity.id, participant});
-//   registry.set_matched({7, 8});
+//   registry.matched(7, true);
+//   registry.matched(8, true);
 //   registry.changes().ready   // identity
+//   registry.beat(9, now);     // 9 is a writer of beats of this participant
+//   registry.on_time(now);     // who has been silent for too long is gone
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "fabric/messages.hpp"
+#include "fabric/moment.hpp"
 
 namespace millrace::fabric::registry {
 
@@ -39,45 +47,90 @@ class Registry {
   };
 
   /// A request reader with an identity; again when its identity changed.
-  void reader_seen(EndpointHandle handle, Reader reader);
+  void reader_seen(EndpointHandle handle, Reader reader, SteadyTime now);
   /// A reply writer.
   void writer_seen(EndpointHandle handle, Writer writer);
+  /// A writer of beats, and whose.
+  void beat_writer_seen(EndpointHandle handle, EndpointHandle participant);
   void endpoint_gone(EndpointHandle handle);
-  /// The endpoints that are matched with ours at the moment.
-  void set_matched(std::set<EndpointHandle> handles);
+  /// An endpoint is matched with ours, or no more; it may not have been seen yet.
+  void matched(EndpointHandle handle, bool is);
   /// For who only watches and has nothing to match: every endpoint that is seen counts as matched.
   void match_all() { match_all_ = true; }
+
+  /// This writer has sent a beat. False if it is nobody's whose instances are known.
+  bool beat(EndpointHandle writer, SteadyTime now);
+  /// For so long nobody could be heard, because whoever listens stood still.
+  void stood_still(std::chrono::nanoseconds late);
+  /// Takes those for gone that have been silent for too long, until they are heard again.
+  void on_time(SteadyTime now);
+  /// When on_time has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return check_at_; }
 
   /// Whether what this writer says is the word of `instance`: it is that instance's reply writer,
   /// of the process that reads its requests, if one is known to. It may have left meanwhile; what
   /// it had said before may still be untaken.
   [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
+  /// The same for a writer of beats.
+  [[nodiscard]] bool beats_for(EndpointHandle writer, const InstanceId& instance) const;
+  /// Somebody has a request reader of this instance.
+  [[nodiscard]] bool is_seen(const InstanceId& instance) const {
+    return readers_of_.contains(instance);
+  }
+
+  /// Instances of which nobody has a request reader any more, since the last call.
+  std::vector<InstanceId> take_vanished() { return std::exchange(vanished_, {}); }
 
   /// What is different since the last call. An instance is ready when a request reader and a reply
-  /// writer of its id, both of one participant, are matched.
+  /// writer of its id, both of one participant, are matched, and that participant is not silent.
   Changes changes();
 
  private:
-  [[nodiscard]] std::map<InstanceId, InstanceIdentity> ready_now() const;
-  [[nodiscard]] bool is_matched(EndpointHandle handle) const {
-    return match_all_ || matched_.contains(handle);
-  }
+  /// A process, as far as it has instances or beats.
+  struct Process {
+    /// Nothing: it does not beat.
+    std::chrono::nanoseconds lease{};
+    SteadyTime heard_at{};
+    bool silent = false;
+    /// Its request readers.
+    std::set<EndpointHandle> readers;
+    /// Its reply writers and writers of beats.
+    std::size_t writers = 0;
+  };
 
   /// Far more writers than leave before their last words are taken.
   static constexpr std::size_t most_departed = 256;
 
-  void forget_reader(EndpointHandle handle);
+  [[nodiscard]] bool is_matched(EndpointHandle handle) const {
+    return match_all_ || matched_.contains(handle);
+  }
+  [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
+  [[nodiscard]] bool can_answer(const InstanceId& id, EndpointHandle participant) const;
   [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
+  [[nodiscard]] static SteadyTime silent_at(const Process& process);
+  void forget_reader(EndpointHandle handle);
+  void forget_writer(EndpointHandle handle);
+  void forget_process(EndpointHandle participant);
+  void touch(EndpointHandle handle);
+  void touch_all_of(const Process& process);
 
-  std::map<EndpointHandle, Reader> readers_;
-  std::map<EndpointHandle, Writer> writers_;
-  /// Where requests are read in the name of an instance: the reader and its participant.
-  std::map<InstanceId, std::map<EndpointHandle, EndpointHandle>> homes_;
+  std::unordered_map<EndpointHandle, Reader> readers_;
+  std::unordered_map<EndpointHandle, Writer> writers_;
+  std::unordered_map<EndpointHandle, EndpointHandle> beat_writers_;
+  /// By instance: where its requests are read, and where its replies are written.
+  std::map<InstanceId, std::set<EndpointHandle>> readers_of_;
+  std::map<InstanceId, std::set<EndpointHandle>> writers_of_;
+  /// By participant.
+  std::map<EndpointHandle, Process> processes_;
   /// The writers that left last; handles are not used twice.
   std::deque<std::pair<EndpointHandle, Writer>> departed_;
-  std::set<EndpointHandle> matched_;
+  std::unordered_set<EndpointHandle> matched_;
   bool match_all_ = false;
   std::map<InstanceId, InstanceIdentity> announced_;
+  /// Of whom something may be different since the last call of changes().
+  std::set<InstanceId> touched_;
+  std::vector<InstanceId> vanished_;
+  std::optional<SteadyTime> check_at_;
 };
 
 }  // namespace millrace::fabric::registry

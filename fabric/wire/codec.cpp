@@ -7,7 +7,7 @@ namespace millrace::fabric::wire {
 namespace {
 
 static_assert(convert<int>(ServiceCode::refused) == millrace_code_refused);
-static_assert(convert<int>(ReplyKind::final) == millrace_final_reply);
+static_assert(convert<int>(ReplyKind::declined) == millrace_declined_reply);
 static_assert(convert<int>(ChannelState::held) == millrace_channel_held);
 static_assert(convert<int>(EventKind::held) == millrace_event_held);
 
@@ -18,13 +18,16 @@ Encoded<millrace_Request> Codec<Request>::encode(const Request& value) {
   filler.key(value.key);
   filler.string(filler.sample.uuid, value.uuid, "UUID");
   filler.text(value.text);
-  filler.sample.call = put(value.call);
+  filler.sample.epoch = value.call.epoch;
+  filler.sample.number = value.call.number;
   filler.sample.attempt = value.attempt;
   put(filler.sample.assigned, value.assigned);
+  filler.sample.succeeds = value.succeeds;
   filler.sample.state = value.state;
   filler.sample.deadline = put(value.deadline);
   filler.sample.seen = put(value.seen);
   filler.sample.dispatched = put(value.dispatched);
+  filler.sample.may_wait = value.may_wait;
   filler.sample.replayed = value.replayed;
   return filler.result();
 }
@@ -32,15 +35,17 @@ Encoded<millrace_Request> Codec<Request>::encode(const Request& value) {
 Request Codec<Request>::decode(const millrace_Request& sample) {
   return {
       .key = get_key(sample),
-      .call = get(sample.call),
+      .call = {sample.epoch, sample.number},
       .attempt = sample.attempt,
       .assigned = get(sample.assigned),
+      .succeeds = sample.succeeds,
       .uuid = sample.uuid,
       .text = get(sample.text),
       .state = sample.state,
       .deadline = get(sample.deadline),
       .seen = get(sample.seen),
       .dispatched = get(sample.dispatched),
+      .may_wait = sample.may_wait,
       .replayed = sample.replayed,
   };
 }
@@ -50,7 +55,8 @@ Encoded<millrace_Reply> Codec<Reply>::encode(const Reply& value) {
   filler.key(value.key);
   filler.text(value.text);
   put(filler.sample.instance, value.instance);
-  filler.sample.call = put(value.call);
+  filler.sample.epoch = value.call.epoch;
+  filler.sample.number = value.call.number;
   filler.sample.attempt = value.attempt;
   filler.sample.kind = convert<millrace_ReplyKind>(value.kind);
   filler.sample.code = convert<millrace_ServiceCode>(value.code);
@@ -66,7 +72,7 @@ Reply Codec<Reply>::decode(const millrace_Reply& sample) {
   return {
       .key = get_key(sample),
       .instance = get(sample.instance),
-      .call = get(sample.call),
+      .call = {sample.epoch, sample.number},
       .attempt = sample.attempt,
       .kind = convert<ReplyKind>(sample.kind),
       .code = convert<ServiceCode>(sample.code),
@@ -159,32 +165,81 @@ MachineStatus Codec<MachineStatus>::decode(const millrace_MachineStatus& sample)
   };
 }
 
-Encoded<millrace_InstanceStatus> Codec<InstanceStatus>::encode(const InstanceStatus& value) {
-  Filler<millrace_InstanceStatus> filler;
-  put(filler.sample.instance, value.instance);
-  filler.sample.running = value.running;
-  filler.sample.answered = value.answered;
-  filler.sample.failed = value.failed;
-  filler.sample.repeated = value.repeated;
-  filler.sample.cancelled = value.cancelled;
-  filler.sample.mean_ns = static_cast<std::uint64_t>(value.mean.count());
-  filler.sample.started = put(value.started);
-  filler.sample.last_call = put(value.last_call);
-  return filler.result();
+namespace {
+
+millrace_InstanceLoad put_load(const InstanceLoad& load, std::vector<millrace_CallId>& calls) {
+  const InstanceStatus& status = load.status;
+  millrace_InstanceLoad sample{};
+  put(sample.instance, status.instance);
+  lend(sample.calls, calls);
+  sample.waiting = load.waiting;
+  sample.answered = status.answered;
+  sample.failed = status.failed;
+  sample.repeated = status.repeated;
+  sample.cancelled = status.cancelled;
+  sample.declined = status.declined;
+  sample.mean_ns = static_cast<std::uint64_t>(status.mean.count());
+  sample.started = put(status.started);
+  sample.last_call = put(status.last_call);
+  return sample;
 }
 
-InstanceStatus Codec<InstanceStatus>::decode(const millrace_InstanceStatus& sample) {
-  return {
+InstanceLoad get_load(const millrace_InstanceLoad& sample) {
+  InstanceLoad load;
+  for (const millrace_CallId& call : std::span(sample.calls._buffer, sample.calls._length)) {
+    load.calls.push_back(get(call));
+  }
+  load.waiting = std::min(sample.waiting, sample.calls._length);
+  load.status = {
       .instance = get(sample.instance),
-      .running = sample.running,
+      .running = sample.calls._length,
       .answered = sample.answered,
       .failed = sample.failed,
       .repeated = sample.repeated,
       .cancelled = sample.cancelled,
+      .declined = sample.declined,
       .mean = std::chrono::nanoseconds(sample.mean_ns),
       .started = get(sample.started),
       .last_call = get(sample.last_call),
   };
+  return load;
+}
+
+}  // namespace
+
+Encoded<BeatSample> Codec<Beat>::encode(const Beat& value) {
+  constexpr std::size_t most_loads = 64;
+  constexpr std::size_t most_calls = 256;
+  if (value.loads.size() > most_loads) {
+    return tl::unexpected(fmt::format("the loads of {} instances are named, at most {} fit",
+                                      value.loads.size(), most_loads));
+  }
+  BeatSample sample;
+  put(sample.member, value.member);
+  sample.at = put(value.at);
+  sample.call_lists.reserve(value.loads.size());
+  for (const InstanceLoad& load : value.loads) {
+    if (load.calls.size() > most_calls) {
+      return tl::unexpected(fmt::format("an instance has {} calls, at most {} can be named",
+                                        load.calls.size(), most_calls));
+    }
+    std::vector<millrace_CallId>& calls = sample.call_lists.emplace_back();
+    for (const CallId& call : load.calls) {
+      calls.push_back(put(call));
+    }
+    sample.load_list.push_back(put_load(load, calls));
+  }
+  lend(sample.loads, sample.load_list);
+  return sample;
+}
+
+Beat Codec<Beat>::decode(const millrace_Beat& sample) {
+  Beat beat{.member = get(sample.member), .at = get(sample.at)};
+  for (const millrace_InstanceLoad& load :
+       std::span(sample.loads._buffer, sample.loads._length)) {
+    beat.loads.push_back(get_load(load));
+  }
+  return beat;
 }
 
 Encoded<millrace_Event> Codec<Event>::encode(const Event& value) {

@@ -55,12 +55,21 @@ struct Codec<MachineStatus> {
   static MachineStatus decode(const Sample& sample);
 };
 
+/// The sample of a beat points into lists that move with it.
+struct BeatSample : millrace_Beat {
+  BeatSample() : millrace_Beat{} {}
+  BeatSample(BeatSample&&) = default;
+  BeatSample& operator=(BeatSample&&) = default;
+  std::vector<millrace_InstanceLoad> load_list{};
+  std::vector<std::vector<millrace_CallId>> call_lists{};
+};
+
 template <>
-struct Codec<InstanceStatus> {
-  using Sample = millrace_InstanceStatus;
-  static const Topic& topic() { return instance_topic; }
-  static Encoded<Sample> encode(const InstanceStatus& value);
-  static InstanceStatus decode(const Sample& sample);
+struct Codec<Beat> {
+  using Sample = millrace_Beat;
+  static const Topic& topic() { return beat_topic; }
+  static Encoded<BeatSample> encode(const Beat& value);
+  static Beat decode(const Sample& sample);
 };
 
 template <>

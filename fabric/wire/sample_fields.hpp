@@ -82,6 +82,16 @@ class Filler {
   std::string error_;
 };
 
+/// Makes a sequence of a sample of these; it does not own them.
+template <typename Sequence, typename Element>
+void lend(Sequence& field, std::vector<Element>& elements) {
+  const auto size = static_cast<std::uint32_t>(elements.size());
+  field._buffer = elements.data();
+  field._length = size;
+  field._maximum = size;
+  field._release = false;
+}
+
 inline void put(millrace_InstanceId& field, const InstanceId& value) {
   std::copy(value.bytes.begin(), value.bytes.end(), std::begin(field));
 }

@@ -25,7 +25,9 @@ constexpr dds_duration_t never_wait = 0;
 
 dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
   dds::Qos qos(dds_create_qos());
-  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, never_wait);
+  dds_qset_reliability(
+      qos.get(), topic.best_effort ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,
+      never_wait);
   dds_qset_durability(
       qos.get(), topic.transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   if (!user_data.empty()) {
@@ -36,10 +38,10 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 }  // namespace
 
-const Topic request_topic{"millrace/request", &millrace_Request_desc, true, calls_in_flight};
-const Topic reply_topic{"millrace/reply", &millrace_Reply_desc, true, calls_in_flight};
+const Topic request_topic{"millrace/v2/request", &millrace_Request_desc, true, calls_in_flight};
+const Topic reply_topic{"millrace/v2/reply", &millrace_Reply_desc, true, calls_in_flight};
 const Topic channel_topic{"millrace/channel", &millrace_ChannelStatus_desc, true, last_only};
-const Topic instance_topic{"millrace/instance", &millrace_InstanceStatus_desc, true, last_only};
+const Topic beat_topic{"millrace/v2/beat", &millrace_Beat_desc, false, last_only, true};
 const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
@@ -78,16 +80,31 @@ std::string service_partition(std::string_view fabric, std::string_view canonica
   return fmt::format("{}/{}", fabric, canonical_uuid);
 }
 
+std::string mailbox_partition(std::string_view fabric, std::string_view canonical_uuid,
+                              const InstanceId& instance) {
+  return fmt::format("{}/{}/{}", fabric, canonical_uuid, instance.to_string());
+}
+
 std::string all_services(std::string_view fabric) {
   return fmt::format("{}/*", fabric);
 }
 
-std::optional<std::string> uuid_of_partition(std::string_view fabric, std::string_view partition) {
+std::optional<Mailbox> parse_mailbox(std::string_view fabric, std::string_view partition) {
   if (partition.size() < fabric.size() + 2 || !partition.starts_with(fabric) ||
       partition[fabric.size()] != '/' || partition.find_first_of("*?") != std::string_view::npos) {
     return std::nullopt;
   }
-  return std::string(partition.substr(fabric.size() + 1));
+  partition.remove_prefix(fabric.size() + 1);
+  // An identifier that is no UUID may have slashes in it.
+  const auto end = partition.rfind('/');
+  if (end == std::string_view::npos || end == 0) {
+    return std::nullopt;
+  }
+  const auto instance = InstanceId::parse(partition.substr(end + 1));
+  if (!instance) {
+    return std::nullopt;
+  }
+  return Mailbox{std::string(partition.substr(0, end)), *instance};
 }
 
 }  // namespace millrace::fabric::wire

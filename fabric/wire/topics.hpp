@@ -1,13 +1,16 @@
 // The topics of a fabric in one place: names, keys (see idl/millrace.idl), QoS and partitions.
 //
-//   millrace/request   gateway to instances of a UUID   partition FABRIC/UUID
-//   millrace/reply     instance to gateway              partition FABRIC/UUID
-//   millrace/instance  instance to gateway and tools    partition FABRIC/UUID
-//   millrace/channel   gateway to tools                 partition FABRIC
-//   millrace/machine   gateway to tools                 partition FABRIC
-//   millrace/event     gateway to recorder and tools    partition FABRIC
-//   millrace/command   tools to gateways and instances  partition FABRIC
-//   millrace/outcome   gateway or instance to tools     partition FABRIC
+//   millrace/v2/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
+//   millrace/v2/reply    instance to gateway                 partition FABRIC/UUID
+//   millrace/v2/beat     process of instances to gateways    partition FABRIC
+//   millrace/channel     gateway to tools                    partition FABRIC
+//   millrace/machine     gateway to gateways and tools       partition FABRIC
+//   millrace/event       gateway to recorder and tools       partition FABRIC
+//   millrace/command     tools to gateways and instances     partition FABRIC
+//   millrace/outcome     gateway or instance to tools        partition FABRIC
+//
+// A topic whose type changes gets a new name, so that two versions of the wire never misread each
+// other; the number in it is the version.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +19,7 @@
 #include <string_view>
 
 #include "fabric/dds/entity.hpp"
+#include "fabric/messages.hpp"
 
 namespace millrace::fabric::wire {
 
@@ -28,12 +32,17 @@ struct Topic {
   /// Samples of a key that a writer keeps for readers that have not acknowledged them. It
   /// overwrites older ones; a writer that kept all would wait for its slowest reader.
   std::int32_t writer_depth;
+  /// A sample that is lost is followed by the next one soon.
+  bool best_effort = false;
 };
+
+/// Of the wire: the number in the names of the topics that have changed since the first.
+inline constexpr int wire_version = 2;
 
 extern const Topic request_topic;
 extern const Topic reply_topic;
 extern const Topic channel_topic;
-extern const Topic instance_topic;
+extern const Topic beat_topic;
 extern const Topic machine_topic;
 extern const Topic event_topic;
 extern const Topic command_topic;
@@ -53,11 +62,19 @@ dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data = 
 /// Of a publisher or subscriber.
 dds::Qos partition_qos(const std::string& partition);
 
-/// "millrace/560aacbf-…": where the requests and replies of a UUID travel.
+/// "millrace/560aacbf-…": where the replies of a UUID's instances travel.
 std::string service_partition(std::string_view fabric, std::string_view canonical_uuid);
-/// "millrace/*": all UUIDs of a fabric, for a reader.
+/// "millrace/560aacbf-…/8d0c4e6a-…": where one instance gets its requests.
+std::string mailbox_partition(std::string_view fabric, std::string_view canonical_uuid,
+                              const InstanceId& instance);
+/// "millrace/*": all UUIDs and mailboxes of a fabric, for a reader.
 std::string all_services(std::string_view fabric);
-/// The UUID of a service_partition of this fabric; nothing for patterns and other partitions.
-std::optional<std::string> uuid_of_partition(std::string_view fabric, std::string_view partition);
+
+struct Mailbox {
+  std::string uuid;
+  InstanceId instance;
+};
+/// What a mailbox_partition of this fabric is made of; nothing for patterns and other partitions.
+std::optional<Mailbox> parse_mailbox(std::string_view fabric, std::string_view partition);
 
 }  // namespace millrace::fabric::wire

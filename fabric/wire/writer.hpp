@@ -66,7 +66,8 @@ tl::expected<void, std::string> Writer<Value>::write(const Value& value) {
   if (!sample) {
     return tl::unexpected(sample.error());
   }
-  if (const dds_return_t result = dds_write(writer_, &*sample); result < 0) {
+  const typename Codec<Value>::Sample& plain = *sample;
+  if (const dds_return_t result = dds_write(writer_, &plain); result < 0) {
     return tl::unexpected(
         fmt::format("cannot write {}: {}", Codec<Value>::topic().name, dds_strretcode(result)));
   }

@@ -45,6 +45,12 @@ OpenCall OpenCall::resumed(Call call, const Policy& policy) {
     }
   }
   OpenCall open(std::move(call), policy, std::move(phase));
+  for (const Attempt& attempt : open.call_.attempts) {
+    // A number of 0 is of a call that was answered in the service's place.
+    if (attempt.number > 0 && std::ranges::count(open.asked_, attempt.instance) == 0) {
+      open.asked_.push_back(attempt.instance);
+    }
+  }
   open.reason_ = "resumed from the journal";
   return open;
 }
@@ -223,7 +229,13 @@ void OpenCall::on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out
   }
 }
 
-void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) const {
+void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
+  // Whoever had it before does not hear of this.
+  for (const fabric::InstanceId& instance : std::exchange(asked_, {to.attempt.instance})) {
+    if (instance != to.attempt.instance) {
+      out.put(Withdraw{instance, call_.id.epoch});
+    }
+  }
   fabric::Request request;
   request.key = call_.key;
   request.call = call_.id;
@@ -237,6 +249,7 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) con
   }
   request.seen = call_.seen;
   request.dispatched = now.wall;
+  request.may_wait = to.waits;
   out.put(Publish{std::move(request)});
   tell(fabric::EventKind::dispatched, to.name, out, now);
   out.say(Level::debug,
@@ -247,12 +260,10 @@ EndedCall OpenCall::close(bool written, const std::string& detail, ChannelOutput
   assert(!written || answered());
   out.note(EndedEntry{call_.id});
   tell(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out, now);
-  if (!call_.attempts.empty()) {
+  for (const fabric::InstanceId& instance : asked_) {
     // Who else was given it may be running it still.
-    const bool nobody_runs_it = written && call_.attempts.size() == 1 &&
-                                call_.answer->instance == call_.attempts.front().instance;
-    nobody_runs_it ? out.put(LeaveBe{call_.request.uuid})
-                   : out.put(Withdraw{call_.request.uuid, call_.id.epoch});
+    const bool runs_it_no_more = written && call_.answer->instance == instance;
+    runs_it_no_more ? out.put(LeaveBe{instance}) : out.put(Withdraw{instance, call_.id.epoch});
   }
   out.put(Freed{call_.id});
   const std::string took =

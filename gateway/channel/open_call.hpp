@@ -169,8 +169,9 @@ class OpenCall {
   void enter(Phase phase, std::string reason);
   [[nodiscard]] Ticket unconfirmed_attempt() const;
   [[nodiscard]] const Assignment* assignment() const;
-  void publish(const Assignment& to, ChannelOutput& out, Moment now) const;
+  void publish(const Assignment& to, ChannelOutput& out, Moment now);
   void take_interim(const fabric::Reply& reply, ChannelOutput& out);
+  void take_decline(const fabric::Reply& reply, ChannelOutput& out);
   void take_final(const fabric::Reply& reply, ChannelOutput& out, Moment now);
   /// `what` says what is wrong; `instead` is what the program gets, as far as no rule says
   /// otherwise.
@@ -202,6 +203,8 @@ class OpenCall {
   std::optional<Response> next_interim_;
   std::variant<std::monostate, Interim, AnswerWriter> interim_;
   bool interim_refused_ = false;
+  /// Instances whose mailboxes the request may stand in.
+  std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.
   std::vector<Refused> refused_;
 };

@@ -33,8 +33,30 @@ bool OpenCall::take(const fabric::Reply& reply, ChannelOutput& out, Moment now) 
   if (call_.answer) {
     return call_.answer->instance == reply.instance;
   }
-  reply.kind == fabric::ReplyKind::interim ? take_interim(reply, out) : take_final(reply, out, now);
+  switch (reply.kind) {
+    case fabric::ReplyKind::interim:
+      take_interim(reply, out);
+      break;
+    case fabric::ReplyKind::final:
+      take_final(reply, out, now);
+      break;
+    case fabric::ReplyKind::declined:
+      take_decline(reply, out);
+      break;
+  }
   return true;
+}
+
+/// Only the attempt that stands can be declined, and only while it does.
+void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
+  const auto* const given = std::get_if<phase::Given>(&phase_);
+  if (given == nullptr || given->to.attempt != Attempt{reply.instance, reply.attempt}) {
+    return;
+  }
+  const std::string why = fmt::format("{} declines it: {}", given->to.name, printable(reply.text));
+  out.say(Level::debug, fmt::format("{}: {}", name(), why));
+  enter(phase::Waiting{}, why);
+  out.put(Declined{call_.id});
 }
 
 void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {

@@ -1,58 +1,60 @@
 #include "gateway/control/answered_requests.hpp"
 
+#include <algorithm>
+
 namespace millrace::gateway::control {
 
-void AnsweredRequests::keep(const fabric::ChannelKey& key, const std::string& uuid,
-                            SteadyTime now) {
-  left_.insert_or_assign(key, Left{uuid, now});
+void AnsweredRequests::keep(const fabric::RequestKey& request, SteadyTime now) {
+  replace(request);
+  places_.emplace(request, oldest_first_.insert(oldest_first_.end(), {request, now}));
   if (!sweep_) {
     sweep_ = now + quiet;
   }
 }
 
-std::optional<std::string> AnsweredRequests::replace(const fabric::ChannelKey& key,
-                                                     const std::string& uuid) {
-  const auto left = left_.find(key);
-  if (left == left_.end()) {
-    return {};
+void AnsweredRequests::replace(const fabric::RequestKey& request) {
+  if (const auto place = places_.find(request); place != places_.end()) {
+    oldest_first_.erase(place->second);
+    places_.erase(place);
   }
-  std::optional<std::string> old;
-  if (left->second.uuid != uuid) {
-    old = std::move(left->second.uuid);
-  }
-  left_.erase(left);
-  return old;
 }
 
-std::optional<std::string> AnsweredRequests::take(const fabric::ChannelKey& key) {
-  auto left = left_.extract(key);
-  return left.empty() ? std::nullopt : std::optional(std::move(left.mapped().uuid));
+std::vector<fabric::RequestKey> AnsweredRequests::take(const fabric::ChannelKey& key) {
+  std::vector<fabric::RequestKey> taken;
+  for (auto place = places_.lower_bound({key, 0, {}});
+       place != places_.end() && place->first.key == key;) {
+    taken.push_back(place->first);
+    oldest_first_.erase(place->second);
+    place = places_.erase(place);
+  }
+  return taken;
 }
 
-std::vector<std::pair<fabric::ChannelKey, std::string>> AnsweredRequests::take_all() {
-  std::vector<std::pair<fabric::ChannelKey, std::string>> taken;
-  for (auto& [key, left] : left_) {
-    taken.emplace_back(key, std::move(left.uuid));
+std::vector<fabric::RequestKey> AnsweredRequests::take_all() {
+  std::vector<fabric::RequestKey> taken;
+  for (const auto& [request, since] : oldest_first_) {
+    taken.push_back(request);
   }
-  left_.clear();
+  oldest_first_.clear();
+  places_.clear();
   sweep_.reset();
   return taken;
 }
 
-std::vector<std::pair<fabric::ChannelKey, std::string>> AnsweredRequests::due(SteadyTime now) {
-  std::vector<std::pair<fabric::ChannelKey, std::string>> taken;
+std::vector<fabric::RequestKey> AnsweredRequests::due(SteadyTime now) {
+  std::vector<fabric::RequestKey> taken;
   if (!sweep_ || now < *sweep_) {
     return taken;
   }
-  for (auto it = left_.begin(); it != left_.end();) {
-    if (it->second.since + quiet <= now) {
-      taken.emplace_back(it->first, std::move(it->second.uuid));
-      it = left_.erase(it);
-    } else {
-      ++it;
-    }
+  while (!oldest_first_.empty() && oldest_first_.front().second + quiet <= now &&
+         taken.size() < at_once) {
+    taken.push_back(oldest_first_.front().first);
+    places_.erase(taken.back());
+    oldest_first_.pop_front();
   }
-  sweep_ = left_.empty() ? std::nullopt : std::optional(now + quiet);
+  sweep_ = oldest_first_.empty() ? std::nullopt
+                                 : std::optional(std::max(oldest_first_.front().second + quiet,
+                                                          now + pause));
   return taken;
 }
 

@@ -1,58 +1,55 @@
 // Answered requests that still stand on the fabric. Pure.
 //
 // clang-format off
-//   answered.keep(key, uuid, now);                             // its instance has answered, nobody runs it
-//   if (auto old = answered.replace(key, uuid)) …              // the channel's next request: withdraw `old`
-//   for (auto& [key, uuid] : answered.due(now)) …              // withdraw them
+//   answered.keep({key, epoch, instance}, now);        // that instance has answered, nobody runs it
+//   answered.replace({key, epoch, instance});          // it is asked for the channel's next call
+//   for (const auto& request : answered.due(now)) …    // withdraw them
 // clang-format on
 //
-// The next request of a channel replaces the one before on the fabric, so taking each answered one
-// back first would say nothing new to anybody: it would cost each instance of the UUID two messages
-// a call, and Cyclone, which frees at most about a thousand DDS instances a second, memory without
-// limit above that rate. What is left is taken back once its channel has been quiet for a while, so
-// that a process that joins later finds pending calls only.
+// The next request of a channel to the same instance replaces the one before on the fabric, so
+// taking each answered one back first would say nothing new to anybody: it would cost two messages a
+// call, and Cyclone, which frees at most about a thousand DDS instances a second, memory without
+// limit above that rate. What is left is taken back once it has been quiet for a while, so that a
+// process that joins later finds pending calls only; so many at a time that Cyclone keeps up.
 #pragma once
 
+#include <cstddef>
+#include <list>
+#include <map>
 #include <optional>
-#include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "fabric/channel_key_hash.hpp"
-#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::control {
 
 class AnsweredRequests {
  public:
-  /// A request stays for at least this long, and for less than twice as long.
+  /// A request stays for at least this long.
   static constexpr std::chrono::seconds quiet{1};
+  /// How often it is looked who has been quiet for long enough, and how many are taken back then.
+  static constexpr std::chrono::milliseconds pause{250};
+  static constexpr std::size_t at_once = 200;
 
-  void keep(const fabric::ChannelKey& key, const std::string& uuid, SteadyTime now);
-
-  /// The channel publishes a request of `uuid`, or withdraws it. The UUID of what is left of
-  /// another one: it is to be withdrawn.
-  std::optional<std::string> replace(const fabric::ChannelKey& key, const std::string& uuid);
-
-  /// Forgets what is left of the channel and returns its UUID.
-  std::optional<std::string> take(const fabric::ChannelKey& key);
-
+  void keep(const fabric::RequestKey& request, SteadyTime now);
+  /// It stands for something else now, or not any more.
+  void replace(const fabric::RequestKey& request);
+  /// Forgets and returns what is left of the channel.
+  std::vector<fabric::RequestKey> take(const fabric::ChannelKey& key);
   /// Forgets and returns all that is left.
-  std::vector<std::pair<fabric::ChannelKey, std::string>> take_all();
-
-  /// Forgets and returns what has been quiet for long enough.
-  std::vector<std::pair<fabric::ChannelKey, std::string>> due(SteadyTime now);
+  std::vector<fabric::RequestKey> take_all();
+  /// Forgets and returns what has been quiet for long enough, the oldest first.
+  std::vector<fabric::RequestKey> due(SteadyTime now);
   /// When due() has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return sweep_; }
 
  private:
-  struct Left {
-    std::string uuid;
-    SteadyTime since;
-  };
-  std::unordered_map<fabric::ChannelKey, Left, fabric::ChannelKeyHash> left_;
+  using Left = std::list<std::pair<fabric::RequestKey, SteadyTime>>;
+
+  Left oldest_first_;
+  std::map<fabric::RequestKey, Left::iterator> places_;
   std::optional<SteadyTime> sweep_;
 };
 

@@ -79,6 +79,11 @@ ChannelActions CallControl::on_instance_gone(const fabric::InstanceId& instance,
   return finish();
 }
 
+ChannelActions CallControl::on_load(const fabric::InstanceLoad& load, Moment now) {
+  carry_out(dispatcher_.on_load(load, now.steady), now);
+  return finish();
+}
+
 ChannelActions CallControl::on_reply(const fabric::Reply& reply, Moment now) {
   // A reply for a channel that no machine of ours has belongs to another gateway.
   if (channel::ChannelSession* session = find(reply.key)) {
@@ -95,9 +100,7 @@ bool CallControl::answering() const {
 
 ChannelActions CallControl::on_time(Moment now) {
   carry_out(dispatcher_.on_time(now.steady), now);
-  for (auto& [key, uuid] : answered_.due(now.steady)) {
-    out_.push_back({key, Withdraw{std::move(uuid), epoch_}});
-  }
+  withdraw(answered_.due(now.steady));
   return finish();
 }
 
@@ -118,7 +121,7 @@ void CallControl::run(channel::ChannelSession& session, SessionActions actions, 
   }
   for (SessionAction& wanted : actions) {
     if (auto* action = std::get_if<Action>(&wanted)) {
-      pass_on(session, std::move(*action));
+      pass_on(session, std::move(*action), now);
     } else if (const auto* offer = std::get_if<Offer>(&wanted)) {
       answer_offer(session, *offer, now);
     } else if (std::holds_alternative<Resume>(wanted)) {
@@ -126,16 +129,28 @@ void CallControl::run(channel::ChannelSession& session, SessionActions actions, 
     } else if (const auto* freed = std::get_if<Freed>(&wanted)) {
       carry_out(dispatcher_.remove(freed->call), now);
     } else if (const auto* left = std::get_if<LeaveBe>(&wanted)) {
-      answered_.keep(session.key(), left->uuid, now.steady);
+      answered_.keep({session.key(), epoch_, left->instance}, now.steady);
+    } else if (const auto* declined = std::get_if<Declined>(&wanted)) {
+      carry_out(dispatcher_.decline(declined->call, now.steady), now);
     }
   }
 }
 
-void CallControl::pass_on(const channel::ChannelSession& session, Action action) {
-  if (const auto* next = std::get_if<Publish>(&action)) {
-    if (auto old = answered_.replace(session.key(), next->request.uuid)) {
-      out_.push_back({session.key(), Withdraw{std::move(*old), epoch_}});
+void CallControl::withdraw(const std::vector<fabric::RequestKey>& requests) {
+  for (const fabric::RequestKey& request : requests) {
+    out_.push_back({request.key, Withdraw{request.instance, request.epoch}});
+  }
+}
+
+void CallControl::pass_on(const channel::ChannelSession& session, Action action, Moment now) {
+  if (auto* next = std::get_if<Publish>(&action)) {
+    answered_.replace(key_of(next->request));
+    dispatcher_.on_published(next->request.call, now.steady);
+    if (const auto before = predecessors_.find(session.key()); before != predecessors_.end()) {
+      next->request.succeeds = before->second;
     }
+  } else if (const auto* old = std::get_if<Withdraw>(&action)) {
+    answered_.replace({session.key(), old->epoch, old->instance});
   }
   const auto* tell = std::get_if<Tell>(&action);
   if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {

@@ -97,6 +97,7 @@ class CallControl {
 
   ChannelActions on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
   ChannelActions on_instance_gone(const fabric::InstanceId& instance, Moment now);
+  ChannelActions on_load(const fabric::InstanceLoad& load, Moment now);
   ChannelActions on_reply(const fabric::Reply& reply, Moment now);
 
   /// An operator answers a channel's call, or has it given out again. `call` must still be pending,
@@ -132,7 +133,8 @@ class CallControl {
   [[nodiscard]] Pace pace_of(const std::string& machine) const;
   void lose_link(const std::string& machine);
   void run(channel::ChannelSession& session, SessionActions actions, Moment now);
-  void pass_on(const channel::ChannelSession& session, Action action);
+  void pass_on(const channel::ChannelSession& session, Action action, Moment now);
+  void withdraw(const std::vector<fabric::RequestKey>& requests);
   void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
   bool hold_inherited(channel::ChannelSession& session, const Offer& offer, const Policy& policy,
                       Moment now);
@@ -155,6 +157,8 @@ class CallControl {
   std::set<fabric::ChannelKey> leaving_;
   /// By canonical UUID: with two gateways that lose each other more than one may be left.
   std::map<fabric::ChannelKey, std::map<std::string, Inheritance>> inherited_;
+  /// The gateway that had a channel before us, by its epoch: its calls there are over.
+  std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash> predecessors_;
   AnsweredRequests answered_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;

@@ -96,6 +96,9 @@ ChannelActions CallControl::release(const fabric::ChannelKey& key, const std::st
 
 void CallControl::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
   const std::string uuid = fabric::canonical_uuid(inheritance.uuid);
+  if (inheritance.call.epoch != epoch_) {
+    predecessors_[key] = inheritance.call.epoch;
+  }
   inherited_[key].insert_or_assign(uuid, std::move(inheritance));
 }
 
@@ -124,20 +127,17 @@ ChannelActions CallControl::take_back(Moment now) {
   for (auto& [key, session] : sessions_) {
     run(session, session.let_go(now), now);
   }
-  for (auto& [key, uuid] : answered_.take_all()) {
-    out_.push_back({key, Withdraw{std::move(uuid), epoch_}});
-  }
+  withdraw(answered_.take_all());
   return finish();
 }
 
 ChannelActions CallControl::finish() {
   for (auto it = leaving_.begin(); it != leaving_.end();) {
     if (sessions_.at(*it).is_over()) {
-      if (auto old = answered_.take(*it)) {
-        out_.push_back({*it, Withdraw{std::move(*old), epoch_}});
-      }
+      withdraw(answered_.take(*it));
       out_.push_back({*it, Hide{}});
       index_.erase(*it);
+      predecessors_.erase(*it);
       sessions_.erase(*it);
       it = leaving_.erase(it);
     } else {

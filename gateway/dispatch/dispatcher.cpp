@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -11,6 +12,9 @@
 namespace millrace::gateway::dispatch {
 
 namespace {
+
+/// Who declines so often without an answer in between is not believed when he says he has room.
+constexpr unsigned most_declined = 8;
 
 std::string name_of(const fabric::InstanceIdentity& identity) {
   if (identity.name.empty()) {
@@ -40,6 +44,9 @@ Decisions Dispatcher::on_instance_ready(const fabric::InstanceIdentity& identity
     instance.identity = identity;
     instance.lost_at.reset();
     instance.seen = true;
+    if (back) {
+      instance.others = 0;
+    }
   });
   Decisions decisions;
   if (back) {
@@ -61,12 +68,90 @@ Decisions Dispatcher::on_instance_gone(const fabric::InstanceId& id, SteadyTime 
   return decisions;
 }
 
+Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) {
+  Decisions decisions;
+  Instance* const instance = instances_.find(load.status.instance);
+  if (instance == nullptr) {
+    return decisions;
+  }
+  std::uint32_t others = 0;
+  for (const fabric::CallId& call : load.calls) {
+    const auto job = jobs_.find(call);
+    others += job == jobs_.end() || job->second.at != instance ? 1U : 0U;
+  }
+  const std::size_t running = load.calls.size() - std::min<std::size_t>(load.calls.size(), load.waiting);
+  const auto begun = std::span(load.calls).first(running);
+  std::vector<Job*> unheard;
+  Instances::change_load(*instance, [&] {
+    instance->others = others;
+    for (Job* const job : instance->jobs) {
+      job->waits = job->waits && std::ranges::count(begun, job->call) == 0;
+      const bool due = job->published_at && now - *job->published_at >= options_.deaf;
+      job->unknown = due && std::ranges::count(load.calls, job->call) == 0 ? job->unknown + 1 : 0;
+      if (job->unknown >= 2) {
+        unheard.push_back(job);
+      }
+    }
+    note_waiters(*instance);
+  });
+  if (instance->full_until && instance->declined < most_declined) {
+    // What it has now is known.
+    instances_.change(*instance, [&] { instance->full_until.reset(); });
+  }
+  if (!unheard.empty()) {
+    instances_.change(*instance, [&] { instance->deaf_until = now + options_.deaf_pause; });
+    std::ranges::sort(unheard, {}, &Job::number);
+    for (Job* const job : unheard) {
+      lose_call(*job, Loss::deaf, decisions);
+    }
+  }
+  if (!unheard.empty() || instance->has_place()) {
+    give_out(instance->identity.uuid, decisions);
+  }
+  return decisions;
+}
+
+void Dispatcher::on_published(const fabric::CallId& call, SteadyTime now) {
+  if (const auto job = jobs_.find(call); job != jobs_.end()) {
+    job->second.published_at = now;
+    job->second.unknown = 0;
+  }
+}
+
+Decisions Dispatcher::decline(const fabric::CallId& call, SteadyTime now) {
+  Decisions decisions;
+  const auto found = jobs_.find(call);
+  if (found == jobs_.end() || found->second.at == nullptr) {
+    return decisions;
+  }
+  Job& job = found->second;
+  Instance& instance = *job.at;
+  hand_over(job, nullptr);
+  instances_.change(instance, [&] {
+    ++instance.declined;
+    instance.full_until =
+        now + (instance.declined < most_declined ? options_.full_pause : options_.deaf_pause);
+  });
+  try_to_give(job, decisions);
+  return decisions;
+}
+
 Decisions Dispatcher::on_time(SteadyTime now) {
   Decisions decisions;
   std::set<std::string> changed;
-  while (Instance* const instance = instances_.lost(now)) {
+  while (Instance* const instance = instances_.alarmed(now)) {
     changed.insert(instance->identity.uuid);
-    lose(*instance, decisions);
+    if (instance->lost_at && *instance->lost_at <= now) {
+      lose(*instance, decisions);
+      continue;
+    }
+    instances_.change(*instance, [&] {
+      for (auto* const until : {&instance->full_until, &instance->deaf_until}) {
+        if (*until && **until <= now) {
+          until->reset();
+        }
+      }
+    });
   }
   for (const std::string& uuid : changed) {
     give_out(uuid, decisions);
@@ -157,6 +242,7 @@ Decisions Dispatcher::remove(const fabric::CallId& call) {
   Instance* const instance = found->second.at;
   forget(call);
   if (instance != nullptr) {
+    instance->declined = 0;
     fill(*instance, decisions);
   }
   return decisions;
@@ -193,14 +279,26 @@ void Dispatcher::unlist(const Job& job) {
 /// Null: takes it from whoever has it.
 void Dispatcher::hand_over(Job& job, Instance* instance) {
   if (Instance* const from = std::exchange(job.at, instance)) {
-    std::erase(from->jobs, &job);
-    instances_.load(*from, from->running - 1, from->last_used);
+    Instances::change_load(*from, [&] {
+      std::erase(from->jobs, &job);
+      --from->running;
+      note_waiters(*from);
+    });
   }
+  job.published_at.reset();
+  job.unknown = 0;
+  job.waits = false;
   if (instance != nullptr) {
-    instance->jobs.push_back(&job);
-    instances_.load(*instance, instance->running + 1, instance->last_used);
+    Instances::change_load(*instance, [&] {
+      instance->jobs.push_back(&job);
+      ++instance->running;
+    });
   }
   note(job);
+}
+
+void Dispatcher::note_waiters(Instance& instance) {
+  instance.has_waiter = std::ranges::any_of(instance.jobs, &Job::waits);
 }
 
 void Dispatcher::forget(const fabric::CallId& call) {
@@ -232,6 +330,9 @@ void Dispatcher::give_out(const std::string& uuid, Decisions& decisions) {
 void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
   if (Instance* const instance = instances_.choose(job.uuid, job.key)) {
     give(job, *instance, decisions);
+  } else if (Instance* const busy = instances_.choose_to_wait(job.uuid, job.key)) {
+    job.waits = true;
+    give(job, *busy, decisions);
   } else if (std::string reason = why_waiting(job); reason != job.reason) {
     job.reason = std::move(reason);
     decisions.emplace_back(Explain{job.call, job.key, job.reason});
@@ -239,10 +340,10 @@ void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
 }
 
 void Dispatcher::fill(Instance& instance, Decisions& decisions) {
-  if (instance.identity.draining || instance.lost_at) {
+  if (instance.identity.draining || instance.lost_at || instance.deaf_until) {
     return;
   }
-  while (instance.room() > 0) {
+  while (instance.has_room()) {
     const auto queue = waiting_.find(instance.identity.uuid);
     if (queue == waiting_.end()) {
       return;
@@ -268,8 +369,13 @@ void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
   job.instance = instance.identity.id;
   job.delivery = instance.identity.delivery;
   job.reason.clear();
+  const bool waits = job.waits;
   hand_over(job, &instance);
-  instances_.load(instance, instance.running, ++given_);
+  Instances::change_load(instance, [&] {
+    job.waits = waits;
+    instance.last_used = ++given_;
+    note_waiters(instance);
+  });
   decisions.emplace_back(assignment(job, instance));
 }
 
@@ -291,20 +397,25 @@ void Dispatcher::give_again(Instance& instance, Decisions& decisions) {
 }
 
 void Dispatcher::lose(Instance& instance, Decisions& decisions) {
-  const std::string name = name_of(instance.identity);
   std::vector<Job*> jobs = instance.jobs;
   std::ranges::sort(jobs, {}, &Job::number);
   for (Job* const job : jobs) {
-    job->held = job->delivery == fabric::Delivery::at_most_once;
-    hand_over(*job, nullptr);
-    job->reason = job->held ? fmt::format(
-                                  "{} is lost with this call, which must not run twice; an "
-                                  "operator must answer or retry it",
-                                  name)
-                            : fmt::format("{} is lost; the call goes to another instance", name);
-    decisions.emplace_back(TakeBack{job->call, job->key, job->reason, job->held});
+    lose_call(*job, Loss::gone, decisions);
   }
   instances_.erase(instance);
+}
+
+void Dispatcher::lose_call(Job& job, Loss loss, Decisions& decisions) {
+  const std::string name = name_of(job.at->identity);
+  const std::string what = loss == Loss::gone ? "is lost" : "does not take what it is given";
+  job.held = job.delivery == fabric::Delivery::at_most_once;
+  hand_over(job, nullptr);
+  job.reason = job.held ? fmt::format(
+                              "{} {} with this call, which must not run twice; an operator must "
+                              "answer or retry it",
+                              name, loss == Loss::gone ? "is lost" : "is deaf")
+                        : fmt::format("{} {}; the call goes to another instance", name, what);
+  decisions.emplace_back(TakeBack{job.call, job.key, job.reason, job.held});
 }
 
 std::string Dispatcher::why_waiting(const Job& job) const {

@@ -57,6 +57,14 @@ struct DispatcherOptions {
   std::chrono::milliseconds grace{50};
   /// The same for the instances of the journal when the gateway starts and knows nobody yet.
   std::chrono::milliseconds rejoin{1500};
+  /// An instance beats that does not have a call that was sent to it so long ago: it does not hear,
+  /// or is not heard. For the second beat that says so the call goes to another one.
+  std::chrono::milliseconds deaf{700};
+  /// What is deaf is tried again after this time.
+  std::chrono::milliseconds deaf_pause{5000};
+  /// How long one that declines is left alone if no beat says what it has. One that declines again
+  /// and again is left alone for as long as one that is deaf, whatever it says.
+  std::chrono::milliseconds full_pause{1000};
 };
 
 /// A call that the dispatcher has, waiting or given.
@@ -74,6 +82,11 @@ struct Job {
   bool held = false;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   std::string reason;
+  /// When its request was last sent, and how many beats since have not known it that should have.
+  std::optional<SteadyTime> published_at;
+  unsigned unknown = 0;
+  /// It waits at its instance for its turn.
+  bool waits = false;
 };
 
 class Dispatcher {
@@ -85,10 +98,16 @@ class Dispatcher {
   /// A new instance, one that came back, or one whose identity changed (draining, channels).
   Decisions on_instance_ready(const fabric::InstanceIdentity& identity);
   Decisions on_instance_gone(const fabric::InstanceId& instance, SteadyTime now);
+  /// What an instance does, by a beat that has just come.
+  Decisions on_load(const fabric::InstanceLoad& load, SteadyTime now);
+  /// The call's request is on its way to the instance that has it.
+  void on_published(const fabric::CallId& call, SteadyTime now);
+  /// The instance that has the call does not begin it.
+  Decisions decline(const fabric::CallId& call, SteadyTime now);
   /// Loses what has been gone for too long.
   Decisions on_time(SteadyTime now);
   /// When on_time has something to do.
-  [[nodiscard]] std::optional<SteadyTime> next_time() const { return instances_.next_loss(); }
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return instances_.next_alarm(); }
 
   /// Why nobody serves this UUID for this channel; nothing if somebody does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
@@ -127,7 +146,10 @@ class Dispatcher {
   void give(Job& job, Instance& instance, Decisions& decisions);
   void give_again(Instance& instance, Decisions& decisions);
   void lose(Instance& instance, Decisions& decisions);
+  enum class Loss : std::uint8_t { gone, deaf };
+  void lose_call(Job& job, Loss loss, Decisions& decisions);
   void hand_over(Job& job, Instance* instance);
+  static void note_waiters(Instance& instance);
   [[nodiscard]] static Give assignment(const Job& job, const Instance& instance);
   [[nodiscard]] std::string why_waiting(const Job& job) const;
 

@@ -20,7 +20,11 @@ std::vector<fabric::ChannelScope> scopes_of(const fabric::InstanceIdentity& iden
 }
 
 bool takes_calls(const Instance& instance) {
-  return !instance.identity.draining && !instance.lost_at;
+  return !instance.identity.draining && !instance.lost_at && !instance.deaf_until;
+}
+
+Bucket::Rank rank_of(const Instance& instance) {
+  return {instance.running + instance.others, instance.last_used, instance.identity.id};
 }
 
 }  // namespace
@@ -63,8 +67,8 @@ void Instances::erase(Instance& instance) {
 
 void Instances::list(Instance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
-  if (instance.lost_at) {
-    losses_.emplace(*instance.lost_at, identity.id);
+  if (const auto alarm = instance.alarm()) {
+    alarms_.emplace(*alarm, identity.id);
   }
   Group& group = groups_[identity.uuid];
   const auto scopes = scopes_of(identity);
@@ -84,8 +88,8 @@ void Instances::list(Instance& instance) {
 
 void Instances::unlist(Instance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
-  if (instance.lost_at) {
-    losses_.erase({*instance.lost_at, identity.id});
+  if (const auto alarm = instance.alarm()) {
+    alarms_.erase({*alarm, identity.id});
   }
   unrank(instance);
   const auto entry = groups_.find(identity.uuid);
@@ -107,26 +111,23 @@ void Instances::unlist(Instance& instance) {
 }
 
 void Instances::rank(Instance& instance) {
-  if (takes_calls(instance) && instance.room() > 0) {
-    for (Bucket* const bucket : instance.buckets) {
-      bucket->with_room.emplace(
-          Bucket::Rank{instance.running, instance.last_used, instance.identity.id}, &instance);
+  if (!takes_calls(instance)) {
+    return;
+  }
+  for (Bucket* const bucket : instance.buckets) {
+    if (instance.has_room()) {
+      bucket->with_room.emplace(rank_of(instance), &instance);
+    } else if (instance.has_place() && !instance.full_until && !instance.has_waiter) {
+      bucket->shared.emplace(rank_of(instance), &instance);
     }
   }
 }
 
 void Instances::unrank(const Instance& instance) {
   for (Bucket* const bucket : instance.buckets) {
-    bucket->with_room.erase(
-        Bucket::Rank{instance.running, instance.last_used, instance.identity.id});
+    bucket->with_room.erase(rank_of(instance));
+    bucket->shared.erase(rank_of(instance));
   }
-}
-
-void Instances::load(Instance& instance, std::uint32_t running, std::uint64_t last_used) {
-  unrank(instance);
-  instance.running = running;
-  instance.last_used = last_used;
-  rank(instance);
 }
 
 const Instances::Group* Instances::group(const std::string& uuid) const {
@@ -134,15 +135,27 @@ const Instances::Group* Instances::group(const std::string& uuid) const {
   return found == groups_.end() ? nullptr : &found->second;
 }
 
-Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
+/// The first that `pick` has in a bucket, most closely named first.
+template <typename Pick>
+Instance* Instances::first(const std::string& uuid, const fabric::ChannelKey& key,
+                           Pick pick) const {
   Instance* best = nullptr;
   if (const Group* const of = group(uuid)) {
     visit_buckets(*of, key, [&](const Bucket& bucket) {
-      best = bucket.with_room.empty() ? nullptr : bucket.with_room.begin()->second;
+      const auto& ranked = pick(bucket);
+      best = ranked.empty() ? nullptr : ranked.begin()->second;
       return best == nullptr;
     });
   }
   return best;
+}
+
+Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
+  return first(uuid, key, [](const Bucket& bucket) -> auto& { return bucket.with_room; });
+}
+
+Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) {
+  return first(uuid, key, [](const Bucket& bucket) -> auto& { return bucket.shared; });
 }
 
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
@@ -207,12 +220,13 @@ std::vector<std::string> Instances::uuids() const {
   return all;
 }
 
-std::optional<SteadyTime> Instances::next_loss() const {
-  return losses_.empty() ? std::nullopt : std::optional(losses_.begin()->first);
+std::optional<SteadyTime> Instances::next_alarm() const {
+  return alarms_.empty() ? std::nullopt : std::optional(alarms_.begin()->first);
 }
 
-Instance* Instances::lost(SteadyTime now) {
-  return losses_.empty() || losses_.begin()->first > now ? nullptr : find(losses_.begin()->second);
+Instance* Instances::alarmed(SteadyTime now) {
+  return alarms_.empty() || alarms_.begin()->first > now ? nullptr
+                                                         : find(alarms_.begin()->second);
 }
 
 }  // namespace millrace::gateway::dispatch

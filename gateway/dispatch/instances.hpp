@@ -3,7 +3,7 @@
 //
 //   Instance& one = instances.enter(identity.id);
 //   instances.change(one, [&] { one.identity = identity; });
-//   instances.load(one, one.running + 1, ++given);
+//   instances.change_load(one, [&] { ++one.running; });
 //   Instance* best = instances.choose("560aacbf-…", {"cnc", 1});
 #pragma once
 
@@ -33,18 +33,38 @@ struct Instance {
   std::vector<Job*> jobs;
   /// Those of them that it has.
   std::uint32_t running = 0;
+  /// Those of others, other gateways or earlier calls of ours, by its last beat.
+  std::uint32_t others = 0;
+  /// One of ours waits there for its turn.
+  bool has_waiter = false;
   /// When it was last given a call, counted in calls; for the round robin.
   std::uint64_t last_used = 0;
   /// Gone; lost at this time unless it comes back.
   std::optional<SteadyTime> lost_at;
+  /// It has declined a call: until it says that it has room, or until this time.
+  std::optional<SteadyTime> full_until;
+  /// It is there and does not take what it is given; until this time nothing more is tried.
+  std::optional<SteadyTime> deaf_until;
+  /// Declined since it last answered.
+  unsigned declined = 0;
   /// False for an instance that only the journal has named yet.
   bool seen = true;
   /// Where Instances has it.
   std::vector<Bucket*> buckets;
 
-  [[nodiscard]] std::uint32_t room() const {
-    const std::uint32_t most = identity.concurrency == 0 ? 1 : identity.concurrency;
-    return running < most ? most - running : 0;
+  [[nodiscard]] std::uint32_t most() const {
+    return identity.concurrency == 0 ? 1 : identity.concurrency;
+  }
+  /// For another call of ours, were it not for those of others.
+  [[nodiscard]] bool has_place() const { return running < most(); }
+  [[nodiscard]] bool has_room() const { return running + others < most() && !full_until; }
+  /// The first of its times.
+  [[nodiscard]] std::optional<SteadyTime> alarm() const {
+    std::optional<SteadyTime> first = lost_at;
+    for (const auto& time : {full_until, deaf_until}) {
+      first = time && (!first || *time < *first) ? time : first;
+    }
+    return first;
   }
 };
 
@@ -53,6 +73,8 @@ struct Bucket {
   /// Least load first, then the one that has waited longest; the id makes the order certain.
   using Rank = std::tuple<std::uint32_t, std::uint64_t, fabric::InstanceId>;
   std::map<Rank, Instance*> with_room;
+  /// Without room because of others, and none of our calls waits there.
+  std::map<Rank, Instance*> shared;
   /// They take calls.
   std::size_t ready = 0;
   /// They serve, gone for a moment or not; they drain.
@@ -71,9 +93,14 @@ class Instances {
   /// The one of this id, made if there is none; its address stays until it is erased.
   Instance& enter(const fabric::InstanceId& id);
   void erase(Instance& instance);
-  /// How many calls it has, and when it was last given one.
-  void load(Instance& instance, std::uint32_t running, std::uint64_t last_used);
-  /// Has `make` change anything else of it.
+  /// Has `make` change its load and no more: running, others, has_waiter, last_used.
+  template <typename Make>
+  static void change_load(Instance& instance, Make make) {
+    unrank(instance);
+    make();
+    rank(instance);
+  }
+  /// Has `make` change anything of it.
   template <typename Make>
   void change(Instance& instance, Make make) {
     unlist(instance);
@@ -84,6 +111,8 @@ class Instances {
   /// Who gets a call: of those with room the one that names the channel most closely, then the
   /// least busy, then the one that was longest without. Null if none has room.
   [[nodiscard]] Instance* choose(const std::string& uuid, const fabric::ChannelKey& key);
+  /// With whom it waits if none has room: with one that is busy for others.
+  [[nodiscard]] Instance* choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key);
   /// Whether it serves the channel.
   [[nodiscard]] static bool serves(const fabric::InstanceIdentity& identity,
                                    const fabric::ChannelKey& key);
@@ -103,10 +132,10 @@ class Instances {
   /// In their order.
   [[nodiscard]] std::vector<std::string> uuids() const;
 
-  /// The earliest lost_at.
-  [[nodiscard]] std::optional<SteadyTime> next_loss() const;
+  /// The earliest alarm.
+  [[nodiscard]] std::optional<SteadyTime> next_alarm() const;
   /// Somebody whose time has come, or null.
-  [[nodiscard]] Instance* lost(SteadyTime now);
+  [[nodiscard]] Instance* alarmed(SteadyTime now);
 
  private:
   struct Group {
@@ -122,12 +151,15 @@ class Instances {
   static void rank(Instance& instance);
   static void unrank(const Instance& instance);
   [[nodiscard]] const Group* group(const std::string& uuid) const;
+  template <typename Pick>
+  [[nodiscard]] Instance* first(const std::string& uuid, const fabric::ChannelKey& key,
+                                Pick pick) const;
   template <typename Visit>
   static void visit_buckets(const Group& group, const fabric::ChannelKey& key, Visit visit);
 
   std::map<fabric::InstanceId, Instance> instances_;
   std::unordered_map<std::string, Group> groups_;
-  std::set<std::pair<SteadyTime, fabric::InstanceId>> losses_;
+  std::set<std::pair<SteadyTime, fabric::InstanceId>> alarms_;
 };
 
 }  // namespace millrace::gateway::dispatch

@@ -64,7 +64,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Publish& acti
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
-  call_end.withdraw({key, action.epoch}, action.uuid);
+  call_end.withdraw({key, action.epoch, action.instance});
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Tell& action) {

@@ -115,6 +115,11 @@ void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
   carry_out(control.on_instance_gone(instance, now()));
 }
 
+void Gateway::Impl::on_load(const fabric::InstanceLoad& load) {
+  begin_event();
+  carry_out(control.on_load(load, now()));
+}
+
 void Gateway::Impl::on_reply(const fabric::Reply& reply) {
   begin_event();
   carry_out(control.on_reply(reply, now()));

@@ -79,29 +79,40 @@ std::string check_response(const Response& response) {
 Actions CallDesk::on_request(const Request& request, Moment now) {
   Actions actions;
   supersede(request, actions);
-  std::optional<CallId>& current = asked_[key_of(request)].call;
-  const bool ours = request.assigned == options_.instance;
   if (const auto waiting = find_waiting(request.call); waiting != waiting_.end()) {
-    if (ours) {
-      waiting->request = request;
-    } else {
-      give_up(request.call, actions);
-    }
-  } else if (!ours) {
-    // If it runs here all the same, it may still be we who answer first.
+    waiting->request = request;
   } else if (const auto running = running_.find(request.call);
              running != running_.end() && !running->second.cancelled) {
     running->second.request.attempt = request.attempt;
-    current = request.call;
+    asked_[key_of(request)].call = request.call;
   } else if (const Ended* ended = answer_for(request)) {
+    asked_[key_of(request)];
     repeat(ended->reply, request, actions);
+  } else if (must_decline(request)) {
+    const auto declined =
+        decline(request, fmt::format("it has room for {} at once", options_.concurrency));
+    actions.insert(actions.end(), declined.begin(), declined.end());
   } else {
     waiting_.push_back({.request = request, .received = now});
-    current = request.call;
+    asked_[key_of(request)].call = request.call;
     counters_.last_call = now.wall;
   }
   start_waiting(now.steady, actions);
   return actions;
+}
+
+bool CallDesk::must_decline(const Request& request) const {
+  // Its own run, which was given up, ends before it is run anew.
+  const bool full = running_.size() + waiting_.size() >= options_.concurrency;
+  return full && !running_.contains(request.call) &&
+         (!request.may_wait || waiting_.size() >= options_.most_waiting);
+}
+
+Actions CallDesk::decline(const Request& request, const std::string& why) {
+  ++counters_.declined;
+  Reply reply = reply_to(request, {.text = why, .state = 0});
+  reply.kind = fabric::ReplyKind::declined;
+  return {Send{std::move(reply)}};
 }
 
 Actions CallDesk::on_withdrawn(const RequestKey& key) {
@@ -179,26 +190,65 @@ fabric::InstanceStatus CallDesk::status() const {
   return status;
 }
 
+fabric::InstanceLoad CallDesk::load() const {
+  // Far more than an instance may have at once.
+  constexpr std::size_t most_named = 256;
+  fabric::InstanceLoad load{.status = status()};
+  for (const auto& [call, under] : running_) {
+    load.calls.push_back(call);
+  }
+  for (const Under& under : waiting_) {
+    if (load.calls.size() < most_named) {
+      load.calls.push_back(under.request.call);
+      ++load.waiting;
+    }
+  }
+  return load;
+}
+
 /// A gateway has one call of a channel at a time: a new one says that the program has given up the
-/// old one. So does a new one of another gateway, if the old one's is gone.
+/// old one. So does a new one of another gateway, if the old one's is gone or has lost the channel.
 void CallDesk::supersede(const Request& by, Actions& actions) {
   std::vector<CallId> over;
-  for (auto asked = asked_.lower_bound({by.key, 0});
+  std::vector<Reply> told;
+  for (auto asked = asked_.lower_bound({by.key, 0, {}});
        asked != asked_.end() && asked->first.key == by.key; ++asked) {
     const bool same_gateway = asked->first.epoch == by.call.epoch;
     asked->second.orphaned = asked->second.orphaned && !same_gateway;
     const std::optional<CallId>& call = asked->second.call;
-    if (call && *call != by.call && (same_gateway || asked->second.orphaned)) {
+    const bool over_there = asked->second.orphaned || asked->first.epoch == by.succeeds;
+    if (call && *call != by.call && (same_gateway || over_there)) {
       over.push_back(*call);
+      if (!same_gateway && !asked->second.orphaned) {
+        // It may be there after all, and would wait for an answer for ever.
+        told.push_back(reply_to_loser(*call));
+      }
     }
   }
   for (const CallId call : over) {
     give_up(call, actions);
   }
+  for (Reply& reply : told) {
+    actions.emplace_back(Send{std::move(reply)});
+  }
+}
+
+/// What a gateway hears whose call is given up because another one says that it has the channel.
+Reply CallDesk::reply_to_loser(CallId call) const {
+  const auto running = running_.find(call);
+  if (running != running_.end() && options_.delivery == fabric::Delivery::at_most_once) {
+    return given_up(running->second);
+  }
+  const auto waiting =
+      std::ranges::find(waiting_, call, [](const Under& under) { return under.request.call; });
+  Reply reply = reply_to(running != running_.end() ? running->second.request : waiting->request,
+                         {.text = "another gateway has the channel now", .state = 0});
+  reply.kind = fabric::ReplyKind::declined;
+  return reply;
 }
 
 bool CallDesk::has_another_gateway(const RequestKey& key) const {
-  for (auto asked = asked_.lower_bound({key.key, 0});
+  for (auto asked = asked_.lower_bound({key.key, 0, {}});
        asked != asked_.end() && asked->first.key == key.key; ++asked) {
     if (asked->first.epoch != key.epoch && !asked->second.orphaned) {
       return true;
@@ -230,17 +280,22 @@ void CallDesk::give_up(CallId call, Actions& actions) {
   actions.emplace_back(Cancel{call});
 }
 
+Reply CallDesk::given_up(const Under& running) const {
+  const std::string reason = "the call was given up while it ran, and it must not run twice";
+  Reply reply = final_reply(running.request, tl::unexpected(reason), options_.error_state);
+  reply.received = running.received.wall;
+  reply.started = running.started;
+  reply.answered = running.started;
+  return reply;
+}
+
 /// Whoever asks for the call again has it run anew, unless that must not be.
 void CallDesk::cancel(Under& running) {
   running.cancelled = true;
   if (options_.delivery == fabric::Delivery::at_least_once) {
     return;
   }
-  const std::string reason = "the call was given up while it ran, and it must not run twice";
-  Reply reply = final_reply(running.request, tl::unexpected(reason), options_.error_state);
-  reply.received = running.received.wall;
-  reply.started = running.started;
-  reply.answered = running.started;
+  Reply reply = given_up(running);
   remember({std::move(reply), true});
 }
 

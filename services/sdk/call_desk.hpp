@@ -13,6 +13,9 @@
 // The times of a reply are those of the wall clock when its call came, and what went by since: a
 // clock that is set meanwhile does not change how long a call took.
 //
+// A call for which there is no room is declined, so that its gateway gives it to another instance,
+// unless that says that no other has room: then it waits for its turn.
+//
 // A channel may be asked for by two gateways that do not hear each other. While both are there,
 // each gets its answer; one that is gone has lost its call to the other.
 #pragma once
@@ -57,13 +60,18 @@ struct DeskOptions {
   std::uint32_t error_state = 500;
   /// Answered calls that are remembered. More than channels call at a time is enough.
   std::size_t memory = 1024;
+  /// Calls that may wait for their turn.
+  std::size_t most_waiting = 64;
 };
 
 class CallDesk {
  public:
   explicit CallDesk(DeskOptions options) : options_(options) {}
 
+  /// Those of its instance's mailbox.
   Actions on_request(const fabric::Request& request, fabric::Moment now);
+  /// A request comes when the instance takes none any more.
+  Actions decline(const fabric::Request& request, const std::string& why);
   Actions on_withdrawn(const fabric::RequestKey& key);
   /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the
   /// channel now.
@@ -77,6 +85,7 @@ class CallDesk {
   [[nodiscard]] std::size_t running() const { return running_.size(); }
   /// Load and counters as of now.
   [[nodiscard]] fabric::InstanceStatus status() const;
+  [[nodiscard]] fabric::InstanceLoad load() const;
 
  private:
   struct Under {
@@ -102,11 +111,14 @@ class CallDesk {
     bool orphaned = false;
   };
 
+  [[nodiscard]] bool must_decline(const fabric::Request& request) const;
   void supersede(const fabric::Request& by, Actions& actions);
+  [[nodiscard]] fabric::Reply reply_to_loser(fabric::CallId call) const;
   [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
   void give_up(fabric::CallId call, Actions& actions);
   void forget_call(const fabric::RequestKey& key);
   fabric::Reply end(const Under& under, const Result& result, fabric::SteadyTime now);
+  [[nodiscard]] fabric::Reply given_up(const Under& running) const;
   void cancel(Under& running);
   [[nodiscard]] const Ended* answer_for(const fabric::Request& request) const;
   void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
@@ -116,8 +128,7 @@ class CallDesk {
 
   DeskOptions options_;
   std::map<fabric::CallId, Under> running_;
-  /// In the order of arrival; at most one of each channel and gateway. A call whose cancelled run
-  /// has not ended yet may wait here to be run anew.
+  /// In the order of arrival; at most one of each channel and gateway.
   std::deque<Under> waiting_;
   std::map<fabric::RequestKey, Asked> asked_;
   std::map<fabric::CallId, Ended> ended_;

@@ -2,20 +2,16 @@
 
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
 #include "fabric/ends/instance_commands.hpp"
 #include "fabric/ends/reply_end.hpp"
+#include "services/sdk/member.hpp"
 #include "services/sdk/runner.hpp"
 
 namespace millrace::services::sdk {
@@ -24,10 +20,8 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// Tools want to see load; nobody may be kept busy with it.
-constexpr auto status_period = std::chrono::seconds(1);
-
-fabric::InstanceIdentity make_identity(const ServiceOptions& options) {
+fabric::InstanceIdentity make_identity(const ServiceOptions& options,
+                                       std::chrono::milliseconds lease) {
   if (options.error_state == 0) {
     throw std::invalid_argument("the error state of a service must not be 0");
   }
@@ -47,6 +41,7 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options) {
       .channels = options.channels,
       .delivery = options.delivery,
       .concurrency = options.concurrency,
+      .lease = lease,
   };
 }
 
@@ -67,110 +62,75 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
           .configuration = options.configuration};
 }
 
-struct Instance::Impl final : fabric::ends::InstanceCommandsListener {
-  Impl(const ServiceOptions& options, Service::Log own_log, LaterHandler prompt)
-      : log(std::move(own_log)),
-        identity(make_identity(options)),
-        participant(join_options(options)),
+struct Instance::Impl final : Hosted {
+  Impl(const ServiceOptions& options, const Service::Log& own_log, LaterHandler prompt)
+      : log(own_log),
+        member(options.member ? options.member
+                              : std::make_shared<Member>(join_options(options), own_log)),
+        identity(make_identity(options, member->participant().options().lease)),
         runner(std::make_shared<Runner>(desk_options(options, identity), log,
                                         Prompt{std::move(prompt)})),
-        grace(context),
-        status_timer(context) {}
-  /// Also where start() has failed half way.
+        end(std::in_place, member->participant(), identity, *runner),
+        grace(member->executor()) {}
   ~Impl() override { leave(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
   void start();
   void leave();
-  void drain();
-  void report();
-  [[nodiscard]] std::optional<std::uint32_t> running(
-      const fabric::InstanceId& instance) const override;
-  void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
-  void on_untold(const fabric::Command& command, const std::string& reason) override;
+  [[nodiscard]] fabric::InstanceLoad load() const override;
+  void on_drain(const std::string& issuer) override;
 
   const Service::Log log;
+  const std::shared_ptr<Member> member;
   const fabric::InstanceIdentity identity;
-  fabric::dds::Participant participant;
-  std::shared_ptr<Runner> runner;
-  asio::io_context context{1};
-  asio::steady_timer grace;
-  asio::steady_timer status_timer;
-  /// The supervisor of a service looks whether this loop turns.
-  const base::loop::Watchdog watchdog{context.get_executor()};
+  const std::shared_ptr<Runner> runner;
   std::optional<fabric::ends::ReplyEnd> end;
-  std::optional<fabric::ends::InstanceCommands> commands;
-  std::optional<fabric::InstanceStatus> reported;
+  /// On the member's loop.
+  asio::steady_timer grace;
   const fabric::Time started = std::chrono::system_clock::now();
-  // Last: it uses all of the above.
-  std::thread thread;
+  bool there = false;
 };
 
 void Instance::Impl::start() {
-  end.emplace(participant, identity, *runner);
   runner->set_end(&*end);
-  commands.emplace(participant, context.get_executor(), *this);
-  report();
-  thread = std::thread([this] {
-    const auto work = asio::make_work_guard(context);
-    context.run();
-  });
+  member->enter(identity.id, *this);
+  there = true;
 }
 
 void Instance::Impl::leave() {
   runner->close();
-  context.stop();
-  if (thread.joinable()) {
-    thread.join();
+  if (std::exchange(there, false)) {
+    member->leave(identity.id, [this] {
+      grace.cancel();
+      runner->set_end(nullptr);
+      end.reset();
+    });
   }
-  // Without a thread that runs it, the end may go anywhere.
-  runner->set_end(nullptr);
-  commands.reset();
-  end.reset();
 }
 
-void Instance::Impl::drain() {
+void Instance::Impl::on_drain(const std::string& issuer) {
+  if (!issuer.empty()) {
+    log->info("{} asks this instance to leave", issuer);
+  }
   end->set_draining(true);
   grace.expires_after(fabric::ends::InstanceCommands::drain_grace);
-  grace.async_wait([this](const boost::system::error_code& error) {
-    if (!error) {
-      runner->close_when_idle();
+  grace.async_wait([runner = std::weak_ptr(runner)](const boost::system::error_code& error) {
+    const auto alive = runner.lock();
+    if (!error && alive) {
+      alive->close_when_idle();
     }
   });
 }
 
-void Instance::Impl::report() {
-  fabric::InstanceStatus status = runner->status();
-  status.started = started;
-  if (status != reported) {
-    // Lost status is no loss: the next one follows.
-    static_cast<void>(end->publish(status));
-    reported = status;
-  }
-  status_timer.expires_after(status_period);
-  status_timer.async_wait([this](const boost::system::error_code& error) {
-    if (!error) {
-      report();
-    }
-  });
+fabric::InstanceLoad Instance::Impl::load() const {
+  fabric::InstanceLoad load = runner->load();
+  load.status.started = started;
+  return load;
 }
 
-std::optional<std::uint32_t> Instance::Impl::running(const fabric::InstanceId& instance) const {
-  return instance == identity.id ? std::optional(runner->status().running) : std::nullopt;
-}
-
-void Instance::Impl::on_drain(const fabric::InstanceId& /*instance*/, const std::string& issuer) {
-  log->info("{} asks this instance to leave", issuer);
-  drain();
-}
-
-void Instance::Impl::on_untold(const fabric::Command& command, const std::string& reason) {
-  log->warn("{} is not told what came of its command: {}", command.issuer, reason);
-}
-
-Instance::Instance(const ServiceOptions& options, Service::Log log, LaterHandler prompt)
-    : impl_(std::make_unique<Impl>(options, std::move(log), std::move(prompt))) {
+Instance::Instance(const ServiceOptions& options, const Service::Log& log, LaterHandler prompt)
+    : impl_(std::make_unique<Impl>(options, log, std::move(prompt))) {
   impl_->start();
 }
 
@@ -197,7 +157,7 @@ bool Instance::drained() const {
 }
 
 void Instance::drain() {
-  asio::post(impl_->context, [impl = impl_.get()] { impl->drain(); });
+  impl_->member->drain(impl_->identity.id);
 }
 
 }  // namespace millrace::services::sdk

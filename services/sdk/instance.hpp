@@ -1,4 +1,4 @@
-// One running instance of a service: keeps it on the fabric on a thread of its own and hands out
+// One running instance of a service: keeps it on the fabric, as part of its member, and hands out
 // its calls to whoever asks. Service and the C face ask on their threads.
 //
 //   Instance instance(options, log);
@@ -21,7 +21,7 @@ class Instance {
  public:
   /// Throws as Service does. Calls wait for next(), unless `prompt` runs them; see
   /// ServiceOptions::prompt.
-  Instance(const ServiceOptions& options, Service::Log log, LaterHandler prompt = nullptr);
+  Instance(const ServiceOptions& options, const Service::Log& log, LaterHandler prompt = nullptr);
   /// Leaves.
   ~Instance();
   Instance(const Instance&) = delete;

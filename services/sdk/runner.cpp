@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 namespace millrace::services::sdk {
 
@@ -13,6 +14,27 @@ fabric::Moment now() {
 
 double milliseconds(std::chrono::nanoseconds duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+/// What this thread has done, as the kernel counts it.
+struct OwnTime {
+  std::chrono::nanoseconds processor{};
+  /// How often it has waited for something.
+  long waits = 0;
+
+  /// Whether it has computed for this long since, or waited for anything.
+  [[nodiscard]] bool is_to_blame(const OwnTime& before, std::chrono::nanoseconds limit) const {
+    return processor - before.processor > limit || waits > before.waits;
+  }
+};
+
+OwnTime own_time() {
+  rusage use{};
+  ::getrusage(RUSAGE_THREAD, &use);
+  const auto of = [](const timeval& time) {
+    return std::chrono::seconds(time.tv_sec) + std::chrono::microseconds(time.tv_usec);
+  };
+  return {of(use.ru_utime) + of(use.ru_stime), use.ru_nvcsw};
 }
 
 const char* describe(fabric::ServiceCode code) {
@@ -52,6 +74,7 @@ void Runner::set_end(fabric::ends::ReplyEnd* end) {
 void Runner::on_request(const fabric::Request& request) {
   Lock lock(lock_);
   if (closed_) {
+    perform(std::move(lock), desk_.decline(request, "it is leaving"));
     return;
   }
   const Actions actions = desk_.on_request(request, now());
@@ -124,9 +147,9 @@ bool Runner::closed() const {
   return closed_;
 }
 
-fabric::InstanceStatus Runner::status() const {
+fabric::InstanceLoad Runner::load() const {
   const Lock lock(lock_);
-  return desk_.status();
+  return desk_.load();
 }
 
 void Runner::perform(Lock lock, const Actions& actions, Place place) {
@@ -178,9 +201,11 @@ void Runner::wake_workers(const Actions& actions, bool all) {
 void Runner::run_here(const std::shared_ptr<const Call>& call) {
   announce(*call);
   const auto start = std::chrono::steady_clock::now();
+  const OwnTime before = own_time();
   prompt_.handler(call);
   const auto took = std::chrono::steady_clock::now() - start;
-  if (took > prompt_.limit) {
+  // A busy host takes the processor away from the promptest handler: that is not its doing.
+  if (took > prompt_.limit && own_time().is_to_blame(before, prompt_.limit)) {
     log_->warn(
         "the handler took {:.3f} ms for call {} in the thread that receives, where {:.3f} ms are "
         "allowed; calls get threads of their own from now on. The service should not be declared "
@@ -218,7 +243,10 @@ void Runner::perform(const Cancel& cancel) {
 }
 
 void Runner::log(const Action& action) const {
-  if (const auto* send = std::get_if<Send>(&action)) {
+  const auto* const send = std::get_if<Send>(&action);
+  if (send != nullptr && send->reply.kind == fabric::ReplyKind::declined) {
+    log_->info("call {} is declined: {}", send->reply.call.to_string(), send->reply.text);
+  } else if (send != nullptr) {
     log_reply(*log_, send->reply);
   } else if (const auto* cancel = std::get_if<Cancel>(&action)) {
     log_->info("call {} is withdrawn", cancel->call.to_string());

@@ -53,7 +53,7 @@ class Runner : public CallSink,
 
   [[nodiscard]] bool closed() const;
 
-  [[nodiscard]] fabric::InstanceStatus status() const;
+  [[nodiscard]] fabric::InstanceLoad load() const;
 
  private:
   using Lock = std::unique_lock<std::mutex>;

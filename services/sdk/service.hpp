@@ -23,6 +23,8 @@ class logger;
 
 namespace millrace::services::sdk {
 
+class Member;
+
 /// The state of an answer that stands for a failure of the service itself, unless it names another.
 inline constexpr std::uint32_t default_error_state = 500;
 /// One thread each.
@@ -44,10 +46,14 @@ struct ServiceOptions {
   std::uint32_t concurrency = 1;
   /// The handler computes for microseconds and waits for nothing: no file, no socket, no lock that
   /// is held for long. It is run in the thread that receives, which spares a hand-over, until it
-  /// takes longer than prompt_limit once; that is logged.
+  /// computes or waits for longer than prompt_limit once; that is logged. Time in which the host
+  /// gives the processor to others does not count.
   bool prompt = false;
   /// State of the answer when the handler throws, or when its answer cannot be sent.
   std::uint32_t error_state = default_error_state;
+  /// What services of one process share (services/sdk/member.hpp). None: one of its own, which
+  /// joins as what follows says.
+  std::shared_ptr<Member> member{};
   /// How to join the fabric: as in fabric::dds::ParticipantOptions.
   std::uint32_t domain = 0;
   std::string fabric = "millrace";

@@ -118,7 +118,7 @@ class Load : public fabric::ends::CallEndListener {
     ++sent_.replies;
     tell(open->second, fabric::EventKind::replied);
     tell(open->second, fabric::EventKind::written);
-    end_.withdraw(key_of(reply), uuid);
+    end_.withdraw(key_of(reply));
     open_.erase(open);
     free_.push_back(reply.key.channel);
     go_on();

@@ -86,7 +86,8 @@ bool measure_calls(std::uint64_t calls) {
   const fabric::dds::Listener listener(dds_create_listener(&arrival));
   dds_lset_data_available(listener.get(), &Arrival::note);
   const std::string partition = fabric::wire::service_partition("millrace", uuid);
-  fabric::wire::Writer<fabric::Request> requests(participant, partition);
+  fabric::wire::Writer<fabric::Request> requests(
+      participant, fabric::wire::mailbox_partition("millrace", uuid, service.identity().id));
   fabric::wire::Reader<fabric::Reply> replies(participant, partition, fabric::wire::Keep::last,
                                               {.listener = listener.get()});
 

@@ -97,7 +97,7 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
   const fabric::dds::Entity replies = fabric::wire::create_topic(other, fabric::wire::reply_topic);
   const fabric::dds::Entity unreliable(
       dds_create_writer(publisher.handle(), replies.handle(), modest.get(), nullptr));
-  fabric::wire::Topic strange = fabric::wire::instance_topic;
+  fabric::wire::Topic strange = fabric::wire::outcome_topic;
   strange.type = fabric::wire::reply_topic.type;
   const fabric::dds::Entity statuses = fabric::wire::create_topic(other, strange);
   const fabric::dds::Entity mistyped(dds_create_writer(
@@ -107,10 +107,10 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
 
   const std::string text = examine(chain.domain());
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(text, ContainsRegex("the writer of millrace/reply of other on .* fits no millrace "
+  EXPECT_THAT(text, ContainsRegex("the writer of millrace/v2/reply of other on .* fits no millrace "
                                   "program: reliability: best effort is offered"));
   EXPECT_THAT(text, HasSubstr("durability: volatile is offered, transient local is requested"));
-  EXPECT_THAT(text, ContainsRegex("the writer of millrace/instance of other on .* its type is "
+  EXPECT_THAT(text, ContainsRegex("the writer of millrace/outcome of other on .* its type is "
                                   "millrace::Reply"));
   EXPECT_THAT(text, Not(ContainsRegex("of square_root on .* fits no")));
 }

@@ -34,7 +34,7 @@ TEST_P(EveryOrder, KeepsItsPromises) {
   fmt::print("{} states, {} runs{}\n", walk.states, walk.runs, walk.complete ? "" : ", not all");
   ASSERT_TRUE(walk.violations.empty())
       << fmt::format("{}", fmt::join(retell(GetParam().plan, bounds, walk), "\n"));
-  EXPECT_GT(walk.states, 100U);
+  EXPECT_GT(walk.states, 50U);
   EXPECT_EQ(walk.complete, GetParam().whole);
 }
 
@@ -113,7 +113,7 @@ TEST_P(WhatARandomOrderComesTo, TheWalkHasSeen) {
   Bounds drawn = within(2'000);
   drawn.draw = 1;
   const auto seen = sights(plan, drawn);
-  EXPECT_GT(seen.size(), 10U);
+  EXPECT_GT(seen.size(), 5U);
   for (const std::string& sight : seen) {
     EXPECT_TRUE(walked.contains(sight)) << sight;
   }

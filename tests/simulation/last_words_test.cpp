@@ -31,8 +31,8 @@ TEST(ASimulationDeathTest, ThatIsEndedByAWildPointerDoesSoToo) {
 }
 
 TEST(ASimulationDeathTest, NamesTheMistakeThatIsMadeOnPurposeToo) {
-  EXPECT_DEATH(run_seed_17({.bug = Bug::given_to_the_busy}, std::abort),
-               "--seed 17 --trace --bug given-to-the-busy\n");
+  EXPECT_DEATH(run_seed_17({.bug = Bug::numbers_not_journalled}, std::abort),
+               "--seed 17 --trace --bug numbers-not-journalled\n");
 }
 
 TEST(ASimulationDeathTest, ThatIsOverIsNotBlamedForWhatComesAfterIt) {

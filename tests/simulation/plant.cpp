@@ -64,6 +64,8 @@ void Plant::build_services() {
     plan.delivery =
         random_.chance(40) ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
     plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
+    // Beats tell a gateway that its call is gone, whatever has become of it.
+    plan.beats = random_.chance(80) && bug_ != Bug::withdraws_for_others;
     plan.habits.slow = static_cast<unsigned>(random_.below(40));
     plan.habits.fails = static_cast<unsigned>(random_.below(10));
     plan.habits.refused = random_.chance(30) ? 10 : 0;

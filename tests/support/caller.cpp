@@ -101,7 +101,7 @@ void Caller::publish(const fabric::ChannelStatus& status) {
 }
 
 void Caller::withdraw(const fabric::Request& request) {
-  impl_->end.withdraw(key_of(request), request.uuid);
+  impl_->end.withdraw(key_of(request));
   // What is written within a turn of the loop is sent at its end; the test may wait for something
   // else now and turn the loop no more.
   impl_->context.restart();

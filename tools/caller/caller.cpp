@@ -44,6 +44,10 @@ struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_thi
   void on_instance_changed(const fabric::InstanceIdentity& instance) override {
     on_instance_ready(instance);
   }
+  void on_load(const fabric::InstanceLoad& load) override {
+    calls.on_load(load, now());
+    carry_out();
+  }
   void on_instance_gone(const fabric::InstanceId& instance) override {
     calls.on_instance_gone(instance, now());
     carry_out();
@@ -84,7 +88,7 @@ struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_thi
       calls.on_unpublished(publish.request.call, published.error(), now());
     }
   }
-  void perform(const Withdraw& withdraw) { end->withdraw(withdraw.key, withdraw.uuid); }
+  void perform(const Withdraw& withdraw) { end->withdraw(withdraw.key); }
   // An event that is lost costs who watches one line.
   void perform(const Tell& tell) { static_cast<void>(end->publish(tell.event)); }
   void perform(const Interim& interim) { listener->on_interim(interim.reply); }

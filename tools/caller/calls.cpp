@@ -57,10 +57,18 @@ void Calls::on_instance_gone(const fabric::InstanceId& instance, Moment now) {
   carry_out(dispatcher_.on_instance_gone(instance, now.steady), now);
 }
 
+void Calls::on_load(const fabric::InstanceLoad& load, Moment now) {
+  carry_out(dispatcher_.on_load(load, now.steady), now);
+}
+
 void Calls::on_reply(const fabric::Reply& reply, Moment now) {
   const auto found = open_.find(reply.call);
   if (found == open_.end() || reply.key != found->second.order.key ||
       std::ranges::find(found->second.asked, reply.instance) == found->second.asked.end()) {
+    return;
+  }
+  if (reply.kind == fabric::ReplyKind::declined) {
+    decline(reply, now);
     return;
   }
   const bool last = reply.kind == fabric::ReplyKind::final;
@@ -138,7 +146,11 @@ void Calls::give(const gateway::dispatch::Give& give, Moment now) {
   Open& open = open_.at(give.call);
   open.attempt = attempt.number;
   open.asked.push_back(attempt.instance);
+  if (std::ranges::count(open.standing, attempt.instance) == 0) {
+    open.standing.push_back(attempt.instance);
+  }
   open.published = true;
+  dispatcher_.on_published(give.call, now.steady);
   out_.emplace_back(Publish{{.key = open.order.key,
                              .call = give.call,
                              .attempt = attempt.number,
@@ -151,6 +163,7 @@ void Calls::give(const gateway::dispatch::Give& give, Moment now) {
                                              : open.seen + open.order.patience,
                              .seen = open.seen,
                              .dispatched = now.wall,
+                             .may_wait = give.assignment.waits,
                              .replayed = open.order.replayed}});
   tell(give.call, open, fabric::EventKind::dispatched, now, nullptr, give.assignment.name);
 }
@@ -164,7 +177,24 @@ void Calls::take_back(const gateway::dispatch::TakeBack& back, Moment now) {
   }
   open.published = false;
   open.reason = back.reason;
-  out_.emplace_back(Withdraw{{open.order.key, epoch_}, open.order.uuid});
+  withdraw(open, open.asked.back());
+}
+
+void Calls::withdraw(Open& open, const fabric::InstanceId& instance) {
+  if (std::erase(open.standing, instance) > 0) {
+    out_.emplace_back(Withdraw{{open.order.key, epoch_, instance}});
+  }
+}
+
+/// Only the newest attempt can be declined, and only while it stands.
+void Calls::decline(const fabric::Reply& reply, Moment now) {
+  Open& open = open_.at(reply.call);
+  if (!open.published || reply.attempt != open.attempt || reply.instance != open.asked.back()) {
+    return;
+  }
+  open.published = false;
+  withdraw(open, reply.instance);
+  carry_out(dispatcher_.decline(reply.call, now.steady), now);
 }
 
 void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
@@ -173,14 +203,14 @@ void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
   if (found == open_.end()) {
     return;
   }
-  const Open open = std::move(found->second);
+  Open open = std::move(found->second);
   open_.erase(found);
   by_channel_.erase(open.order.key);
   if (!reply) {
     tell(call, open, fabric::EventKind::withdrawn, now, nullptr, reason);
   }
-  if (open.published) {
-    out_.emplace_back(Withdraw{{open.order.key, epoch_}, open.order.uuid});
+  while (!open.standing.empty()) {
+    withdraw(open, open.standing.back());
   }
   out_.emplace_back(Ended{call, open.order.key, std::move(reply), reason});
   carry_out(dispatcher_.remove(call), now);

@@ -33,7 +33,6 @@ struct Publish {
 /// Take it back.
 struct Withdraw {
   fabric::RequestKey key;
-  std::string uuid;
 };
 /// For who watches.
 struct Tell {
@@ -61,6 +60,7 @@ class Calls {
 
   void on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
   void on_instance_gone(const fabric::InstanceId& instance, Moment now);
+  void on_load(const fabric::InstanceLoad& load, Moment now);
   void on_reply(const fabric::Reply& reply, Moment now);
   void on_unpublished(const fabric::CallId& call, const std::string& reason, Moment now);
   /// Ends what has waited too long, and takes calls from instances that stay away.
@@ -88,6 +88,8 @@ class Calls {
     /// The newest attempt, and the instances of all.
     std::uint32_t attempt = 0;
     std::vector<fabric::InstanceId> asked{};
+    /// Those of them in whose mailboxes the request stands.
+    std::vector<fabric::InstanceId> standing{};
     bool published = false;
     /// Why it waits.
     std::string reason{};
@@ -96,6 +98,8 @@ class Calls {
   void carry_out(const gateway::dispatch::Decisions& decisions, Moment now);
   void give(const gateway::dispatch::Give& give, Moment now);
   void take_back(const gateway::dispatch::TakeBack& back, Moment now);
+  void withdraw(Open& open, const fabric::InstanceId& instance);
+  void decline(const fabric::Reply& reply, Moment now);
   void end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
            const std::string& reason, Moment now);
   void tell(const fabric::CallId& call, const Open& open, fabric::EventKind kind, Moment now,

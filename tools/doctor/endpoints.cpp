@@ -13,12 +13,10 @@ namespace {
 
 using fabric::wire::Keep;
 
-constexpr std::string_view name_of_request = "millrace/request";
-
 const fabric::wire::Topic* topic_named(const std::string& name) {
   static const std::array<const fabric::wire::Topic*, 8> topics{
       &fabric::wire::request_topic,  &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
-      &fabric::wire::instance_topic, &fabric::wire::machine_topic, &fabric::wire::event_topic,
+      &fabric::wire::beat_topic, &fabric::wire::machine_topic, &fabric::wire::event_topic,
       &fabric::wire::command_topic,  &fabric::wire::outcome_topic};
   const auto* const found = std::ranges::find_if(
       topics, [&](const fabric::wire::Topic* topic) { return topic->name == name; });
@@ -74,7 +72,7 @@ std::vector<std::string> reasons_of(const SeenEndpoint& endpoint, const fabric::
 TopicReaders::TopicReaders(const fabric::dds::Participant& participant)
     : requests_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
       replies_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
-      instances_(participant, fabric::wire::all_services(participant.options().fabric), Keep::last),
+      beats_(participant, participant.options().fabric, Keep::last),
       channels_(participant, participant.options().fabric, Keep::last),
       machines_(participant, participant.options().fabric, Keep::last),
       events_(participant, participant.options().fabric, Keep::last),
@@ -89,7 +87,7 @@ std::set<Handle> TopicReaders::matched() const {
   };
   add(requests_);
   add(replies_);
-  add(instances_);
+  add(beats_);
   add(channels_);
   add(machines_);
   add(events_);
@@ -133,9 +131,10 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
     }
     for (const std::string& partition : endpoint.partitions) {
       program->second.fabrics.insert(fabric_of(partition));
-      const auto uuid = fabric::wire::uuid_of_partition(fabric, partition);
-      if (uuid && !endpoint.writer && endpoint.topic == name_of_request && endpoint.has_user_data) {
-        program->second.serves.insert(*uuid);
+      const auto mailbox = fabric::wire::parse_mailbox(fabric, partition);
+      if (mailbox && !endpoint.writer && endpoint.topic == fabric::wire::request_topic.name &&
+          endpoint.has_user_data) {
+        program->second.serves.insert(mailbox->uuid);
       }
     }
     const bool tells_of_machines = endpoint.topic == fabric::wire::machine_topic.name ||

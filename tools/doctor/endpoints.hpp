@@ -22,7 +22,7 @@ class TopicReaders {
  private:
   fabric::wire::Reader<fabric::Request> requests_;
   fabric::wire::Reader<fabric::Reply> replies_;
-  fabric::wire::Reader<fabric::InstanceStatus> instances_;
+  fabric::wire::Reader<fabric::Beat> beats_;
   fabric::wire::Reader<fabric::ChannelStatus> channels_;
   fabric::wire::Reader<fabric::MachineStatus> machines_;
   fabric::wire::Reader<fabric::Event> events_;

@@ -120,7 +120,7 @@ class Visit {
       while (io_.run_one_until(next) != 0) {
       }
       directory_.drain();
-      const auto news = discovery_.drain(registry_);
+      const auto news = discovery_.drain(registry_, Clock::now());
       found_.ignored.insert(found_.ignored.end(), news.ignored.begin(), news.ignored.end());
       if (hearing != nullptr) {
         hearing->take();

@@ -18,12 +18,12 @@ constexpr const char* last_of_each_key = "reliable, transient local, keep last 1
 
 /// In the order of the alternatives of Sample.
 constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
-    {"millrace/request", "millrace::Request", last_of_each_key},
-    {"millrace/reply", "millrace::Reply", last_of_each_key},
-    {"millrace/request", "millrace::Request", last_of_each_key},
+    {"millrace/v2/request", "millrace::Request", last_of_each_key},
+    {"millrace/v2/reply", "millrace::Reply", last_of_each_key},
+    {"millrace/v2/request", "millrace::Request", last_of_each_key},
     {"millrace/channel", "millrace::ChannelStatus", last_of_each_key},
     {"DCPSSubscription", "user data of the request reader", ""},
-    {"millrace/instance", "millrace::InstanceStatus", last_of_each_key},
+    {"millrace/v2/beat", "millrace::Beat", "best effort, volatile"},
     {"millrace/event", "millrace::Event", "reliable, volatile"},
     {"millrace/command", "millrace::Command", "reliable, volatile"},
     {"millrace/outcome", "millrace::Outcome", last_of_each_key},

@@ -15,12 +15,14 @@ fabric::Request sample_of(const proto::Request& message, Entry& entry) {
       .call = call_id_of(message),
       .attempt = message.attempt(),
       .assigned = instance_of(message.assigned()),
+      .succeeds = message.succeeds(),
       .uuid = message.uuid(),
       .text = take_text(message, entry),
       .state = message.state(),
       .deadline = time_of(message.deadline()),
       .seen = time_of(message.seen()),
       .dispatched = time_of(message.dispatched()),
+      .may_wait = message.may_wait(),
       .replayed = message.replayed(),
   };
 }
@@ -45,7 +47,9 @@ fabric::Reply sample_of(const proto::Reply& message, Entry& entry) {
 
 Withdrawal sample_of(const proto::Withdrawal& message, Entry& entry) {
   entry.uuid = message.uuid();
-  return {.key = key_of(message), .call = call_id_of(message)};
+  return {.key = key_of(message),
+          .call = call_id_of(message),
+          .instance = instance_of(message.instance())};
 }
 
 fabric::ChannelStatus sample_of(const proto::ChannelStatus& message, Entry& entry) {
@@ -100,6 +104,7 @@ fabric::InstanceStatus sample_of(const proto::InstanceStatus& message, Entry& en
       .failed = message.failed(),
       .repeated = message.repeated_calls(),
       .cancelled = message.cancelled(),
+      .declined = message.declined(),
       .mean = std::chrono::nanoseconds(static_cast<std::int64_t>(message.mean_ns())),
       .started = time_of(message.started()),
       .last_call = time_of(message.last_call()),

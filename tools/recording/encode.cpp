@@ -33,6 +33,12 @@ class ToMessage {
     message.set_seen(nanoseconds(request.seen));
     message.set_dispatched(nanoseconds(request.dispatched));
     message.set_replayed(request.replayed);
+    if (request.succeeds != 0) {
+      message.set_succeeds(request.succeeds);
+    }
+    if (request.may_wait) {
+      message.set_may_wait(true);
+    }
     return message;
   }
 
@@ -59,6 +65,7 @@ class ToMessage {
     put_key(message, withdrawal.key);
     put_call(message, withdrawal.call);
     message.set_uuid(utf8(entry_.uuid));
+    message.set_instance(bytes_of(withdrawal.instance));
     return message;
   }
 
@@ -110,6 +117,7 @@ class ToMessage {
     message.set_failed(status.failed);
     message.set_repeated_calls(status.repeated);
     message.set_cancelled(status.cancelled);
+    message.set_declined(status.declined);
     message.set_mean_ns(static_cast<std::uint64_t>(status.mean.count()));
     message.set_started(nanoseconds(status.started));
     message.set_last_call(nanoseconds(status.last_call));

@@ -82,6 +82,9 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     instances.erase(instance);
     carry_out(core.on_instance_gone(instance, moment_now()));
   }
+  void on_load(const fabric::InstanceLoad& load) override {
+    carry_out(core.on_load(load, moment_now()));
+  }
   void on_reply(const fabric::Reply& reply) override {
     const auto now = Clock::now();
     if (reply.kind == fabric::ReplyKind::final) {
@@ -135,7 +138,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     }
   }
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
-    end.withdraw({key, action.epoch}, action.uuid);
+    end.withdraw({key, action.epoch, action.instance});
   }
   void carry_out(const fabric::ChannelKey& key, const Tell& action) {
     if (action.event.kind == fabric::EventKind::seen) {

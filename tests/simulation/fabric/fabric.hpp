@@ -33,6 +33,7 @@ class GatewayListener {
   virtual void on_instance_ready(const fabric::InstanceIdentity& instance) = 0;
   virtual void on_instance_changed(const fabric::InstanceIdentity& instance) = 0;
   virtual void on_instance_gone(const fabric::InstanceId& instance) = 0;
+  virtual void on_load(const fabric::InstanceLoad& load) = 0;
   virtual void on_reply(const fabric::Reply& reply) = 0;
   /// A reply in the name of an instance that has not written it.
   virtual void on_stranger(const fabric::Reply& reply) = 0;
@@ -74,9 +75,11 @@ class Fabric {
   void frozen(EndNumber end);
   void thawed(EndNumber end, Time after);
 
-  /// False if the writer of this UUID is not open yet.
+  /// False if the mailbox of its instance is not open yet.
   bool publish(EndNumber gateway, const fabric::Request& request);
-  void withdraw(EndNumber gateway, const fabric::RequestKey& key, const std::string& uuid);
+  void withdraw(EndNumber gateway, const fabric::RequestKey& key);
+  /// What an instance does, for whoever hears it now; a beat that is lost is lost.
+  void beat(EndNumber instance, const fabric::InstanceLoad& load);
   void publish(EndNumber instance, const fabric::Reply& reply);
   void change_identity(EndNumber instance, const fabric::InstanceIdentity& identity);
 
@@ -123,8 +126,8 @@ class Fabric {
     fabric::registry::Registry registry;
     /// All that the registry was told and has told.
     Meaning registry_knows = 0;
-    std::set<fabric::registry::EndpointHandle> matched;
-    std::map<std::string, Writer<fabric::RequestKey, fabric::Request>> requests;
+    /// The mailboxes of instances.
+    std::map<fabric::InstanceId, Writer<fabric::RequestKey, fabric::Request>> requests;
     /// With the end that has written it.
     std::map<std::pair<ReplyKey, EndNumber>, fabric::Reply> replies_in;
     bool discovery_due = false;

@@ -60,13 +60,14 @@ void Fabric::discover(const PairPointer& pair, bool reader) {
   gateway.registry_knows =
       meaning_of(gateway.registry_knows, reader, pair->instance, instance.identity.draining);
   if (reader) {
-    gateway.registry.reader_seen(reader_of(pair->instance), {instance.identity, pair->instance});
-    gateway.matched.insert(reader_of(pair->instance));
-    static_cast<void>(gateway.requests[instance.identity.uuid]);
+    gateway.registry.reader_seen(reader_of(pair->instance), {instance.identity, pair->instance},
+                                 fabric::SteadyTime(agenda_.now()));
+    gateway.registry.matched(reader_of(pair->instance), true);
+    static_cast<void>(gateway.requests[instance.identity.id]);
     side.reader = true;
   } else {
     gateway.registry.writer_seen(writer_of(pair->instance), {instance.identity.id, pair->instance});
-    gateway.matched.insert(writer_of(pair->instance));
+    gateway.registry.matched(writer_of(pair->instance), true);
     if (!side.writer) {
       side.writer = true;
       pair->replies = 0;
@@ -90,8 +91,6 @@ void Fabric::lose_known(const PairPointer& pair, bool of_instance) {
   gateway.registry_knows = meaning_of(gateway.registry_knows, "gone", pair->instance);
   gateway.registry.endpoint_gone(reader_of(pair->instance));
   gateway.registry.endpoint_gone(writer_of(pair->instance));
-  gateway.matched.erase(reader_of(pair->instance));
-  gateway.matched.erase(writer_of(pair->instance));
   pair->replies = 0;
   look_around(pair->gateway);
 }
@@ -115,7 +114,6 @@ void Fabric::look_around(EndNumber number) {
 void Fabric::take_changes(EndNumber number) {
   End& end = *ends_[number];
   end.discovery_due = false;
-  end.registry.set_matched(end.matched);
   // An instance that leaves may have answered just before.
   take_replies(number);
   const auto changes = end.registry.changes();

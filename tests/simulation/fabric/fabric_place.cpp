@@ -17,7 +17,7 @@ std::string Fabric::place_of_gateway(const End& end, EndNumber number) const {
                          reply.attempt, reply.state, reply.text);
   }
   for (const auto& [uuid, writer] : end.requests) {
-    words += "|" + uuid;
+    words += "|" + uuid.to_string();
   }
   for (const PairPointer& pair : pairs_of(number)) {
     const Side& side = pair->of_instance;

@@ -8,7 +8,7 @@ namespace millrace::tests::simulation {
 
 bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   End& end = *ends_[number];
-  const auto writer = end.requests.find(fabric::canonical_uuid(request.uuid));
+  const auto writer = end.requests.find(request.assigned);
   if (writer == end.requests.end()) {
     return false;
   }
@@ -20,20 +20,35 @@ bool Fabric::publish(EndNumber number, const fabric::Request& request) {
   return true;
 }
 
-void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key, const std::string& uuid) {
+void Fabric::withdraw(EndNumber number, const fabric::RequestKey& key) {
   End& end = *ends_[number];
-  const auto writer = end.requests.find(fabric::canonical_uuid(uuid));
+  const auto writer = end.requests.find(key.instance);
   if (writer == end.requests.end()) {
     return;
   }
-  const auto sample = writer->second.samples.find(key);
-  if (sample == writer->second.samples.end() || !sample->second.value) {
+  // Also of what an earlier run of this gateway has left there.
+  auto& sample = writer->second.samples[key];
+  if (sample.number != 0 && !sample.value) {
     return;
   }
-  sample->second = {++writer->second.last, std::nullopt};
-  lay_out(end, {}, 0, {}, writer->second.last);
+  sample = {++writer->second.last, std::nullopt};
+  lay_out(end, {}, 0, key.instance, writer->second.last);
   for (const PairPointer& pair : pairs_of(number)) {
     send_requests(pair);
+  }
+}
+
+void Fabric::beat(EndNumber number, const fabric::InstanceLoad& load) {
+  for (const PairPointer& pair : pairs_of(number)) {
+    if (!pair->of_instance.heard || random_.chance(weather.lost)) {
+      continue;
+    }
+    within(pair, delay(false), [this, pair, load] {
+      End& gateway = *ends_[pair->gateway];
+      if (gateway.there && pair->of_instance.heard && pair->of_instance.reader) {
+        gateway.process->run(gateway.life, [&gateway, load] { gateway.gateway->on_load(load); });
+      }
+    });
   }
 }
 
@@ -56,7 +71,7 @@ void Fabric::lay_out(const End& end, const fabric::CallId& call, std::uint32_t w
 
 void Fabric::send_requests(const PairPointer& pair, bool again) {
   const auto& writers = ends_[pair->gateway]->requests;
-  const auto writer = writers.find(ends_[pair->instance]->identity.uuid);
+  const auto writer = writers.find(ends_[pair->instance]->identity.id);
   const bool news = writer != writers.end() && writer->second.last > pair->requests;
   if (news && !std::exchange(pair->requests_due, true)) {
     fetch(pair->instance, pair->gateway, delay(again), [this, pair] {
@@ -83,7 +98,7 @@ void Fabric::arrive_requests(const PairPointer& pair) {
       !pair->of_gateway.heard) {
     return;
   }
-  const auto writer = gateway.requests.find(instance.identity.uuid);
+  const auto writer = gateway.requests.find(instance.identity.id);
   if (writer == gateway.requests.end()) {
     return;
   }

@@ -111,7 +111,7 @@ void GatewayProcess::carry_out(const Key&, const gateway::Publish& action) {
 }
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Withdraw& action) {
-  fabric().withdraw(*end(), {key, action.epoch}, action.uuid);
+  fabric().withdraw(*end(), {key, action.epoch, action.instance});
 }
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Tell& action) {

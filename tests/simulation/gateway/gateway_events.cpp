@@ -41,6 +41,11 @@ void GatewayProcess::on_reply(const fabric::Reply& reply) {
       reply, [&] { carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now())); });
 }
 
+void GatewayProcess::on_load(const fabric::InstanceLoad& load) {
+  begin_event();
+  carry_out(control_->on_load(load, now()));
+}
+
 void GatewayProcess::on_stranger(const fabric::Reply& reply) {
   note("hears a stranger speak for instance " + reply.instance.to_string().substr(0, 8));
   if (mistakes_.makes(Bug::stranger_believed)) {

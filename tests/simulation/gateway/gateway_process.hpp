@@ -84,6 +84,7 @@ class GatewayProcess final : public Member,
   void on_instance_ready(const fabric::InstanceIdentity& instance) override;
   void on_instance_changed(const fabric::InstanceIdentity& instance) override;
   void on_instance_gone(const fabric::InstanceId& instance) override;
+  void on_load(const fabric::InstanceLoad& load) override;
   void on_reply(const fabric::Reply& reply) override;
   void on_stranger(const fabric::Reply& reply) override;
   // Other gateways.

@@ -135,6 +135,11 @@ void Witness::on_reply(const fabric::Reply& reply, const std::function<void()>& 
     fact.before = current.answer;
   }
   refusal_told_ = {};
+  const auto given = given_.find(reply.call);
+  if (reply.kind == fabric::ReplyKind::declined && given != given_.end() &&
+      given->second == reply.instance) {
+    given_.erase(given);
+  }
   take();
   fact.now = found == current_.end() ? std::nullopt : found->second.answer;
   fact.refusal_told = refusal_told_ != fabric::CallId{};

@@ -188,6 +188,10 @@ void ExecutionCheck::on(const JournalLost&) {
       ++questions.back().pardons;
     }
   }
+  // Or the last attempt is forgotten, and one before it, which was declined, is taken for it.
+  for (auto& [call, story] : calls_) {
+    story.retries += story.given && !story.ended ? 1 : 0;
+  }
 }
 
 }  // namespace millrace::tests::simulation

@@ -20,7 +20,9 @@ std::string text_of(const gateway::PendingRequest& request) {
 
 std::string text_of(const fabric::Reply& reply) {
   return fmt::format("{}\"{}\" state {} to {}",
-                     reply.kind == fabric::ReplyKind::interim ? "meanwhile " : "",
+                     reply.kind == fabric::ReplyKind::interim    ? "meanwhile "
+                     : reply.kind == fabric::ReplyKind::declined ? "declines "
+                                                                 : "",
                      gateway::printable(reply.text), reply.state, reply.call.to_string());
 }
 

@@ -12,8 +12,10 @@ namespace sdk = services::sdk;
 
 namespace {
 
-/// services/sdk/instance.cpp
+/// fabric/ends/instance_commands.hpp
 constexpr Time drain_grace = 100ms;
+/// A fifth of the usual lease: fabric/ends/beat_end.hpp
+constexpr Time beat_period = 100ms;
 
 }  // namespace
 
@@ -49,6 +51,16 @@ void ServiceProcess::start() {
   stuck_ = false;
   note("starts as instance " + identity_.id.to_string().substr(0, 8));
   joined(fabric().join(process(), *this, identity_));
+  if (plan_.beats) {
+    beat();
+  }
+}
+
+void ServiceProcess::beat() {
+  process().timer(beat_period, [this] {
+    fabric().beat(*end(), desk_->load());
+    beat();
+  });
 }
 
 void ServiceProcess::open_desk() {
@@ -117,6 +129,7 @@ fabric::Moment ServiceProcess::moment() const {
 
 void ServiceProcess::on_request(const fabric::Request& request) {
   if (closed_) {
+    perform(desk_->decline(request, "it is leaving"));
     return;
   }
   if (plan_.bug == Bug::desk_without_memory) {

@@ -36,6 +36,8 @@ struct ServicePlan {
   HandlerHabits habits;
   /// Not written with the SDK: what cannot be written goes out as it is.
   bool foreign = false;
+  /// Says what it does, several times a second.
+  bool beats = false;
   /// One of those that leaves the attempt out.
   bool counts_no_attempts = false;
   Bug bug = Bug::none;
@@ -94,6 +96,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   [[nodiscard]] services::sdk::Response garbage(const std::string& request);
   // service_process.cpp
   void open_desk();
+  void beat();
   void told(const std::string& what);
   void close_when_idle();
   void leave_soon();

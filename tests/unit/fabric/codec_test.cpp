@@ -39,11 +39,12 @@ std::vector<std::string> keys_of(const wire::Topic& topic) {
   return keys;
 }
 
-// What is asked by one gateway and what another asks are apart; only there is a call id in the key.
-TEST(Topics, HaveTheGatewayInTheKeyOfRequestsAndReplies) {
-  EXPECT_THAT(keys_of(wire::request_topic), ElementsAre("machine", "channel", "call.epoch"));
-  EXPECT_THAT(keys_of(wire::reply_topic),
-              ElementsAre("machine", "channel", "instance", "call.epoch"));
+// What is asked by one gateway and what another asks are apart, and so is what each instance is
+// asked.
+TEST(Topics, HaveGatewayAndInstanceInTheKeyOfRequestsAndReplies) {
+  EXPECT_THAT(keys_of(wire::request_topic),
+              ElementsAre("machine", "channel", "assigned", "epoch"));
+  EXPECT_THAT(keys_of(wire::reply_topic), ElementsAre("machine", "channel", "instance", "epoch"));
   EXPECT_THAT(keys_of(wire::channel_topic), ElementsAre("machine", "channel"));
   EXPECT_THAT(keys_of(wire::event_topic), IsEmpty());
   EXPECT_THAT(keys_of(wire::command_topic), IsEmpty());
@@ -101,17 +102,30 @@ TEST(Codec, CarriesAStatusOfAChannel) {
   EXPECT_EQ(copy.late, 12U);
 }
 
-TEST(Codec, CarriesAStatusOfAnInstance) {
-  const InstanceStatus sut{.instance = InstanceId::random(),
-                           .running = 1,
-                           .answered = 2,
-                           .failed = 3,
-                           .repeated = 4,
-                           .cancelled = 5,
-                           .mean = std::chrono::nanoseconds(6),
-                           .started = at(7),
-                           .last_call = at(8)};
-  EXPECT_EQ(wire::Codec<InstanceStatus>::decode(*wire::Codec<InstanceStatus>::encode(sut)), sut);
+TEST(Codec, CarriesABeat) {
+  const InstanceLoad busy{.status = {.instance = InstanceId::random(),
+                                     .running = 3,
+                                     .answered = 2,
+                                     .failed = 3,
+                                     .repeated = 4,
+                                     .cancelled = 5,
+                                     .declined = 6,
+                                     .mean = std::chrono::nanoseconds(6),
+                                     .started = at(7),
+                                     .last_call = at(8)},
+                          .calls = {{7, 1}, {7, 2}, {8, 1}},
+                          .waiting = 1};
+  const InstanceLoad idle{.status = {.instance = InstanceId::random()}};
+  const Beat sut{.member = InstanceId::random(), .at = at(9), .loads = {busy, idle}};
+  EXPECT_EQ(wire::Codec<Beat>::decode(*wire::Codec<Beat>::encode(sut)), sut);
+}
+
+TEST(Codec, RefusesABeatWithMoreLoadsOrCallsThanFit) {
+  EXPECT_EQ(wire::Codec<Beat>::encode({.loads = std::vector<InstanceLoad>(65)}).error(),
+            "the loads of 65 instances are named, at most 64 fit");
+  const InstanceLoad busy{.calls = std::vector<CallId>(257)};
+  EXPECT_EQ(wire::Codec<Beat>::encode({.loads = {busy}}).error(),
+            "an instance has 257 calls, at most 256 can be named");
 }
 
 TEST(Codec, CarriesAnEvent) {

@@ -41,5 +41,23 @@ TEST(CycloneConfiguration, LooksForAnInterfaceInFiles) {
   EXPECT_THAT(dds::cyclone_configuration("", "file:///no/such/file"), HasSubstr(loopback));
 }
 
+TEST(CycloneConfiguration, LetsAServiceAnnounceItselfWhereOthersHearIt) {
+  const std::string sut = dds::cyclone_configuration("", "", dds::Finding::announces, 3);
+  EXPECT_THAT(sut, HasSubstr("<AllowMulticast>false"));
+  EXPECT_THAT(sut, HasSubstr("239.255.0.1:8150"));
+  EXPECT_THAT(dds::cyclone_configuration("", ""), Not(HasSubstr("239.255.0.1")));
+}
+
+TEST(CycloneConfiguration, LeavesAServiceToFindOthersAsTheUserSays) {
+  for (const std::string users :
+       {"<Discovery><Peers><Peer Address=\"10.0.0.1\"/></Peers></Discovery>",
+        "<General><AllowMulticast>false</AllowMulticast></General>"}) {
+    EXPECT_THAT(dds::cyclone_configuration(users, "", dds::Finding::announces),
+                Not(HasSubstr("239.255.0.1")));
+  }
+  EXPECT_THAT(dds::cyclone_configuration("", "<A/>", dds::Finding::announces),
+              Not(HasSubstr("239.255.0.1")));
+}
+
 }  // namespace
 }  // namespace millrace::fabric

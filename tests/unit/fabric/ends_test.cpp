@@ -42,6 +42,11 @@ Reply reply(const Request& to) {
 /// A gateway here and its services there, on one domain.
 class Ends : public testing::Test {
  protected:
+  Ends() : Ends(std::nullopt) {}
+  explicit Ends(std::optional<std::chrono::milliseconds> participant_lease)
+      : here(with(processes.here(), participant_lease)),
+        there(with(processes.there(), participant_lease)) {}
+
   struct Instance {
     Instance(dds::Participant& participant, boost::asio::io_context& context,
              InstanceIdentity own_identity)
@@ -69,11 +74,23 @@ class Ends : public testing::Test {
     });
   }
 
+  static dds::ParticipantOptions with(dds::ParticipantOptions options,
+                                      std::optional<std::chrono::milliseconds> participant_lease) {
+    options.participant_lease = participant_lease;
+    return options;
+  }
+
   TwoProcesses processes;
   boost::asio::io_context context;
-  dds::Participant here{processes.here()};
-  dds::Participant there{processes.there()};
+  dds::Participant here;
+  dds::Participant there;
   RecordingGateway gateway;
+};
+
+/// DDS takes a process for gone sooner than it would.
+class SilentEnds : public Ends {
+ protected:
+  SilentEnds() : Ends(std::chrono::milliseconds(500)) {}
 };
 
 TEST_F(Ends, CarryACallAndItsAnswer) {
@@ -109,7 +126,7 @@ TEST_F(Ends, CarryCallsThatAreGivenOutTogether) {
   ASSERT_TRUE(until([&] { return service->heard.requests.size() == calls; }));
   const ChannelKey last{.machine = "cnc", .channel = calls};
   ASSERT_TRUE(sut->publish(request(calls + 1, service->end.identity())));
-  sut->withdraw({last, 7}, square_root);
+  sut->withdraw({last, 7, service->end.identity().id});
   EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
 }
 
@@ -156,24 +173,11 @@ TEST_F(Ends, ShowChannelsAsTheyAreToWhoComesToLook) {
   ASSERT_TRUE(until([&] { return !third.take().empty() && third.take().back() == 5; }));
 }
 
-TEST_F(Ends, RefuseACallForAUuidThatNobodyShows) {
+TEST_F(Ends, RefuseACallForAnInstanceThatNobodyShows) {
   const auto sut = open_gateway();
   const auto result = sut->publish(request(1, identity("no-such-service")));
   ASSERT_FALSE(result);
-  EXPECT_THAT(result.error(), HasSubstr("no-such-service"));
-}
-
-TEST_F(Ends, AnswerACallThatWasMadeBeforeTheNextInstanceCame) {
-  const auto sut = open_gateway();
-  auto first = start(identity());
-  ASSERT_TRUE(until_ready(first->end.identity()));
-  first.reset();
-  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
-
-  const InstanceIdentity next = identity();
-  ASSERT_TRUE(sut->publish(request(1, next)));
-  const auto second = start(next);
-  EXPECT_TRUE(until([&] { return second->heard.requests.size() == 1; }));
+  EXPECT_THAT(result.error(), HasSubstr("has not shown up"));
 }
 
 TEST_F(Ends, NeverLoseTheReplyOfFreshEndpoints) {
@@ -212,7 +216,7 @@ TEST_F(Ends, TellARunningServiceOfAWithdrawal) {
   ASSERT_TRUE(sut->publish(sent));
   ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
 
-  sut->withdraw(key_of(sent), "{560AACBF-6335-44A9-895A-8B27F3ED5E47}");
+  sut->withdraw(key_of(sent));
   ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
   EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
 }
@@ -226,27 +230,9 @@ TEST_F(Ends, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
   ASSERT_TRUE(until_ready(service.end.identity()));
   const Request sent = request(1, service.end.identity());
   ASSERT_TRUE(sut->publish(sent));
-  sut->withdraw(key_of(sent), sent.uuid);
+  sut->withdraw(key_of(sent));
   EXPECT_TRUE(run_until(asleep, [&] { return !service.heard.withdrawn.empty(); }));
   EXPECT_THAT(service.heard.requests, IsEmpty());
-}
-
-TEST_F(Ends, ShowAWithdrawnCallToNobodyWhoComesLater) {
-  const auto sut = open_gateway();
-  auto first = start(identity());
-  ASSERT_TRUE(until_ready(first->end.identity()));
-  const InstanceIdentity late = identity();
-  const Request sent = request(1, late);
-  ASSERT_TRUE(sut->publish(sent));
-  sut->withdraw(key_of(sent), sent.uuid);
-  // What somebody has not acknowledged yet goes to who comes now, with the withdrawal behind it.
-  first.reset();
-  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
-  const auto second = start(late);
-  ASSERT_TRUE(until_ready(late));
-  ASSERT_TRUE(until_heard(*sut, *second, 2));
-  // It may hear of the withdrawal, which means nothing to it.
-  EXPECT_EQ(second->heard.requests.size(), 1U);
 }
 
 /// Used by Cyclone's threads while the test looks.
@@ -274,7 +260,7 @@ TEST_F(Ends, BringACallAndItsWithdrawalToAServiceWithoutAnExecutor) {
     ASSERT_TRUE(sut->publish(request(number, who)));
     ASSERT_TRUE(until([&] { return gateway.replies.size() == number; })) << number;
   }
-  sut->withdraw(key_of(request(100, who)), who.uuid);
+  sut->withdraw(key_of(request(100, who)));
   EXPECT_TRUE(until([&] { return heard.withdrawn > 0; }));
 }
 
@@ -305,7 +291,7 @@ TEST_F(Ends, LetAChannelCallAgainAfterAWithdrawal) {
     ASSERT_TRUE(until([&] {
       return !service->heard.requests.empty() && service->heard.requests.back().call == sent.call;
     }));
-    sut->withdraw(key_of(sent), sent.uuid);
+    sut->withdraw(key_of(sent));
   }
 }
 
@@ -326,19 +312,6 @@ TEST_F(Ends, TellThatAnInstanceLeft) {
   ASSERT_TRUE(until_ready(service->end.identity()));
   service.reset();
   EXPECT_TRUE(until([&] { return gateway.ready.empty() && gateway.gone == 1; }));
-}
-
-TEST_F(Ends, NoticeWithinItsLeaseThatAProcessFellSilent) {
-  const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const auto silent = std::chrono::steady_clock::now();
-  ASSERT_EQ(dds_domain_set_deafmute(there.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
-  ASSERT_TRUE(until([&] { return gateway.ready.empty(); }));
-  EXPECT_LT(std::chrono::steady_clock::now() - silent, std::chrono::milliseconds(900));
-
-  ASSERT_EQ(dds_domain_set_deafmute(there.handle(), false, false, DDS_INFINITY), DDS_RETCODE_OK);
-  EXPECT_TRUE(until_ready(service->end.identity()));
 }
 
 TEST_F(Ends, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
@@ -379,14 +352,9 @@ TEST_F(Ends, WithdrawNoCallOfAnotherGateway) {
   ASSERT_TRUE(sut->publish(ours));
   ASSERT_TRUE(other.publish(theirs));
   ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
-  other.withdraw(key_of(theirs), theirs.uuid);
+  other.withdraw(key_of(theirs));
   ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
   EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(theirs)));
-
-  // Ours still stands for who comes later.
-  const auto late = start(identity());
-  ASSERT_TRUE(until([&] { return !late->heard.requests.empty(); }));
-  EXPECT_EQ(late->heard.requests.front().call, ours.call);
 }
 
 TEST_F(Ends, LetNoGatewayPushOutWhatAnotherOneAsks) {
@@ -405,7 +373,7 @@ TEST_F(Ends, LetNoGatewayPushOutWhatAnotherOneAsks) {
   ASSERT_TRUE(sut->publish(ours));
   ASSERT_TRUE(other.publish(theirs));
   ASSERT_TRUE(other.publish(withdrawn));
-  other.withdraw(key_of(withdrawn), withdrawn.uuid);
+  other.withdraw(key_of(withdrawn));
   ASSERT_TRUE(run_until(asleep, [&] {
     return service.heard.requests.size() == 2 && !service.heard.withdrawn.empty();
   }));
@@ -442,7 +410,7 @@ TEST_F(Ends, TellAServiceThatAGatewayIsGone) {
   EXPECT_THAT(service->heard.withdrawn, IsEmpty());
 }
 
-TEST_F(Ends, TellAServiceThatAGatewayFellSilentAndAsksAgain) {
+TEST_F(SilentEnds, TellAServiceThatAGatewayFellSilentAndAsksAgain) {
   const auto sut = open_gateway();
   const auto service = start(identity());
   ASSERT_TRUE(until_ready(service->end.identity()));

@@ -52,14 +52,14 @@ TEST(IdentityText, SkipsKeysOfLaterVersions) {
 }
 
 TEST(IdentityText, SaysWhichLineIsWrong) {
-  EXPECT_EQ(registry::parse_identity("hello").error(), "line 1: expected 'millrace-instance 1'");
+  EXPECT_EQ(registry::parse_identity("hello").error(), "line 1: expected 'millrace-instance 2'");
   EXPECT_EQ(registry::parse_identity(read("cut_escape")).error(),
             "line 2: expected two hexadecimal digits after '%'");
   EXPECT_THAT(registry::parse_identity(read("bad_channel")).error(),
               HasSubstr("line 2: 'cnc/70000'"));
-  EXPECT_EQ(registry::parse_identity("millrace-instance 1\npid=x").error(),
+  EXPECT_EQ(registry::parse_identity("millrace-instance 2\npid=x").error(),
             "line 2: expected a number");
-  EXPECT_EQ(registry::parse_identity("millrace-instance 1\nname").error(),
+  EXPECT_EQ(registry::parse_identity("millrace-instance 2\nname").error(),
             "line 2: expected KEY=VALUE");
 }
 

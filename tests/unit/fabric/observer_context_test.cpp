@@ -92,7 +92,9 @@ TEST(AContext, NamesTheCallThatIsTakenBack) {
   Entry request = one_call(17, 0)[1];
   sut.complete(request);
   const std::uint64_t epoch = std::get<Request>(request.sample).call.epoch;
-  Entry withdrawal = of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = epoch}});
+  const InstanceId assigned = std::get<Request>(request.sample).assigned;
+  Entry withdrawal =
+      of(Withdrawal{.key = {"cnc", 1}, .call = {.epoch = epoch}, .instance = assigned});
   sut.complete(withdrawal);
   EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call.number, 17U);
   EXPECT_EQ(withdrawal.uuid, square_root);

@@ -8,17 +8,32 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using namespace std::chrono_literals;
 
 constexpr registry::EndpointHandle reader = 1;
 constexpr registry::EndpointHandle writer = 2;
 constexpr registry::EndpointHandle participant = 10;
 constexpr registry::EndpointHandle other_participant = 11;
+constexpr registry::EndpointHandle beats = 5;
+constexpr SteadyTime start{std::chrono::hours(1)};
 
 class RegistryTest : public testing::Test {
  protected:
   void see_both() {
-    sut.reader_seen(reader, {identity, participant});
+    sut.reader_seen(reader, {identity, participant}, start);
     sut.writer_seen(writer, {identity.id, participant});
+  }
+  void match(bool is = true) {
+    sut.matched(reader, is);
+    sut.matched(writer, is);
+  }
+  /// Ready, and beating from `start` on.
+  void beating() {
+    identity.lease = 500ms;
+    see_both();
+    match();
+    sut.beat_writer_seen(beats, participant);
+    sut.changes();
   }
 
   InstanceIdentity identity{.id = InstanceId::random(), .uuid = "weather"};
@@ -26,19 +41,24 @@ class RegistryTest : public testing::Test {
 };
 
 TEST_F(RegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
-  sut.reader_seen(reader, {identity, participant});
-  sut.set_matched({reader, writer});
+  sut.reader_seen(reader, {identity, participant}, start);
+  sut.matched(reader, true);
   EXPECT_THAT(sut.changes().ready, IsEmpty());
   sut.writer_seen(writer, {identity.id, participant});
-  sut.set_matched({reader});
   EXPECT_THAT(sut.changes().ready, IsEmpty());
-  sut.set_matched({reader, writer});
+  sut.matched(writer, true);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+}
+
+TEST_F(RegistryTest, KnowsAMatchThatIsThereBeforeTheEndpointIsSeen) {
+  match();
+  see_both();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
 TEST_F(RegistryTest, TellsEachChangeOnce) {
   see_both();
-  sut.set_matched({reader, writer});
+  match();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
   const registry::Registry::Changes again = sut.changes();
   EXPECT_THAT(again.ready, IsEmpty());
@@ -48,17 +68,17 @@ TEST_F(RegistryTest, TellsEachChangeOnce) {
 
 TEST_F(RegistryTest, TellsThatAnIdentityChanged) {
   see_both();
-  sut.set_matched({reader, writer});
+  match();
   sut.changes();
   identity.draining = true;
-  sut.reader_seen(reader, {identity, participant});
+  sut.reader_seen(reader, {identity, participant}, start);
   EXPECT_THAT(sut.changes().changed, ElementsAre(identity));
 }
 
 TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
   for (const registry::EndpointHandle lost : {reader, writer}) {
     see_both();
-    sut.set_matched({reader, writer});
+    match();
     sut.changes();
     sut.endpoint_gone(lost);
     EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
@@ -67,11 +87,11 @@ TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
 
 TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWhenItsMatchEnds) {
   see_both();
-  sut.set_matched({reader, writer});
+  match();
   sut.changes();
-  sut.set_matched({});
+  match(false);
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
-  sut.set_matched({reader, writer});
+  match();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
@@ -84,9 +104,9 @@ TEST_F(RegistryTest, TakesWhoeverIsSeenForReadyIfAsked) {
 }
 
 TEST_F(RegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
-  sut.reader_seen(reader, {identity, participant});
+  sut.reader_seen(reader, {identity, participant}, start);
   sut.writer_seen(writer, {identity.id, other_participant});
-  sut.set_matched({reader, writer});
+  match();
   EXPECT_THAT(sut.changes().ready, IsEmpty());
 }
 
@@ -120,6 +140,66 @@ TEST_F(RegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
     sut.endpoint_gone(other);
   }
   EXPECT_FALSE(sut.speaks_for(writer, identity.id)) << "not for ever";
+}
+
+TEST_F(RegistryTest, TakesAProcessThatIsSilentForGoneAndForReadyWhenItIsHeardAgain) {
+  beating();
+  for (int beat = 1; beat <= 5; ++beat) {
+    EXPECT_TRUE(sut.beat(beats, start + beat * 100ms));
+    sut.on_time(start + beat * 100ms);
+  }
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  while (sut.next_time() && *sut.next_time() < start + 900ms) {
+    sut.on_time(*sut.next_time());
+  }
+  EXPECT_THAT(sut.changes().gone, IsEmpty()) << "not before four fifths of its lease";
+  ASSERT_EQ(sut.next_time(), start + 900ms);
+  sut.on_time(start + 900ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  sut.beat(beats, start + 2s);
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  EXPECT_EQ(sut.next_time(), start + 2400ms);
+}
+
+TEST_F(RegistryTest, ExpectsABeatOnlyOfWhoPromisesIt) {
+  see_both();
+  match();
+  sut.changes();
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+  sut.on_time(start + 1h);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+}
+
+TEST_F(RegistryTest, ForgivesSilenceInWhichNobodyListened) {
+  beating();
+  sut.stood_still(5s);
+  sut.on_time(start + 5s + 300ms);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  sut.on_time(start + 5s + 400ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(RegistryTest, TakesABeatForItsOwnProcessOnly) {
+  beating();
+  constexpr registry::EndpointHandle strange = 6;
+  sut.beat_writer_seen(strange, other_participant);
+  EXPECT_FALSE(sut.beat(strange, start + 300ms)) << "it has no instances";
+  EXPECT_FALSE(sut.beat(7, start + 300ms)) << "nobody has seen it";
+  EXPECT_FALSE(sut.beats_for(strange, identity.id));
+  EXPECT_TRUE(sut.beats_for(beats, identity.id));
+  sut.on_time(start + 400ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
+TEST_F(RegistryTest, SaysOfWhomThereIsNothingLeft) {
+  see_both();
+  EXPECT_THAT(sut.take_vanished(), IsEmpty());
+  sut.endpoint_gone(writer);
+  EXPECT_THAT(sut.take_vanished(), IsEmpty());
+  sut.endpoint_gone(reader);
+  EXPECT_THAT(sut.take_vanished(), ElementsAre(identity.id));
+  EXPECT_FALSE(sut.is_seen(identity.id));
 }
 
 }  // namespace

@@ -6,56 +6,76 @@
 namespace millrace::gateway {
 namespace {
 
+using control::AnsweredRequests;
 using testing::ElementsAre;
 using testing::IsEmpty;
-using testing::Pair;
 using testing::SizeIs;
 using namespace std::chrono_literals;
 
-const fabric::ChannelKey channel{"cnc", 1};
-const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-const std::string other_uuid = "00000000-0000-4000-8000-000000000001";
+fabric::RequestKey request(std::uint16_t channel, std::uint8_t instance = 1) {
+  fabric::RequestKey key{{"cnc", channel}, 7, {}};
+  key.instance.bytes.fill(instance);
+  return key;
+}
 
-class LeftoversTest : public testing::Test {
+class AnsweredRequestsTest : public testing::Test {
  protected:
-  control::AnsweredRequests sut;
+  AnsweredRequests sut;
   SteadyTime now{1h};
 };
 
-TEST_F(LeftoversTest, TakesARequestBackOnceItsChannelHasBeenQuiet) {
-  sut.keep(channel, uuid, now);
-  ASSERT_EQ(sut.next_time(), now + control::AnsweredRequests::quiet);
-  EXPECT_THAT(sut.due(now + control::AnsweredRequests::quiet - 1ms), IsEmpty());
-  EXPECT_THAT(sut.due(now + control::AnsweredRequests::quiet), ElementsAre(Pair(channel, uuid)));
+TEST_F(AnsweredRequestsTest, TakesARequestBackOnceItHasBeenQuiet) {
+  sut.keep(request(1), now);
+  ASSERT_EQ(sut.next_time(), now + AnsweredRequests::quiet);
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet - 1ms), IsEmpty());
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
   EXPECT_EQ(sut.next_time(), std::nullopt);
 }
 
-TEST_F(LeftoversTest, SaysNothingOfARequestThatTheNextOneReplaces) {
-  sut.keep(channel, uuid, now);
-  EXPECT_EQ(sut.replace(channel, uuid), std::nullopt);
-  EXPECT_THAT(sut.due(now + control::AnsweredRequests::quiet), IsEmpty());
+TEST_F(AnsweredRequestsTest, SaysNothingOfARequestThatTheNextOneReplaces) {
+  sut.keep(request(1), now);
+  sut.replace(request(1));
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
 }
 
-TEST_F(LeftoversTest, TakesARequestBackWhenTheNextOneIsOfAnotherUuid) {
-  sut.keep(channel, uuid, now);
-  EXPECT_EQ(sut.replace(channel, other_uuid), uuid);
-  EXPECT_EQ(sut.replace(channel, other_uuid), std::nullopt);
+TEST_F(AnsweredRequestsTest, KeepsWhatAnotherInstanceWasAskedOfTheSameChannel) {
+  sut.keep(request(1, 1), now);
+  sut.keep(request(1, 2), now);
+  sut.replace(request(1, 2));
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1, 1)));
 }
 
-TEST_F(LeftoversTest, LooksAgainForWhatWasNotQuietForLongEnough) {
-  sut.keep(channel, uuid, now);
-  sut.keep({"cnc", 2}, uuid, now + 500ms);
-  EXPECT_THAT(sut.due(now + control::AnsweredRequests::quiet), SizeIs(1));
-  ASSERT_EQ(sut.next_time(), now + 2 * control::AnsweredRequests::quiet);
-  EXPECT_THAT(sut.due(*sut.next_time()), ElementsAre(Pair(fabric::ChannelKey{"cnc", 2}, uuid)));
+TEST_F(AnsweredRequestsTest, LooksAgainForWhatWasNotQuietForLongEnough) {
+  sut.keep(request(1), now);
+  sut.keep(request(2), now + 500ms);
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), ElementsAre(request(1)));
+  ASSERT_EQ(sut.next_time(), now + 500ms + AnsweredRequests::quiet);
+  EXPECT_THAT(sut.due(*sut.next_time()), ElementsAre(request(2)));
 }
 
-TEST_F(LeftoversTest, CountsTheQuietFromTheLastAnswer) {
-  sut.keep(channel, uuid, now);
-  sut.replace(channel, uuid);
-  sut.keep(channel, uuid, now + 900ms);
-  EXPECT_THAT(sut.due(now + control::AnsweredRequests::quiet), IsEmpty());
-  EXPECT_THAT(sut.due(now + 2 * control::AnsweredRequests::quiet), SizeIs(1));
+TEST_F(AnsweredRequestsTest, CountsTheQuietFromTheLastAnswer) {
+  sut.keep(request(1), now);
+  sut.keep(request(1), now + 900ms);
+  EXPECT_THAT(sut.due(now + AnsweredRequests::quiet), IsEmpty());
+  EXPECT_THAT(sut.due(now + 900ms + AnsweredRequests::quiet), SizeIs(1));
+}
+
+TEST_F(AnsweredRequestsTest, TakesBackNoMoreAtATimeThanTheFabricCanForget) {
+  for (std::uint16_t channel = 1; channel <= AnsweredRequests::at_once + 1; ++channel) {
+    sut.keep(request(channel), now);
+  }
+  const SteadyTime first = now + AnsweredRequests::quiet;
+  EXPECT_THAT(sut.due(first), SizeIs(AnsweredRequests::at_once));
+  ASSERT_EQ(sut.next_time(), first + AnsweredRequests::pause);
+  EXPECT_THAT(sut.due(*sut.next_time()), SizeIs(1));
+}
+
+TEST_F(AnsweredRequestsTest, GivesUpAllOfAChannel) {
+  sut.keep(request(1, 1), now);
+  sut.keep(request(1, 2), now);
+  sut.keep(request(2, 1), now);
+  EXPECT_THAT(sut.take({"cnc", 1}), ElementsAre(request(1, 1), request(1, 2)));
+  EXPECT_THAT(sut.take_all(), ElementsAre(request(2, 1)));
 }
 
 }  // namespace

@@ -221,7 +221,7 @@ TEST_F(CallControlTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
   EXPECT_THAT(all<Withdraw>(sut->on_time(now)), IsEmpty());
   ASSERT_TRUE(sut->next_time());
   now.steady = *sut->next_time();
-  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), ElementsAre(Withdraw{uuid, 7}));
+  EXPECT_THAT(all<Withdraw>(sut->on_time(now)), ElementsAre(Withdraw{instance(1).id, 7}));
   EXPECT_EQ(sut->next_time(), std::nullopt);
 }
 

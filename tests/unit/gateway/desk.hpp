@@ -141,8 +141,9 @@ class Desk {
   /// "RESPONSE_STATE=1": every write the channel has seen.
   std::vector<std::string> writes;
   std::vector<fabric::Request> published;
-  std::vector<std::string> withdrawn;
-  std::vector<std::string> left_be;
+  std::vector<fabric::InstanceId> withdrawn;
+  std::vector<fabric::InstanceId> left_be;
+  std::vector<fabric::CallId> declined;
   std::vector<fabric::Event> events;
   std::vector<std::string> said;
   std::vector<Record> unconfirmed;
@@ -212,10 +213,11 @@ class Desk {
     }
   }
   void carry_out(const Publish& one) { published.push_back(one.request); }
-  void carry_out(const Withdraw& one) { withdrawn.push_back(one.uuid); }
-  void carry_out(const LeaveBe& one) { left_be.push_back(one.uuid); }
+  void carry_out(const Withdraw& one) { withdrawn.push_back(one.instance); }
+  void carry_out(const LeaveBe& one) { left_be.push_back(one.instance); }
   void carry_out(const Resume&) { ++resumed; }
   void carry_out(const Freed&) { ++freed; }
+  void carry_out(const Declined& one) { declined.push_back(one.call); }
   void carry_out(const Tell& one) { events.push_back(one.event); }
   void carry_out(const Show&) {}
   void carry_out(const Hide&) {}

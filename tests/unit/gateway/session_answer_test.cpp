@@ -63,7 +63,7 @@ TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATim
 TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
   desk.dispatched_call();
   reply(desk.reply("1.414", 1));
-  EXPECT_THAT(desk.left_be, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.left_be, ElementsAre(instance(1)));
   EXPECT_THAT(desk.withdrawn, IsEmpty());
 }
 
@@ -72,9 +72,10 @@ TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
   const fabric::Reply first = desk.reply("1.414", 1);
   desk.feed(sut().suspend("the instance is lost", false, desk.now));
   desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1))) << "it does not hear of the other's call";
   reply(first);
   EXPECT_EQ(sut().status().answered, 1U);
-  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1), instance(2)));
   EXPECT_THAT(desk.left_be, IsEmpty());
 }
 
@@ -82,7 +83,7 @@ TEST_F(ChannelAnswer, OfAnOperatorIsToldToTheInstanceThatHasTheCall) {
   desk.dispatched_call();
   desk.feed(sut().settle({response("by hand", 7), "an operator"}, desk.now));
   EXPECT_EQ(sut().status().answered, 1U);
-  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1)));
 }
 
 TEST_F(ChannelAnswer, IsFollowedByALookForTheNextRequestAtOnce) {

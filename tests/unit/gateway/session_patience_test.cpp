@@ -66,7 +66,7 @@ TEST_F(Patience, EndsAtTheDeadlineWithTheConfiguredState) {
   EXPECT_THAT(desk.writes, IsEmpty());
   desk.wait(2s);
   expect_answer("millrace: no answer within 30 s", 902);
-  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1)));
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, replied, written));
   EXPECT_EQ(desk.events[2].detail, "answered by the gateway");
 }

@@ -186,7 +186,7 @@ TEST_F(ChannelRequest, TakenBackByTheProgramEndsTheCallAtTheService) {
   desk.channel.set_request_state(0);
   desk.wait(20ms);
   EXPECT_EQ(sut().call(), nullptr);
-  EXPECT_THAT(desk.withdrawn, ElementsAre(square_root_uuid));
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1)));
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, withdrawn));
   EXPECT_EQ(desk.events.back().detail, "the program took the request back");
   EXPECT_EQ(sut().status().withdrawn, 1U);

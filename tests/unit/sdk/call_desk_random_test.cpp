@@ -26,7 +26,8 @@ class World {
   explicit World(std::uint32_t seed) : random_(seed) {}
 
   void step() {
-    const RequestKey key{{"cnc", static_cast<std::uint16_t>(1 + pick(channels))}, 1 + pick(2)};
+    const RequestKey key{
+        {"cnc", static_cast<std::uint16_t>(1 + pick(channels))}, 1 + pick(2), self_};
     switch (pick(8)) {
       case 0:
         call(key);
@@ -65,14 +66,14 @@ class World {
   void call(const RequestKey& key) {
     pending_[key] = Request{.key = key.key,
                             .call = {.epoch = key.epoch, .number = ++number_},
-                            .assigned = pick(4) == 0 ? other_ : self_};
+                            .assigned = self_,
+                            .may_wait = pick(4) != 0};
     ask(key);
   }
 
   void repeat(const RequestKey& key) {
     if (const auto pending = pending_.find(key); pending != pending_.end()) {
       pending->second.attempt += static_cast<std::uint32_t>(pick(2));
-      pending->second.assigned = pick(4) == 0 ? other_ : self_;
       ask(key);
     }
   }
@@ -124,11 +125,22 @@ class World {
         EXPECT_TRUE(running_.emplace(start->request.call, false).second)
             << "run anew before its cancelled run has ended";
       } else if (const auto* send = std::get_if<Send>(&action)) {
+        if (send->reply.kind == fabric::ReplyKind::declined) {
+          EXPECT_FALSE(running_.contains(send->reply.call)) << "declined although it runs";
+          EXPECT_FALSE(replied_.contains(send->reply.call)) << "declined although it is known";
+          give_to_another(send->reply.call);
+          continue;
+        }
         EXPECT_TRUE(is_pending(send->reply.call)) << "a stale reply overwrites that of its channel";
         EXPECT_EQ(send->reply.text, std::to_string(send->reply.call.number));
         replied_.insert(send->reply.call);
       }
     }
+  }
+
+  /// As a gateway does with a call that is declined.
+  void give_to_another(CallId id) {
+    std::erase_if(pending_, [&](const auto& each) { return each.second.call == id; });
   }
 
   bool is_pending(CallId id) const {
@@ -139,13 +151,12 @@ class World {
   /// Its gateway is there and waits for our answer.
   bool is_wanted(CallId id) const {
     return std::any_of(pending_.begin(), pending_.end(), [&](const auto& each) {
-      return each.second.call == id && each.second.assigned == self_ && !lost_.contains(each.first);
+      return each.second.call == id && !lost_.contains(each.first);
     });
   }
 
   std::mt19937 random_;
   const fabric::InstanceId self_{{1}};
-  const fabric::InstanceId other_{{2}};
   CallDesk sut_{{.instance = self_, .concurrency = concurrency}};
   std::uint64_t number_ = 0;
   std::map<RequestKey, Request> pending_;

@@ -25,7 +25,6 @@ Moment later(int milliseconds) {
 }
 
 const fabric::InstanceId self = fabric::InstanceId::random();
-const fabric::InstanceId other = fabric::InstanceId::random();
 const Response answer{.text = "2.000000", .state = 1};
 
 CallId call(std::uint64_t number) {
@@ -33,7 +32,14 @@ CallId call(std::uint64_t number) {
 }
 
 Request request(std::uint64_t number, std::uint16_t channel = 1) {
-  return {.key = {.machine = "cnc", .channel = channel}, .call = call(number), .assigned = self};
+  return {.key = {.machine = "cnc", .channel = channel},
+          .call = call(number),
+          .assigned = self,
+          .may_wait = true};
+}
+Request at_once(Request request) {
+  request.may_wait = false;
+  return request;
 }
 
 /// Call `number` of channel 1, as another gateway asks for it.
@@ -44,16 +50,11 @@ Request of_another_gateway(std::uint64_t number) {
 }
 
 RequestKey asked_by(std::uint64_t epoch, std::uint16_t channel = 1) {
-  return {{.machine = "cnc", .channel = channel}, epoch};
+  return {{.machine = "cnc", .channel = channel}, epoch, self};
 }
 
 Request again(Request request, std::uint32_t attempt) {
   request.attempt = attempt;
-  return request;
-}
-
-Request given_to(Request request, const fabric::InstanceId& instance) {
-  request.assigned = instance;
   return request;
 }
 
@@ -95,9 +96,68 @@ TEST_F(CallDeskTest, StartsACallAndSendsItsAnswer) {
   EXPECT_TRUE(sut.idle());
 }
 
-TEST_F(CallDeskTest, IgnoresACallThatIsGivenToAnother) {
-  EXPECT_THAT(sut.on_request(given_to(request(1), other), now), IsEmpty());
-  EXPECT_TRUE(sut.idle());
+TEST_F(CallDeskTest, DeclinesACallForWhichItHasNoRoom) {
+  ASSERT_EQ(started(at_once(request(1, 1))), 1U);
+  const Actions actions = sut.on_request(at_once(again(request(2, 2), 3)), now);
+  ASSERT_THAT(actions, SizeIs(1));
+  const Reply& reply = std::get<Send>(actions.front()).reply;
+  EXPECT_EQ(reply.kind, fabric::ReplyKind::declined);
+  EXPECT_EQ(reply.call, call(2));
+  EXPECT_EQ(reply.attempt, 3U);
+  EXPECT_EQ(reply.text, "it has room for 1 at once");
+  EXPECT_EQ(sut.status().declined, 1U);
+  EXPECT_THAT(sut.load().calls, testing::ElementsAre(call(1)));
+  sut.on_result(call(1), answer, now);
+  EXPECT_EQ(started(at_once(again(request(2, 2), 4))), 1U) << "it may be asked again";
+}
+
+TEST_F(CallDeskTest, DeclinesNothingThatItHas) {
+  ASSERT_EQ(started(at_once(request(1))), 1U);
+  EXPECT_THAT(sut.on_request(at_once(again(request(1), 2)), now), IsEmpty());
+  answered(1, answer);
+  EXPECT_EQ(only<Send>(sut.on_request(at_once(request(1)), now)).front().reply.code,
+            ServiceCode::repeated);
+}
+
+TEST_F(CallDeskTest, LetsOnlySoManyCallsWait) {
+  CallDesk small({.instance = self, .most_waiting = 1});
+  small.on_request(request(1, 1), now);
+  EXPECT_THAT(small.on_request(request(2, 2), now), IsEmpty());
+  const auto sent = only<Send>(small.on_request(request(3, 3), now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
+}
+
+TEST_F(CallDeskTest, NamesTheCallsThatItHas) {
+  started(request(1, 1));
+  started(request(2, 2));
+  const fabric::InstanceLoad load = sut.load();
+  EXPECT_THAT(load.calls, testing::ElementsAre(call(1), call(2)));
+  EXPECT_EQ(load.waiting, 1U);
+}
+
+TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatHasLostTheChannel) {
+  started(request(1));
+  Request successor = of_another_gateway(1);
+  successor.succeeds = 1;
+  const Actions actions = sut.on_request(successor, now);
+  EXPECT_THAT(only<Cancel>(actions), SizeIs(1));
+  // It may be there after all.
+  ASSERT_THAT(only<Send>(actions), SizeIs(1));
+  EXPECT_EQ(only<Send>(actions).front().reply.kind, fabric::ReplyKind::declined);
+  EXPECT_EQ(only<Send>(actions).front().reply.call, call(1));
+}
+
+TEST_F(CallDeskTest, TellsAGatewayThatHasLostTheChannelThatACallMustNotRunTwice) {
+  CallDesk once({.instance = self, .delivery = fabric::Delivery::at_most_once});
+  once.on_request(request(1), now);
+  Request successor = of_another_gateway(1);
+  successor.succeeds = 1;
+  const auto sent = only<Send>(once.on_request(successor, now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.code, ServiceCode::failed);
+  EXPECT_EQ(sent.front().reply.text,
+            "ERROR: the call was given up while it ran, and it must not run twice");
 }
 
 TEST_F(CallDeskTest, RunsNoMoreCallsAtOnceThanItMay) {
@@ -190,24 +250,6 @@ TEST_F(CallDeskTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
   const Actions actions = sut.on_result(call(1), answer, now);
   EXPECT_THAT(only<Send>(actions), IsEmpty());
   EXPECT_THAT(only<Start>(actions), SizeIs(1));
-}
-
-TEST_F(CallDeskTest, TakesTheNextCallOfTheChannelForAWithdrawalWhoeverRunsIt) {
-  started(request(1));
-  EXPECT_THAT(only<Cancel>(sut.on_request(given_to(request(2), other), now)), SizeIs(1));
-}
-
-TEST_F(CallDeskTest, StillAnswersARunningCallThatWasAlsoGivenToAnother) {
-  started(request(1));
-  EXPECT_THAT(sut.on_request(given_to(again(request(1), 2), other), now), IsEmpty());
-  EXPECT_EQ(answered(1, answer).text, "2.000000");
-}
-
-TEST_F(CallDeskTest, LeavesAWaitingCallToTheOneItIsGivenTo) {
-  started(request(1, 1));
-  started(request(2, 2));
-  sut.on_request(given_to(again(request(2, 2), 2), other), now);
-  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
 }
 
 // What the handler returned because it was told to stop went to the program as its answer.
@@ -347,13 +389,13 @@ TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
 // A gateway without a journal on disk starts again before its lease is over.
 TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
   started(request(1));
-  sut.on_request(given_to(of_another_gateway(1), other), now);
+  sut.on_request(of_another_gateway(1), now);
   EXPECT_THAT(only<Cancel>(sut.on_orphaned(asked_by(1))), SizeIs(1));
 }
 
 TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatGoesAfterTheOtherOneWent) {
   started(request(1));
-  sut.on_request(given_to(of_another_gateway(1), other), now);
+  sut.on_request(of_another_gateway(1), now);
   sut.on_orphaned(asked_by(2));
   EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
   EXPECT_EQ(answered(1, answer).text, "2.000000");

@@ -27,7 +27,7 @@ class RunnerTest : public testing::Test {
             .attempt = attempt,
             .assigned = self};
   }
-  void withdraw() { sut->on_withdrawn({{.machine = "cnc", .channel = 1}, 1}); }
+  void withdraw() { sut->on_withdrawn({{.machine = "cnc", .channel = 1}, 1, self}); }
   /// The call that waits for a thread, if there is one.
   std::shared_ptr<const Call> next() { return sut->next(std::chrono::steady_clock::now()); }
 

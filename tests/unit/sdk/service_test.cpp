@@ -119,7 +119,7 @@ TEST_F(ServiceTest, TellsARunningHandlerThatItsCallIsWithdrawn) {
   const Request first = request(sut, 1);
   call(first);
   entered.get_future().wait();
-  end.withdraw(key_of(first), uuid);
+  end.withdraw(key_of(first));
   call(request(sut, 2));
   EXPECT_EQ(next_reply().call.number, 2U);
 }
@@ -147,7 +147,7 @@ TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
   Request sent = request(sut, 1);
   call(sent);
   ASSERT_EQ(entered.get_future().wait_for(tests::await_limit), std::future_status::ready);
-  end.withdraw(key_of(sent), uuid);
+  end.withdraw(key_of(sent));
   ASSERT_EQ(told.get_future().wait_for(tests::await_limit), std::future_status::ready);
   sent.attempt = 2;
   call(sent);
@@ -157,7 +157,7 @@ TEST_F(ServiceTest, RunsACallAnewThatIsWantedAgainAfterItsHandlerWasTold) {
   EXPECT_EQ(reply.attempt, 2U);
 }
 
-TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasItsChannelAfterItsOwnIsGone) {
+TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasTheChannelOfItsOwn) {
   std::promise<void> entered;
   const Service sut(
       options(),
@@ -178,9 +178,14 @@ TEST_F(ServiceTest, TellsARunningHandlerThatAnotherGatewayHasItsChannelAfterItsO
   first.call.epoch = 2;
   ASSERT_TRUE(other->publish(first));
   entered.get_future().wait();
-  call(request(sut, 1));
-  other.reset();
-  EXPECT_EQ(next_reply().call, request(sut, 1).call);
+  Request successor = request(sut, 1);
+  successor.succeeds = first.call.epoch;
+  successor.may_wait = true;
+  call(successor);
+  const Reply to_the_first = next_reply();
+  EXPECT_EQ(to_the_first.call, first.call);
+  EXPECT_EQ(to_the_first.kind, ReplyKind::declined);
+  EXPECT_EQ(next_reply().call, successor.call);
 }
 
 TEST_F(ServiceTest, ShowsInterimStatesBeforeTheAnswer) {

@@ -43,10 +43,6 @@ struct Options {
   bool json = false;
 };
 
-/// Longer than a busy machine keeps a program from running: those who take a recorder for gone keep
-/// nothing for it any more.
-constexpr std::chrono::milliseconds shortest_lease = std::chrono::seconds(10);
-
 /// "millrace-20260301T070000Z.mcap"
 std::string default_name() {
   return fmt::format("millrace-{:%Y%m%dT%H%M%SZ}.mcap", fmt::gmtime(std::time(nullptr)));
@@ -256,8 +252,7 @@ void show(const Options& options, const std::vector<std::filesystem::path>& file
 }
 
 int record(const Options& options) {
-  fabric::dds::ParticipantOptions join = options.fabric.options();
-  join.lease = std::max(join.lease, shortest_lease);
+  const fabric::dds::ParticipantOptions join = options.fabric.options();
   recorder::Options settings = recorder_options(options, join);
   attach_configuration(options, settings);
   const std::string file = settings.file.string();

@@ -1,0 +1,151 @@
+#include "services/sdk/member.hpp"
+
+#include <future>
+#include <map>
+#include <optional>
+#include <thread>
+
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+
+#include "base/loop/watchdog.hpp"
+#include "fabric/ends/beat_end.hpp"
+#include "fabric/ends/instance_commands.hpp"
+#include "fabric/registry/beats.hpp"
+
+namespace millrace::services::sdk {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// For `top -H`: of the threads of a service this is the one that keeps it on the fabric.
+constexpr const char* loop_thread = "loop";
+
+/// Services have nothing to say to each other.
+fabric::dds::ParticipantOptions announcing(fabric::dds::ParticipantOptions join) {
+  join.finding = fabric::dds::Finding::announces;
+  return join;
+}
+
+}  // namespace
+
+struct Member::Impl final : fabric::ends::InstanceCommandsListener {
+  Impl(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> own_log)
+      : log(std::move(own_log)),
+        participant(announcing(join)),
+        beat_end(participant),
+        beat_timer(context) {}
+
+  void start();
+  void beat();
+  [[nodiscard]] std::optional<std::uint32_t> running(
+      const fabric::InstanceId& instance) const override;
+  void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
+  void on_untold(const fabric::Command& command, const std::string& reason) override;
+
+  const std::shared_ptr<spdlog::logger> log;
+  fabric::dds::Participant participant;
+  fabric::ends::BeatEnd beat_end;
+  asio::io_context context{1};
+  asio::steady_timer beat_timer;
+  /// The supervisor of a service looks whether this loop turns.
+  const base::loop::Watchdog watchdog{context.get_executor()};
+  std::optional<fabric::ends::InstanceCommands> commands;
+  // On the loop only.
+  std::map<fabric::InstanceId, Hosted*> hosted;
+  fabric::registry::Beats beats{fabric::InstanceId::random()};
+  // Last: it uses all of the above.
+  std::thread thread;
+};
+
+void Member::Impl::start() {
+  commands.emplace(participant, context.get_executor(), *this);
+  beat_timer.expires_after(std::chrono::nanoseconds(0));
+  thread = std::thread([this] {
+    const auto work = asio::make_work_guard(context);
+    beat();
+    context.run();
+  });
+  ::pthread_setname_np(thread.native_handle(), loop_thread);
+}
+
+void Member::Impl::beat() {
+  for (const auto& [id, one] : hosted) {
+    beats.note(one->load());
+  }
+  // A beat that is lost is followed by the next one.
+  static_cast<void>(beat_end.publish(beats.next(
+      std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now()))));
+  const auto period = std::chrono::nanoseconds(participant.options().lease) /
+                      fabric::ends::BeatEnd::beats_per_lease;
+  // Late ones are not made up for.
+  beat_timer.expires_at(std::max(beat_timer.expiry() + period, std::chrono::steady_clock::now()));
+  beat_timer.async_wait([this](const boost::system::error_code& error) {
+    if (!error) {
+      beat();
+    }
+  });
+}
+
+std::optional<std::uint32_t> Member::Impl::running(const fabric::InstanceId& instance) const {
+  const auto one = hosted.find(instance);
+  return one == hosted.end() ? std::nullopt : std::optional(one->second->load().status.running);
+}
+
+void Member::Impl::on_drain(const fabric::InstanceId& instance, const std::string& issuer) {
+  if (const auto one = hosted.find(instance); one != hosted.end()) {
+    one->second->on_drain(issuer);
+  }
+}
+
+void Member::Impl::on_untold(const fabric::Command& command, const std::string& reason) {
+  log->warn("{} is not told what came of its command: {}", command.issuer, reason);
+}
+
+Member::Member(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdlog::logger> log)
+    : impl_(std::make_unique<Impl>(join, std::move(log))) {
+  impl_->start();
+}
+
+Member::~Member() {
+  impl_->context.stop();
+  impl_->thread.join();
+  // Without a thread that runs it, the end may go anywhere.
+  impl_->commands.reset();
+}
+
+fabric::dds::Participant& Member::participant() {
+  return impl_->participant;
+}
+
+asio::any_io_executor Member::executor() {
+  return impl_->context.get_executor();
+}
+
+void Member::enter(const fabric::InstanceId& id, Hosted& hosted) {
+  asio::post(impl_->context,
+             [impl = impl_.get(), id, &hosted] { impl->hosted.emplace(id, &hosted); });
+}
+
+void Member::drain(const fabric::InstanceId& id) {
+  asio::post(impl_->context, [impl = impl_.get(), id] { impl->on_drain(id, {}); });
+}
+
+void Member::leave(const fabric::InstanceId& id, const std::function<void()>& last) {
+  std::promise<void> done;
+  asio::dispatch(impl_->context, [this, id, &last, &done] {
+    impl_->hosted.erase(id);
+    impl_->beats.forget(id);
+    last();
+    done.set_value();
+  });
+  done.get_future().wait();
+}
+
+}  // namespace millrace::services::sdk
