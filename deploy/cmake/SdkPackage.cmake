@@ -34,7 +34,7 @@ install(EXPORT millrace NAMESPACE millrace:: DESTINATION ${sdk_config} COMPONENT
 set(headers
   fabric/profile/command_line.hpp fabric/profile/profile.hpp fabric/messages.hpp fabric/dds/participant.hpp
   base/program/command_line.hpp base/program/log.hpp
-  services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/response.hpp
+  services/sdk/call.hpp services/sdk/command_line.hpp services/sdk/main.hpp services/sdk/member.hpp services/sdk/response.hpp
   services/sdk/service.hpp)
 foreach(header IN LISTS headers)
   cmake_path(GET header PARENT_PATH folder)

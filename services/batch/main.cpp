@@ -10,6 +10,7 @@
 #include "fabric/profile/command_line.hpp"
 #include "services/batch/folder.hpp"
 #include "services/batch/one_script.hpp"
+#include "services/sdk/member.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace {
@@ -37,11 +38,14 @@ int serve_folder(int argc, char** argv) {
   return program::run(app, argc, argv, [&] {
     const fabric::dds::ParticipantOptions join = fabric.options();
     const auto log = program::make_log(name, level);
-    const services::sdk::ServiceOptions options{.version = MILLRACE_VERSION,
-                                                .domain = join.domain,
-                                                .fabric = join.fabric,
-                                                .lease = join.lease,
-                                                .configuration = join.configuration};
+    // One process is one participant, however many programs it serves.
+    const services::sdk::ServiceOptions options{
+        .version = MILLRACE_VERSION,
+        .member = std::make_shared<services::sdk::Member>(join, log),
+        .domain = join.domain,
+        .fabric = join.fabric,
+        .lease = join.lease,
+        .configuration = join.configuration};
     std::optional<batch::Folder> folder;
     services::sdk::StopSignals signals(log);
     folder.emplace(file, options, log);

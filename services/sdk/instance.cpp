@@ -3,6 +3,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -71,7 +72,7 @@ struct Instance::Impl final : Hosted {
         runner(std::make_shared<Runner>(desk_options(options, identity), log,
                                         Prompt{std::move(prompt)})),
         end(std::in_place, member->participant(), identity, *runner),
-        grace(member->executor()) {}
+        grace(member->loop()) {}
   ~Impl() override { leave(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;

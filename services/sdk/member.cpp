@@ -124,8 +124,8 @@ fabric::dds::Participant& Member::participant() {
   return impl_->participant;
 }
 
-asio::any_io_executor Member::executor() {
-  return impl_->context.get_executor();
+asio::io_context& Member::loop() {
+  return impl_->context;
 }
 
 void Member::enter(const fabric::InstanceId& id, Hosted& hosted) {

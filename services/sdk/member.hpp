@@ -8,17 +8,16 @@
 // A service that is given none makes one of its own.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
-
-#include <boost/asio/any_io_executor.hpp>
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
 
+namespace boost::asio {
+class io_context;
+}
 namespace spdlog {
 class logger;
 }
@@ -44,10 +43,10 @@ class Member {
   Member(const Member&) = delete;
   Member& operator=(const Member&) = delete;
 
-  [[nodiscard]] fabric::dds::Participant& participant();
-  /// Of the loop.
-  [[nodiscard]] boost::asio::any_io_executor executor();
+  // What follows is for instances (services/sdk/instance.hpp).
 
+  [[nodiscard]] fabric::dds::Participant& participant();
+  [[nodiscard]] boost::asio::io_context& loop();
   /// From now on it is beaten for, and gets its commands.
   void enter(const fabric::InstanceId& id, Hosted& hosted);
   /// Has its on_drain() called. Nothing happens if it has left.

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "base/text/number.hpp"
 #include "fabric/wire/topics.hpp"
 
 namespace millrace::tools::doctor {
@@ -15,9 +19,9 @@ using fabric::wire::Keep;
 
 const fabric::wire::Topic* topic_named(const std::string& name) {
   static const std::array<const fabric::wire::Topic*, 8> topics{
-      &fabric::wire::request_topic,  &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
-      &fabric::wire::beat_topic, &fabric::wire::machine_topic, &fabric::wire::event_topic,
-      &fabric::wire::command_topic,  &fabric::wire::outcome_topic};
+      &fabric::wire::request_topic, &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
+      &fabric::wire::beat_topic,    &fabric::wire::machine_topic, &fabric::wire::event_topic,
+      &fabric::wire::command_topic, &fabric::wire::outcome_topic};
   const auto* const found = std::ranges::find_if(
       topics, [&](const fabric::wire::Topic* topic) { return topic->name == name; });
   return found == topics.end() ? nullptr : *found;
@@ -96,11 +100,42 @@ std::set<Handle> TopicReaders::matched() const {
   return all;
 }
 
+namespace {
+
+/// Of the wire, as the names of its topics tell; nothing if this is none of them, or one of those
+/// that have not changed.
+std::optional<std::uint32_t> version_of(std::string_view topic) {
+  constexpr std::array first{"millrace/request", "millrace/reply", "millrace/instance"};
+  if (std::ranges::find(first, topic) != first.end()) {
+    return 1;
+  }
+  constexpr std::string_view prefix = "millrace/v";
+  if (!topic.starts_with(prefix)) {
+    return std::nullopt;
+  }
+  topic.remove_prefix(prefix.size());
+  return base::text::parse_number<std::uint32_t>(topic.substr(0, topic.find('/')));
+}
+
+}  // namespace
+
 std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
                                const std::string& fabric) {
   std::vector<Misfit> all;
+  std::set<std::pair<Handle, std::uint32_t>> told;
   for (const auto& [handle, endpoint] : directory.endpoints()) {
     const fabric::wire::Topic* topic = topic_named(endpoint.topic);
+    const auto version = version_of(endpoint.topic);
+    if (topic == nullptr && version && is_in(endpoint, fabric) &&
+        told.emplace(endpoint.participant, *version).second) {
+      all.push_back(
+          {endpoint.topic,
+           endpoint.writer,
+           text_of(directory, endpoint.participant),
+           {fmt::format("it speaks version {} of the wire, this is version {}: they do not "
+                        "hear each other's calls; install one version everywhere",
+                        *version, fabric::wire::wire_version)}});
+    }
     if (topic == nullptr || !is_in(endpoint, fabric) || is_own(directory, endpoint)) {
       continue;
     }

@@ -1,0 +1,66 @@
+// Several services in one process.
+#include "services/sdk/member.hpp"
+
+#include <dds/dds.h>
+#include <gmock/gmock.h>
+
+#include "base/program/log.hpp"
+#include "tests/unit/sdk/service_fixture.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+class MemberTest : public ServiceTest {
+ protected:
+  ServiceOptions hosted(const std::string& name, const std::string& of = uuid) {
+    ServiceOptions one = options();
+    one.uuid = of;
+    one.name = name;
+    one.member = sut;
+    return one;
+  }
+  [[nodiscard]] std::size_t participants() const {
+    return static_cast<std::size_t>(dds_lookup_participant(domain.number(), nullptr, 0));
+  }
+
+  std::shared_ptr<Member> sut = std::make_shared<Member>(
+      fabric::dds::ParticipantOptions{.domain = domain.number()}, base::program::no_log());
+};
+
+TEST_F(MemberTest, IsOneParticipantHoweverManyServicesItHosts) {
+  const std::size_t before = participants();
+  const Service first(hosted("first"), echo, base::program::no_log());
+  const Service second(hosted("second"), echo, base::program::no_log());
+  const Service other(hosted("other", "weather"), echo, base::program::no_log());
+  EXPECT_EQ(participants(), before);
+  ASSERT_TRUE(until_ready(first));
+  ASSERT_TRUE(until_ready(second));
+  ASSERT_TRUE(until_ready(other));
+  call(request(first, 1, 1));
+  call(request(second, 2, 2));
+  EXPECT_EQ(next_reply().code, fabric::ServiceCode::ok);
+  EXPECT_EQ(next_reply().code, fabric::ServiceCode::ok);
+}
+
+TEST_F(MemberTest, KeepsTheOthersWhenOneServiceLeaves) {
+  const Service stays(hosted("stays"), echo, base::program::no_log());
+  {
+    const Service leaves(hosted("leaves"), echo, base::program::no_log());
+    ASSERT_TRUE(until_ready(leaves));
+    ASSERT_TRUE(until_ready(stays));
+  }
+  ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
+  call(request(stays, 1));
+  EXPECT_EQ(next_reply().call, request(stays, 1).call);
+}
+
+TEST_F(MemberTest, MayBeLetGoBeforeItsServices) {
+  const Service one(hosted("one"), echo, base::program::no_log());
+  sut.reset();
+  ASSERT_TRUE(until_ready(one));
+  call(request(one, 1));
+  EXPECT_EQ(next_reply().call, request(one, 1).call);
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk
