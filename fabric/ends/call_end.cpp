@@ -124,7 +124,9 @@ void CallEnd::Impl::open() {
   const dds::Listener on_reply(dds_create_listener(nullptr));
   reply_post->listen_for_data(on_reply.get());
   matches->listen(on_reply.get());
-  replies.emplace(participant, wire::all_services(fabric()), wire::Keep::last,
+  // All: whose a reply is stands in its key, and what a stranger puts there must not push out what
+  // the instance has said.
+  replies.emplace(participant, wire::all_services(fabric()), wire::Keep::all,
                   wire::EndpointOptions{.listener = on_reply.get()});
 
   const dds::Listener on_beat(dds_create_listener(nullptr));

@@ -79,7 +79,8 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
     const auto job = jobs_.find(call);
     others += job == jobs_.end() || job->second.at != instance ? 1U : 0U;
   }
-  const std::size_t running = load.calls.size() - std::min<std::size_t>(load.calls.size(), load.waiting);
+  const std::size_t running =
+      load.calls.size() - std::min<std::size_t>(load.calls.size(), load.waiting);
   const auto begun = std::span(load.calls).first(running);
   std::vector<Job*> unheard;
   Instances::change_load(*instance, [&] {
@@ -359,9 +360,9 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
 }
 
 Give Dispatcher::assignment(const Job& job, const Instance& instance) {
-  return {
-      job.call, job.key,
-      Assignment{Attempt{job.instance, job.attempts}, job.delivery, name_of(instance.identity)}};
+  return {job.call, job.key,
+          Assignment{Attempt{job.instance, job.attempts}, job.delivery, name_of(instance.identity),
+                     job.waits}};
 }
 
 void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {

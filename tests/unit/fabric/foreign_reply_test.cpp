@@ -105,6 +105,22 @@ TEST_F(AForeignReply, WithANulArrivesWithIt) {
   EXPECT_EQ(gateway.replies.front().text, sent.text);
 }
 
+// The key of a reply has its instance's id, which anybody can write.
+TEST_F(AForeignReply, InTheNameOfAnotherInstanceDoesNotPushOutWhatThatHasSaid) {
+  const InstanceId instance = InstanceId::random();
+  // Within one domain object a write returns when its sample has arrived: both are there before the
+  // first is taken.
+  RawWriter service(here, registry::format_instance(instance));
+  RawWriter stranger(here, registry::format_instance(InstanceId::random()));
+  service.write(reply(instance, 1));
+  Reply forged = reply(instance, 1);
+  forged.text = "forged";
+  stranger.write(forged);
+  ASSERT_TRUE(until([&] { return !gateway.replies.empty() && !gateway.ignored.empty(); }));
+  EXPECT_THAT(gateway.replies, SizeIs(1));
+  EXPECT_EQ(gateway.replies.front().text, "2.000000");
+}
+
 TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
   const InstanceId instance = InstanceId::random();
   const InstanceId other = InstanceId::random();

@@ -1,0 +1,187 @@
+// Room, as instances say it: declined calls, calls of other gateways, instances that do not hear.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/dispatch/dispatcher.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+constexpr SteadyTime start{std::chrono::hours(1)};
+
+fabric::InstanceIdentity instance(std::uint8_t number) {
+  fabric::InstanceIdentity one{.uuid = uuid, .name = fmt::format("service{}", number)};
+  one.id.bytes.fill(number);
+  return one;
+}
+
+fabric::CallId ours(std::uint64_t number) {
+  return {1, number};
+}
+fabric::CallId of_others(std::uint64_t number) {
+  return {2, number};
+}
+
+/// "1→2#1": call 1 goes to instance 2 as attempt 1, "1→2#1 waits" if it waits there; "1 lost", "1
+/// held"; "1: why".
+std::vector<std::string> words(const dispatch::Decisions& decisions) {
+  std::vector<std::string> out;
+  for (const dispatch::Decision& decision : decisions) {
+    if (const auto* give = std::get_if<dispatch::Give>(&decision)) {
+      out.push_back(
+          fmt::format("{}→{}#{}{}", give->call.number, give->assignment.attempt.instance.bytes[0],
+                      give->assignment.attempt.number, give->assignment.waits ? " waits" : ""));
+    } else if (const auto* back = std::get_if<dispatch::TakeBack>(&decision)) {
+      out.push_back(fmt::format("{} {}", back->call.number, back->held ? "held" : "lost"));
+    } else if (const auto* explain = std::get_if<dispatch::Explain>(&decision)) {
+      out.push_back(fmt::format("{}: {}", explain->call.number, explain->reason));
+    }
+  }
+  return out;
+}
+
+class DispatcherRoom : public testing::Test {
+ protected:
+  void ready(std::initializer_list<std::uint8_t> numbers) {
+    for (const std::uint8_t number : numbers) {
+      sut.on_instance_ready(instance(number));
+    }
+  }
+  std::vector<std::string> add(std::uint64_t number) {
+    Call one;
+    one.id = ours(number);
+    one.key = {"cnc", static_cast<std::uint16_t>(number)};
+    one.request = {uuid, "2", 1};
+    return words(sut.add(one));
+  }
+  std::vector<std::string> decline(std::uint64_t number, SteadyTime now = start) {
+    return words(sut.decline(ours(number), now));
+  }
+  std::vector<std::string> beat(std::uint8_t number, const std::vector<fabric::CallId>& calls,
+                                SteadyTime now = start, std::uint32_t waiting = 0) {
+    fabric::InstanceLoad load{.calls = calls, .waiting = waiting};
+    load.status.instance.bytes.fill(number);
+    return words(sut.on_load(load, now));
+  }
+
+  dispatch::Dispatcher sut;
+};
+
+TEST_F(DispatcherRoom, GivesADeclinedCallToTheNextAtOnce) {
+  ready({1, 2});
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+  EXPECT_THAT(decline(1), ElementsAre("1→2#2"));
+}
+
+TEST_F(DispatcherRoom, AsksWhoDeclinedAgainWhenABeatSaysThatItHasRoom) {
+  ready({1});
+  add(1);
+  EXPECT_THAT(decline(1), ElementsAre("1: the only instance is busy"));
+  EXPECT_THAT(beat(1, {}), ElementsAre("1→1#2"));
+}
+
+TEST_F(DispatcherRoom, AsksWhoDeclinedAndDoesNotBeatAgainAfterAWhile) {
+  ready({1});
+  add(1);
+  decline(1);
+  ASSERT_EQ(sut.next_time(), start + 1s);
+  EXPECT_THAT(words(sut.on_time(start + 1s)), ElementsAre("1→1#2"));
+}
+
+TEST_F(DispatcherRoom, DoesNotBelieveWhoDeclinesAgainAndAgainThatItHasRoom) {
+  ready({1});
+  add(1);
+  for (int i = 0; i < 8; ++i) {
+    decline(1);
+    beat(1, {});
+  }
+  EXPECT_THAT(beat(1, {}), IsEmpty());
+  ASSERT_EQ(sut.next_time(), start + 5s);
+  EXPECT_THAT(words(sut.on_time(start + 5s)), ElementsAre("1→1#9"));
+}
+
+TEST_F(DispatcherRoom, IgnoresTheDeclineOfACallThatIsOver) {
+  ready({1});
+  add(1);
+  sut.remove(ours(1));
+  EXPECT_THAT(decline(1), IsEmpty());
+}
+
+TEST_F(DispatcherRoom, PrefersWhoIsIdleToWhoRunsTheCallsOfOthers) {
+  ready({1, 2});
+  beat(1, {of_others(1)});
+  EXPECT_THAT(add(1), ElementsAre("1→2#1"));
+}
+
+TEST_F(DispatcherRoom, LetsOneCallWaitWhereOthersHaveAllTheRoom) {
+  ready({1});
+  beat(1, {of_others(1)});
+  EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
+  EXPECT_THAT(beat(1, {of_others(1), ours(1)}, start, 1), IsEmpty()) << "it waits still";
+}
+
+TEST_F(DispatcherRoom, CountsItsOwnCallsInABeatOnce) {
+  auto two = instance(1);
+  two.concurrency = 2;
+  sut.on_instance_ready(two);
+  add(1);
+  beat(1, {ours(1)});
+  EXPECT_THAT(add(2), ElementsAre("2→1#1"));
+}
+
+TEST_F(DispatcherRoom, TakesACallFromWhoBeatsWithoutEverHavingTakenIt) {
+  ready({1, 2});
+  add(1);
+  sut.on_published(ours(1), start);
+  EXPECT_THAT(beat(1, {}, start + 600ms), IsEmpty());
+  EXPECT_THAT(beat(1, {}, start + 700ms), IsEmpty()) << "the answer may be on its way";
+  EXPECT_THAT(beat(1, {}, start + 800ms), ElementsAre("1 lost", "1→2#2"));
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy")) << "who is deaf gets nothing";
+  ASSERT_EQ(sut.next_time(), start + 800ms + 5s);
+  EXPECT_THAT(words(sut.on_time(*sut.next_time())), ElementsAre("2→1#1")) << "it is tried again";
+}
+
+TEST_F(DispatcherRoom, HoldsAnAtMostOnceCallOfWhoDoesNotHear) {
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut.on_instance_ready(once);
+  add(1);
+  sut.on_published(ours(1), start);
+  beat(1, {}, start + 700ms);
+  EXPECT_THAT(beat(1, {}, start + 800ms), ElementsAre("1 held"));
+}
+
+TEST_F(DispatcherRoom, LeavesACallWithWhoHasIt) {
+  ready({1, 2});
+  add(1);
+  sut.on_published(ours(1), start);
+  for (int i = 1; i < 100; ++i) {
+    ASSERT_THAT(beat(1, {ours(1)}, start + i * 100ms), IsEmpty());
+  }
+}
+
+TEST_F(DispatcherRoom, ForgivesACallThatWaitsForTheJournal) {
+  ready({1, 2});
+  add(1);
+  EXPECT_THAT(beat(1, {}, start + 10s), IsEmpty());
+  EXPECT_THAT(beat(1, {}, start + 11s), IsEmpty());
+}
+
+TEST_F(DispatcherRoom, FindsAnInstanceOfTwoScopesOnce) {
+  auto named = instance(1);
+  named.channels = {{"cnc", 1}, {"cnc", 0}};
+  sut.on_instance_ready(named);
+  EXPECT_THAT(add(1), ElementsAre("1→1#1"));
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
+}
+
+}  // namespace
+}  // namespace millrace::gateway
