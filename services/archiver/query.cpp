@@ -133,9 +133,6 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
   return {.type = value.isInteger() ? Cell::Type::number : text, .text = value.getString()};
 }
 
-/// While the archiver closes a file.
-constexpr int busy_timeout_ms = 5000;
-
 /// Writes the rows of one file until there are `limit` of them in all, and counts them.
 void write_file(const std::filesystem::path& file, const Source& source, const Condition& condition,
                 std::uint64_t limit, RowWriter& rows, std::uint64_t& count) {

@@ -15,8 +15,6 @@ namespace {
 
 using fabric::Time;
 
-constexpr int busy_timeout_ms = 5000;
-
 std::int64_t count(Time time) {
   return time.time_since_epoch().count();
 }

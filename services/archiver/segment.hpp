@@ -25,6 +25,9 @@ struct Beginning {
   std::int64_t first_put = 1;
 };
 
+/// Who opens a file waits so long while it is being closed.
+inline constexpr int busy_timeout_ms = 5000;
+
 /// A file with a name of ours that somebody else made, or that is damaged.
 class Foreign : public std::runtime_error {
  public:

@@ -7,7 +7,7 @@ namespace millrace::tools::recording {
 
 namespace {
 
-mcap::Nanoseconds nanoseconds(fabric::Time time) {
+mcap::Nanoseconds mcap_time(fabric::Time time) {
   return static_cast<mcap::Nanoseconds>(time.time_since_epoch().count());
 }
 
@@ -16,8 +16,8 @@ mcap::Nanoseconds nanoseconds(fabric::Time time) {
 mcap::Writer::Result RecordingWriter::write(const Entry& entry) {
   Stream& stream = stream_of(entry);
   const std::string message = encode(entry);
-  return file_.write({stream.channel, stream.next_sequence++, nanoseconds(entry.at),
-                      nanoseconds(origin_of(entry)), message});
+  return file_.write({stream.channel, stream.next_sequence++, mcap_time(entry.at),
+                      mcap_time(origin_of(entry)), message});
 }
 
 RecordingWriter::Stream& RecordingWriter::stream_of(const Entry& entry) {
