@@ -52,9 +52,9 @@ std::vector<fabric::RequestKey> AnsweredRequests::due(SteadyTime now) {
     places_.erase(taken.back());
     oldest_first_.pop_front();
   }
-  sweep_ = oldest_first_.empty() ? std::nullopt
-                                 : std::optional(std::max(oldest_first_.front().second + quiet,
-                                                          now + pause));
+  sweep_ = oldest_first_.empty()
+               ? std::nullopt
+               : std::optional(std::max(oldest_first_.front().second + quiet, now + pause));
   return taken;
 }
 

@@ -99,7 +99,12 @@ bool CallControl::answering() const {
 }
 
 ChannelActions CallControl::on_time(Moment now) {
+  const std::size_t known = dispatcher_.known();
   carry_out(dispatcher_.on_time(now.steady), now);
+  if (dispatcher_.known() != known) {
+    // Why a request is left alone may be another reason now.
+    reconsider(now);
+  }
   withdraw(answered_.due(now.steady));
   return finish();
 }

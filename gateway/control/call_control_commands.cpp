@@ -30,6 +30,11 @@ ChannelActions CallControl::on_retry(const fabric::ChannelKey& key, const fabric
 channel::ChannelSession* CallControl::find_pending(const fabric::ChannelKey& key,
                                                    const fabric::CallId& call, Verdict& verdict) {
   channel::ChannelSession* session = find(key);
+  if (session != nullptr && session->status().state == fabric::ChannelState::unserved) {
+    verdict = {false, "the program's request is left alone, so there is no call to act on: " +
+                          session->status().reason};
+    return nullptr;
+  }
   if (session == nullptr || session->call() == nullptr) {
     verdict = {false, "no call is pending on this channel"};
     return nullptr;

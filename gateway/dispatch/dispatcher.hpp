@@ -109,6 +109,9 @@ class Dispatcher {
   /// When on_time has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return instances_.next_alarm(); }
 
+  /// How many instances there are, those that are gone for a moment among them.
+  [[nodiscard]] std::size_t known() const { return instances_.size(); }
+
   /// Why nobody serves this UUID for this channel; nothing if somebody does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const;

@@ -90,6 +90,7 @@ class Instances {
   Instances& operator=(const Instances&) = delete;
 
   [[nodiscard]] Instance* find(const fabric::InstanceId& id);
+  [[nodiscard]] std::size_t size() const { return instances_.size(); }
   /// The one of this id, made if there is none; its address stays until it is erased.
   Instance& enter(const fabric::InstanceId& id);
   void erase(Instance& instance);

@@ -10,6 +10,7 @@
 
 #include "base/program/log.hpp"
 #include "fabric/wire/reader.hpp"
+#include "services/sdk/member.hpp"
 #include "services/sdk/service.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 
@@ -70,6 +71,8 @@ void serve_sdk(const PeerOptions& options) {
   const bool uuids = options.kind == "uuids";
   // That a prompt handler has lost its place changes what is measured.
   const auto log = base::program::make_log("bench", spdlog::level::warn);
+  const auto member = std::make_shared<services::sdk::Member>(
+      fabric::dds::ParticipantOptions{.domain = options.domain}, log);
   std::vector<std::unique_ptr<services::sdk::Service>> services;
   for (std::uint32_t number = 0; number < options.count; ++number) {
     services.push_back(std::make_unique<services::sdk::Service>(
@@ -77,7 +80,7 @@ void serve_sdk(const PeerOptions& options) {
                                       .name = "bench",
                                       .concurrency = options.concurrency,
                                       .prompt = uuids || options.kind == "prompt",
-                                      .domain = options.domain},
+                                      .member = member},
         [stuck](const services::sdk::Call& call) -> services::sdk::Response {
           while (stuck && !call.cancelled()) {
             std::this_thread::sleep_for(std::chrono::milliseconds(10));

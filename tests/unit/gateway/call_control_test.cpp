@@ -188,6 +188,36 @@ TEST_F(CallControlTest, LetsAnOperatorAnswerThePendingCallOnly) {
   EXPECT_EQ(verdict.detail, "the call's answer is being written");
 }
 
+TEST_F(CallControlTest, TellsAnOperatorThatARequestIsLeftAlone) {
+  start();
+  link_up();
+  request(1);
+  control::Verdict verdict;
+  sut->on_retry({"cnc", 1}, {}, "ann", verdict, now);
+  EXPECT_FALSE(verdict.done);
+  EXPECT_THAT(verdict.detail, testing::HasSubstr("left alone, so there is no call to act on"));
+  EXPECT_THAT(verdict.detail, testing::HasSubstr("served by nobody"));
+}
+
+// The status said for ever that its instances were draining.
+TEST_F(CallControlTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
+  start();
+  link_up();
+  auto draining = instance(1);
+  draining.draining = true;
+  sut->on_instance_ready(draining, now);
+  const auto shown = all<Show>(request(1));
+  ASSERT_FALSE(shown.empty());
+  EXPECT_THAT(shown.back().status.reason, testing::HasSubstr("draining"));
+  sut->on_instance_gone(draining.id, now);
+  ASSERT_TRUE(sut->next_time());
+  now.steady = *sut->next_time();
+  EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1)) << "the request is looked at again";
+  const auto again = all<Show>(request(1));
+  ASSERT_FALSE(again.empty());
+  EXPECT_THAT(again.back().status.reason, testing::HasSubstr("served by nobody"));
+}
+
 TEST_F(CallControlTest, LetsAnOperatorRetryAHeldCall) {
   start();
   link_up();
