@@ -63,7 +63,7 @@ std::string announcing(std::uint32_t domain, std::string_view extra) {
   const bool has_index = extra.find("<ParticipantIndex>") != std::string_view::npos;
   return fmt::format(
       ",<General><AllowMulticast>false</AllowMulticast></General>"
-      "<Discovery>{}<SPDPInterval>300ms</SPDPInterval>"
+      "<Discovery>{}<SPDPInterval>400ms</SPDPInterval>"
       R"(<Peers><Peer Address="239.255.0.1:{}"/></Peers></Discovery>)",
       has_index ? "" : "<ParticipantIndex>none</ParticipantIndex>",
       base_port + domain_gain * domain);

@@ -1,7 +1,7 @@
 // The end of a process that has instances: says that it is there, and what they do.
 //
 //   BeatEnd end(participant);
-//   end.publish({.member = process, .at = now, .loads = …});      // five times in the lease
+//   end.publish({.member = process, .at = now, .loads = …});      // four times in the lease
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@ namespace millrace::fabric::ends {
 class BeatEnd {
  public:
   /// Beats in the lease of a participant's instances: who listens takes silence for four fifths of
-  /// it for their end, so that three beats may be lost or late.
-  static constexpr int beats_per_lease = 5;
+  /// it for their end, so that two beats may be lost or late.
+  static constexpr int beats_per_lease = 4;
 
   /// Throws std::runtime_error with Cyclone's reason.
   explicit BeatEnd(const dds::Participant& participant)

@@ -17,7 +17,7 @@ namespace millrace::fabric::registry {
 class Beats {
  public:
   static constexpr std::size_t most_loads = 64;
-  /// Beats in which a change is told: some may be lost, and tools take one a second, which is ten
+  /// Beats in which a change is told: some may be lost, and tools take one a second, which is eight
   /// beats of the usual lease.
   static constexpr std::uint64_t told = 15;
   /// Of the others so many are in each beat, for whoever listens from now on.

@@ -14,8 +14,8 @@ namespace {
 
 /// fabric/ends/instance_commands.hpp
 constexpr Time drain_grace = 100ms;
-/// A fifth of the usual lease: fabric/ends/beat_end.hpp
-constexpr Time beat_period = 100ms;
+/// A quarter of the usual lease: fabric/ends/beat_end.hpp
+constexpr Time beat_period = 125ms;
 
 }  // namespace
 
