@@ -164,8 +164,7 @@ void CallEnd::Impl::open_mailbox(const wire::Mailbox& of) {
 /// If it is not needed any more.
 void CallEnd::Impl::close_mailbox(const InstanceId& instance) {
   const auto mailbox = mailboxes.find(instance);
-  if (mailbox != mailboxes.end() && mailbox->second.vanished &&
-      mailbox->second.standing.empty()) {
+  if (mailbox != mailboxes.end() && mailbox->second.vanished && mailbox->second.standing.empty()) {
     std::erase(unsent, &mailbox->second.writer);
     mailbox->second.writer.flush();
     mailboxes.erase(mailbox);
@@ -297,10 +296,11 @@ void CallEnd::Impl::take(const wire::Taken<Reply>& taken) {
     listener->on_reply(reply);
     return;
   }
-  ignore(taken.writer,
-         fmt::format("{}: a reply to call {} in the name of instance {} is dropped: it does not come "
-                     "from that instance's writer",
-                     reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
+  ignore(
+      taken.writer,
+      fmt::format("{}: a reply to call {} in the name of instance {} is dropped: it does not come "
+                  "from that instance's writer",
+                  reply.key.to_string(), reply.call.to_string(), reply.instance.to_string()));
 }
 
 void CallEnd::Impl::ignore(registry::EndpointHandle stranger, const std::string& reason) {

@@ -90,8 +90,8 @@ void Discovery::drain_readers(registry::Registry& registry, SteadyTime now, News
                            {std::move(*identity), endpoint.participant_instance_handle}, now);
       news.mailboxes.push_back(*mailbox);
     } else {
-      news.ignored.push_back(fmt::format("an instance that serves {} is ignored: {}",
-                                         mailbox->uuid, identity.error()));
+      news.ignored.push_back(fmt::format("an instance that serves {} is ignored: {}", mailbox->uuid,
+                                         identity.error()));
     }
   };
   while (wire::take_lent<Endpoint>(readers_.handle(), seen) > 0) {

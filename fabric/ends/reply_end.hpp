@@ -23,7 +23,8 @@ class ReplyEndListener {
   /// A request in this instance's mailbox; repeats are delivered as they come.
   virtual void on_request(const Request& request) = 0;
   /// What that gateway asks of the channel is answered, given to another instance, or its program
-  /// does not want it any more. A gateway that dies withdraws nothing: it comes back for the answer.
+  /// does not want it any more. A gateway that dies withdraws nothing: it comes back for the
+  /// answer.
   virtual void on_withdrawn(const RequestKey& key) = 0;
   /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
   /// journal, may come back for the answer: then its request is heard once more.

@@ -15,9 +15,8 @@ inline constexpr std::size_t max_identity_channels = 64;
 /// Who promised to beat more often would have everybody look at nothing else.
 inline constexpr std::chrono::milliseconds min_identity_lease{50};
 
-/// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0, a lease
-/// too short);
-/// empty if it can.
+/// Why `identity` cannot be announced (no UUID, a wildcard in it, a value too long, concurrency 0,
+/// a lease too short); empty if it can.
 std::optional<std::string> check_identity(const InstanceIdentity& identity);
 
 }  // namespace millrace::fabric::registry

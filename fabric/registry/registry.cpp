@@ -174,8 +174,7 @@ bool Registry::speaks_for(EndpointHandle handle, const InstanceId& instance) con
     return false;
   }
   const auto home = readers_of_.find(instance);
-  return home == readers_of_.end() ||
-         std::ranges::any_of(home->second, [&](EndpointHandle reader) {
+  return home == readers_of_.end() || std::ranges::any_of(home->second, [&](EndpointHandle reader) {
            return readers_.at(reader).participant == writer->participant;
          });
 }

@@ -235,8 +235,7 @@ Encoded<BeatSample> Codec<Beat>::encode(const Beat& value) {
 
 Beat Codec<Beat>::decode(const millrace_Beat& sample) {
   Beat beat{.member = get(sample.member), .at = get(sample.at)};
-  for (const millrace_InstanceLoad& load :
-       std::span(sample.loads._buffer, sample.loads._length)) {
+  for (const millrace_InstanceLoad& load : std::span(sample.loads._buffer, sample.loads._length)) {
     beat.loads.push_back(get_load(load));
   }
   return beat;

@@ -25,9 +25,9 @@ constexpr dds_duration_t never_wait = 0;
 
 dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
   dds::Qos qos(dds_create_qos());
-  dds_qset_reliability(
-      qos.get(), topic.best_effort ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,
-      never_wait);
+  dds_qset_reliability(qos.get(),
+                       topic.best_effort ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,
+                       never_wait);
   dds_qset_durability(
       qos.get(), topic.transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   if (!user_data.empty()) {

@@ -7,8 +7,8 @@
 // clang-format on
 //
 // The next request of a channel to the same instance replaces the one before on the fabric, so
-// taking each answered one back first would say nothing new to anybody: it would cost two messages a
-// call, and Cyclone, which frees at most about a thousand DDS instances a second, memory without
+// taking each answered one back first would say nothing new to anybody: it would cost two messages
+// a call, and Cyclone, which frees at most about a thousand DDS instances a second, memory without
 // limit above that rate. What is left is taken back once it has been quiet for a while, so that a
 // process that joins later finds pending calls only; so many at a time that Cyclone keeps up.
 #pragma once

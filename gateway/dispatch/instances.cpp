@@ -151,11 +151,13 @@ Instance* Instances::first(const std::string& uuid, const fabric::ChannelKey& ke
 }
 
 Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
-  return first(uuid, key, [](const Bucket& bucket) -> auto& { return bucket.with_room; });
+  return first(
+      uuid, key, [](const Bucket& bucket) -> auto& { return bucket.with_room; });
 }
 
 Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) {
-  return first(uuid, key, [](const Bucket& bucket) -> auto& { return bucket.shared; });
+  return first(
+      uuid, key, [](const Bucket& bucket) -> auto& { return bucket.shared; });
 }
 
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
@@ -225,8 +227,7 @@ std::optional<SteadyTime> Instances::next_alarm() const {
 }
 
 Instance* Instances::alarmed(SteadyTime now) {
-  return alarms_.empty() || alarms_.begin()->first > now ? nullptr
-                                                         : find(alarms_.begin()->second);
+  return alarms_.empty() || alarms_.begin()->first > now ? nullptr : find(alarms_.begin()->second);
 }
 
 }  // namespace millrace::gateway::dispatch

@@ -42,8 +42,7 @@ std::vector<std::string> keys_of(const wire::Topic& topic) {
 // What is asked by one gateway and what another asks are apart, and so is what each instance is
 // asked.
 TEST(Topics, HaveGatewayAndInstanceInTheKeyOfRequestsAndReplies) {
-  EXPECT_THAT(keys_of(wire::request_topic),
-              ElementsAre("machine", "channel", "assigned", "epoch"));
+  EXPECT_THAT(keys_of(wire::request_topic), ElementsAre("machine", "channel", "assigned", "epoch"));
   EXPECT_THAT(keys_of(wire::reply_topic), ElementsAre("machine", "channel", "instance", "epoch"));
   EXPECT_THAT(keys_of(wire::channel_topic), ElementsAre("machine", "channel"));
   EXPECT_THAT(keys_of(wire::event_topic), IsEmpty());
