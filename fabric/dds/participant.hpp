@@ -15,10 +15,9 @@ namespace millrace::fabric::dds {
 enum class Finding : std::uint8_t {
   /// Gateways and tools: in the group, hears everybody.
   hears,
-  /// Services: not in the group, only announces itself to it, several times a second. Those that
-  /// hear answer. So services do not find each other, who have nothing to say to each other:
-  /// finding
-  /// everybody costs the square of all processes.
+  /// Services: not in the group, only announce themselves to it, several times a second. Those that
+  /// hear answer. So services do not find each other, who have nothing to say to each other: if all
+  /// find all, that costs the square of their number.
   announces
 };
 
