@@ -88,10 +88,9 @@ Actions CallDesk::on_request(const Request& request, Moment now) {
   } else if (const Ended* ended = answer_for(request)) {
     asked_[key_of(request)];
     repeat(ended->reply, request, actions);
-  } else if (must_decline(request)) {
-    const auto declined =
-        decline(request, fmt::format("it has room for {} at once", options_.concurrency));
-    actions.insert(actions.end(), declined.begin(), declined.end());
+  } else if (const auto why = why_declined(request)) {
+    ++counters_.declined;
+    actions.emplace_back(Send{declining(request, *why)});
   } else {
     waiting_.push_back({.request = request, .received = now});
     asked_[key_of(request)].call = request.call;
@@ -101,18 +100,30 @@ Actions CallDesk::on_request(const Request& request, Moment now) {
   return actions;
 }
 
-bool CallDesk::must_decline(const Request& request) const {
-  // Its own run, which was given up, ends before it is run anew.
+std::optional<std::string> CallDesk::why_declined(const Request& request) const {
+  const std::uint32_t* const declined = declined_.find(request.call);
+  if (declined != nullptr && request.attempt <= *declined) {
+    return "it has declined this attempt before";
+  }
   const bool full = running_.size() + waiting_.size() >= options_.concurrency;
-  return full && !running_.contains(request.call) &&
-         (!request.may_wait || waiting_.size() >= options_.most_waiting);
+  // Its own run, which was given up, ends before it is run anew.
+  if (full && !running_.contains(request.call) &&
+      (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
+    return fmt::format("it has room for {} at once", options_.concurrency);
+  }
+  return std::nullopt;
 }
 
 Actions CallDesk::decline(const Request& request, const std::string& why) {
   ++counters_.declined;
+  return {Send{declining(request, why)}};
+}
+
+Reply CallDesk::declining(const Request& request, const std::string& why) {
+  declined_.put(request.call, request.attempt);
   Reply reply = reply_to(request, {.text = why, .state = 0});
   reply.kind = fabric::ReplyKind::declined;
-  return {Send{std::move(reply)}};
+  return reply;
 }
 
 Actions CallDesk::on_withdrawn(const RequestKey& key) {
@@ -176,7 +187,7 @@ Reply CallDesk::end(const Under& under, const Result& result, SteadyTime now) {
   ++counters_.answered;
   counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
   forget_call(key_of(under.request));
-  remember({reply});
+  ended_.put(reply.call, {reply});
   return reply;
 }
 
@@ -234,17 +245,15 @@ void CallDesk::supersede(const Request& by, Actions& actions) {
 }
 
 /// What a gateway hears whose call is given up because another one says that it has the channel.
-Reply CallDesk::reply_to_loser(CallId call) const {
+Reply CallDesk::reply_to_loser(CallId call) {
   const auto running = running_.find(call);
   if (running != running_.end() && options_.delivery == fabric::Delivery::at_most_once) {
     return given_up(running->second);
   }
   const auto waiting =
       std::ranges::find(waiting_, call, [](const Under& under) { return under.request.call; });
-  Reply reply = reply_to(running != running_.end() ? running->second.request : waiting->request,
-                         {.text = "another gateway has the channel now", .state = 0});
-  reply.kind = fabric::ReplyKind::declined;
-  return reply;
+  return declining(running != running_.end() ? running->second.request : waiting->request,
+                   "another gateway has the channel now");
 }
 
 bool CallDesk::has_another_gateway(const RequestKey& key) const {
@@ -295,19 +304,15 @@ void CallDesk::cancel(Under& running) {
   if (options_.delivery == fabric::Delivery::at_least_once) {
     return;
   }
-  Reply reply = given_up(running);
-  remember({std::move(reply), true});
+  ended_.put(running.request.call, {given_up(running), true});
 }
 
 /// An answer from memory, if `request` is to get it: a new attempt of a call that was given up is
 /// an operator's decision to have it run again.
 const CallDesk::Ended* CallDesk::answer_for(const Request& request) const {
-  const auto ended = ended_.find(request.call);
-  if (ended == ended_.end() ||
-      (ended->second.cancelled && request.attempt > ended->second.reply.attempt)) {
-    return nullptr;
-  }
-  return &ended->second;
+  const Ended* const ended = ended_.find(request.call);
+  const bool anew = ended != nullptr && ended->cancelled && request.attempt > ended->reply.attempt;
+  return anew ? nullptr : ended;
 }
 
 void CallDesk::repeat(const Reply& answered, const Request& request, Actions& actions) {
@@ -334,18 +339,6 @@ void CallDesk::start_waiting(SteadyTime now, Actions& actions) {
     actions.emplace_back(Start{next->request});
     running_.emplace(call, std::move(*next));
     next = waiting_.erase(next);
-  }
-}
-
-void CallDesk::remember(Ended ended) {
-  const CallId call = ended.reply.call;
-  if (!ended_.insert_or_assign(call, std::move(ended)).second) {
-    return;
-  }
-  ended_order_.push_back(call);
-  if (ended_order_.size() > options_.memory) {
-    ended_.erase(ended_order_.front());
-    ended_order_.pop_front();
   }
 }
 

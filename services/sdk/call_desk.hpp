@@ -14,7 +14,9 @@
 // clock that is set meanwhile does not change how long a call took.
 //
 // A call for which there is no room is declined, so that its gateway gives it to another instance,
-// unless that says that no other has room: then it waits for its turn.
+// unless that says that no other has room: then it waits for its turn. An attempt that was declined
+// is declined whenever it comes, also if there is room by then: the gateway, which may not have
+// heard of it when it asked again, gives the call elsewhere as soon as it has.
 //
 // A channel may be asked for by two gateways that do not hear each other. While both are there,
 // each gets its answer; one that is gone has lost its call to the other.
@@ -30,6 +32,7 @@
 
 #include "fabric/moment.hpp"
 #include "fabric/request_key.hpp"
+#include "services/sdk/call_memory.hpp"
 #include "services/sdk/response.hpp"
 
 namespace millrace::services::sdk {
@@ -111,9 +114,10 @@ class CallDesk {
     bool orphaned = false;
   };
 
-  [[nodiscard]] bool must_decline(const fabric::Request& request) const;
+  [[nodiscard]] std::optional<std::string> why_declined(const fabric::Request& request) const;
   void supersede(const fabric::Request& by, Actions& actions);
-  [[nodiscard]] fabric::Reply reply_to_loser(fabric::CallId call) const;
+  [[nodiscard]] fabric::Reply declining(const fabric::Request& request, const std::string& why);
+  [[nodiscard]] fabric::Reply reply_to_loser(fabric::CallId call);
   [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
   void give_up(fabric::CallId call, Actions& actions);
   void forget_call(const fabric::RequestKey& key);
@@ -123,7 +127,6 @@ class CallDesk {
   [[nodiscard]] const Ended* answer_for(const fabric::Request& request) const;
   void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
   void start_waiting(fabric::SteadyTime now, Actions& actions);
-  void remember(Ended ended);
   std::deque<Under>::iterator find_waiting(fabric::CallId call);
 
   DeskOptions options_;
@@ -131,8 +134,9 @@ class CallDesk {
   /// In the order of arrival; at most one of each channel and gateway.
   std::deque<Under> waiting_;
   std::map<fabric::RequestKey, Asked> asked_;
-  std::map<fabric::CallId, Ended> ended_;
-  std::deque<fabric::CallId> ended_order_;
+  CallMemory<Ended> ended_{options_.memory};
+  /// The newest attempt at which each was declined.
+  CallMemory<std::uint32_t> declined_{options_.memory};
   fabric::InstanceStatus counters_;
   std::chrono::nanoseconds in_handlers_{};
 };

@@ -111,6 +111,18 @@ TEST_F(CallDeskTest, DeclinesACallForWhichItHasNoRoom) {
   EXPECT_EQ(started(at_once(again(request(2, 2), 4))), 1U) << "it may be asked again";
 }
 
+// The gateway had given the attempt once more when it heard that it was declined, and gave the call
+// to another instance: it ran twice. Found by the simulation.
+TEST_F(CallDeskTest, DeclinesAnAttemptForGood) {
+  ASSERT_EQ(started(at_once(request(1, 1))), 1U);
+  sut.on_request(at_once(request(2, 2)), now);
+  sut.on_result(call(1), answer, now);
+  const auto sent = only<Send>(sut.on_request(at_once(request(2, 2)), now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
+  EXPECT_EQ(started(at_once(again(request(2, 2), 2))), 1U) << "the next attempt is another one";
+}
+
 TEST_F(CallDeskTest, DeclinesNothingThatItHas) {
   ASSERT_EQ(started(at_once(request(1))), 1U);
   EXPECT_THAT(sut.on_request(at_once(again(request(1), 2)), now), IsEmpty());
