@@ -8,6 +8,7 @@
 #include <compare>
 #include <cstdint>
 
+#include "fabric/channel_key_hash.hpp"
 #include "fabric/messages.hpp"
 
 namespace millrace::fabric {
@@ -19,6 +20,13 @@ struct RequestKey {
   std::uint64_t epoch = 0;
   InstanceId instance{};
   auto operator<=>(const RequestKey&) const = default;
+};
+
+/// Leaves the instance out: hardly ever are two asked for one channel.
+struct RequestKeyHash {
+  std::size_t operator()(const RequestKey& key) const {
+    return ChannelKeyHash()(key.key) ^ key.epoch;
+  }
 };
 
 inline RequestKey key_of(const Request& request) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
+#include "gateway/audience.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/snapshot.hpp"
@@ -55,16 +56,15 @@ struct Withdraw {
   bool operator==(const Withdraw&) const = default;
 };
 
+/// Something has happened to a call, while somebody listens.
 struct Tell {
   fabric::Event event;
 };
 
-/// The channel's status, each time it changes.
+/// The channel's status, each time it changes while somebody looks.
 struct Show {
   fabric::ChannelStatus status;
 };
-
-enum class Level : std::uint8_t { debug, info, warn, error };
 
 /// The channel is not ours any more: take its status back. The session is over.
 struct Hide {
@@ -102,9 +102,11 @@ struct Resume {
   bool operator==(const Resume&) const = default;
 };
 
-/// The instance has answered: it is free for the next call.
+/// The instance has answered, or the call is over: it is free for the next one.
 struct Freed {
   fabric::CallId call;
+  /// The answer stands in the channel.
+  bool written = false;
   bool operator==(const Freed&) const = default;
 };
 

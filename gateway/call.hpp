@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fabric/messages.hpp"
@@ -24,10 +26,12 @@ struct Attempt {
 struct Assignment {
   Attempt attempt;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  /// For people: "square_root on host7".
-  std::string name;
+  /// For people: "square_root on host7". Shared, since each call that is given out has it.
+  std::shared_ptr<const std::string> name;
   /// Its instance has no room, nor has any other: it waits there for its turn.
   bool waits = false;
+
+  [[nodiscard]] std::string_view to_whom() const { return name ? *name : std::string_view(); }
 };
 
 struct Call {

@@ -12,6 +12,17 @@ find_package(ZLIB REQUIRED)
 find_package(SQLiteCpp REQUIRED)
 find_package(CURL 7.88 REQUIRED)
 
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(JEMALLOC REQUIRED IMPORTED_TARGET jemalloc)
+
+# The allocator of programs in which one thread frees what another one has taken, thousands of times a second: what
+# Cyclone's receive threads bring. docs/decisions/toolchain.md. Sanitizers have their own.
+add_library(millrace_allocator INTERFACE)
+add_library(millrace::allocator ALIAS millrace_allocator)
+if(NOT MILLRACE_SANITIZE)
+  target_link_libraries(millrace_allocator INTERFACE PkgConfig::JEMALLOC)
+endif()
+
 # Boost.Asio compiled once instead of in every source that includes it.
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/asio/asio.cpp CONTENT "#include <boost/asio/impl/src.hpp>\n")
 add_library(millrace_asio STATIC ${CMAKE_BINARY_DIR}/asio/asio.cpp)

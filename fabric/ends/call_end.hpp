@@ -34,6 +34,12 @@ class CallEndListener {
   virtual void on_reply(const Reply& reply) = 0;
   /// What an instance does, by its process' latest beat, which has only just come.
   virtual void on_load(const InstanceLoad& load) { static_cast<void>(load); }
+  /// Who reads what is published beside calls: somebody reads states of channels, or events. Until
+  /// the first call nobody does.
+  virtual void on_readers(bool of_channels, bool of_events) {
+    static_cast<void>(of_channels);
+    static_cast<void>(of_events);
+  }
   /// Somebody looks like an instance but cannot be one, or speaks in the name of one; `reason` says
   /// who and why, for the log.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }

@@ -40,6 +40,9 @@ class ChannelBoard {
     writer_.let_go(ChannelStatus{.key = key});
   }
 
+  /// Somebody reads, as of the last look_up().
+  [[nodiscard]] bool watched() const { return watched_; }
+
   /// Readers have come or gone.
   void look_up() {
     watched_ = readers_.present();

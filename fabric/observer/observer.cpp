@@ -2,10 +2,8 @@
 
 #include <optional>
 
-#include <boost/asio/steady_timer.hpp>
-
 #include "fabric/dds/post_once.hpp"
-#include "fabric/ends/discovery.hpp"
+#include "fabric/ends/roster.hpp"
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
 #include "fabric/wire/command_codec.hpp"
@@ -69,8 +67,11 @@ std::optional<Sample> sample_of(wire::Taken<MachineStatus>&& taken) {
 struct Observer::Impl : std::enable_shared_from_this<Impl> {
   Impl(dds::Participant& own_participant, const boost::asio::any_io_executor& executor,
        ObserverListener& own_listener)
-      : participant(own_participant), listener(&own_listener), silence(executor) {
-    registry.match_all();
+      : participant(own_participant),
+        listener(&own_listener),
+        roster(executor,
+               {.drain_beats = [this] { drain_beats(); }, .announce = [this] { tell_changes(); }}) {
+    roster.registry().match_all();
   }
 
   void open(const boost::asio::any_io_executor& executor, Interest interest);
@@ -78,7 +79,6 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   bool drain();
   void drain_discovery();
   bool drain_beats();
-  void await_silence();
   void tell_changes();
   void hand_out(Sample sample);
 
@@ -121,19 +121,14 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   dds::Participant& participant;
   /// Null once the observer is closed.
   ObserverListener* listener;
-  registry::Registry registry;
   Context context;
   std::uint64_t delivered = 0;
   // Before the entities that wake it.
   std::optional<dds::PostOnce> post;
-  std::optional<ends::Discovery> discovery;
+  ends::Roster roster;
   std::optional<wire::Reader<MachineStatus>> machines;
   std::optional<wire::Reader<ChannelStatus>> channels;
-  std::optional<wire::Reader<Beat>> beats;
   Loads loads;
-  /// Rings when somebody has been silent for too long.
-  boost::asio::steady_timer silence;
-  std::optional<SteadyTime> silence_at;
   std::optional<wire::Reader<Request>> requests;
   std::optional<wire::Reader<Reply>> replies;
   std::optional<wire::Reader<Event>> events;
@@ -147,11 +142,8 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
   const std::string services = wire::all_services(fabric);
   open(channels, fabric);
   if (interest != Interest::calls) {
-    const dds::Listener on_endpoint(dds_create_listener(nullptr));
-    post->listen_for_data(on_endpoint.get());
-    discovery.emplace(participant, on_endpoint.get());
+    roster.open(participant, weak_from_this(), *post, *post);
     open(machines, fabric);
-    open(beats, fabric);
   }
   if (interest != Interest::states) {
     open(events, fabric);
@@ -166,10 +158,8 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
 
 void Observer::Impl::close() {
   listener = nullptr;
-  silence.cancel();
   for_each_reader([](auto& reader) { reader.reset(); });
-  beats.reset();
-  discovery.reset();
+  roster.close();
 }
 
 bool Observer::Impl::drain() {
@@ -184,71 +174,34 @@ bool Observer::Impl::drain() {
 }
 
 void Observer::Impl::drain_discovery() {
-  if (listener == nullptr || !discovery) {
-    return;
+  if (listener != nullptr) {
+    roster.look_around();
+    tell_changes();
   }
-  discovery->drain(registry, std::chrono::steady_clock::now());
-  tell_changes();
 }
 
 /// Of beats nobody wants to know each.
 bool Observer::Impl::drain_beats() {
-  bool more = false;
-  for (int i = 0; i < batches_per_turn && listener != nullptr && beats; ++i) {
-    const auto batch = beats->take();
-    more = !batch.empty();
-    if (!more) {
-      break;
+  const auto use = [this](registry::EndpointHandle, const InstanceLoad& load, bool is_theirs,
+                          SteadyTime at) {
+    if (is_theirs && loads.is_news(load.status, at)) {
+      hand_out(load.status);
     }
-    const SteadyTime at = std::chrono::steady_clock::now();
-    for (const wire::Taken<Beat>& taken : batch) {
-      if (!taken.valid || !registry.beat(taken.writer, at)) {
-        continue;
-      }
-      for (const InstanceLoad& load : taken.value.loads) {
-        if (registry.beats_for(taken.writer, load.status.instance) &&
-            loads.is_news(load.status, at)) {
-          hand_out(load.status);
-        }
-      }
-    }
+  };
+  bool more = true;
+  for (int i = 0; i < batches_per_turn && more; ++i) {
+    more = listener != nullptr && roster.take_beats(use);
   }
   tell_changes();
   return more;
-}
-
-void Observer::Impl::await_silence() {
-  const auto next = registry.next_time();
-  if (next == silence_at) {
-    return;
-  }
-  silence_at = next;
-  silence.cancel();
-  if (!next) {
-    return;
-  }
-  silence.expires_at(*next);
-  silence.async_wait([self = weak_from_this(), due = *next](boost::system::error_code error) {
-    const auto alive = self.lock();
-    if (error || !alive || alive->listener == nullptr) {
-      return;
-    }
-    alive->silence_at.reset();
-    // While this process stood still it heard nobody; what has come since is not silence.
-    alive->registry.stood_still(std::chrono::steady_clock::now() - due);
-    alive->drain_beats();
-    alive->registry.on_time(std::chrono::steady_clock::now());
-    alive->tell_changes();
-  });
 }
 
 void Observer::Impl::tell_changes() {
   if (listener == nullptr) {
     return;
   }
-  const registry::Registry::Changes changes = registry.changes();
-  await_silence();
-  static_cast<void>(registry.take_vanished());
+  const registry::Registry::Changes changes = roster.changes();
+  static_cast<void>(roster.registry().take_vanished());
   for (const InstanceId& instance : changes.gone) {
     loads.forget(instance);
     hand_out(InstanceNews{Change::gone, {.id = instance}});

@@ -9,28 +9,21 @@ namespace millrace::gateway::channel {
 
 namespace {
 
-bool same_counters(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
+bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
   const auto all = [](const fabric::ChannelStatus& s) {
-    return std::tie(s.calls, s.answered, s.withdrawn, s.repeated, s.late, s.failed);
+    return std::tie(s.state, s.call, s.attempt, s.instance, s.uuid, s.reason, s.calls, s.answered,
+                    s.withdrawn, s.repeated, s.late, s.failed);
   };
   return all(a) == all(b);
-}
-
-/// `shown` is `reason`, as far as that fits.
-bool same_reason(const std::string& shown, std::string_view reason) {
-  return shown == reason || shown == fit_reason(std::string(reason));
-}
-
-/// After each event, and most change nothing: compared before anything is copied.
-bool same(const fabric::ChannelStatus& shown, const ChannelView& view) {
-  return shown.state == view.state && shown.call == view.call && shown.attempt == view.attempt &&
-         shown.instance == view.instance && shown.uuid == view.uuid &&
-         same_reason(shown.reason, view.reason);
 }
 
 }  // namespace
 
 void ChannelOutput::put(SessionAction action) {
+  if (actions_.capacity() == 0 && commons_ != nullptr && !commons_->spare.empty()) {
+    actions_ = std::move(commons_->spare.back());
+    commons_->spare.pop_back();
+  }
   if (actions_.capacity() == 0) {
     actions_.reserve(few_actions);
   }
@@ -43,6 +36,9 @@ Ticket ChannelOutput::record(JournalEntry entry) {
 }
 
 void ChannelOutput::tell(fabric::Event event, Moment now) {
+  if (!hears_events()) {
+    return;
+  }
   event.key = key();
   event.at = now.wall;
   event.detail = fit_reason(std::move(event.detail));
@@ -50,20 +46,30 @@ void ChannelOutput::tell(fabric::Event event, Moment now) {
 }
 
 void ChannelOutput::show(const ChannelView& view, Moment now) {
-  if (shown_ && same_counters(*shown_, status_) && same(*shown_, view)) {
-    return;
+  note(view, now);
+  if (commons_ != nullptr && !audience().statuses) {
+    shown_.reset();
+  } else if (!shown_ || !same(*shown_, status_)) {
+    shown_ = status_;
+    put(Show{status_});
   }
-  if (!shown_ || view.state != shown_->state || view.call != shown_->call) {
+}
+
+/// After each event, and most change nothing: compared before anything is copied.
+void ChannelOutput::note(const ChannelView& view, Moment now) {
+  if (std::exchange(fresh_, false) || view.state != status_.state || view.call != status_.call) {
     status_.since = now.wall;
   }
   status_.state = view.state;
-  status_.reason = fit_reason(std::string(view.reason));
   status_.call = view.call;
-  status_.uuid = view.uuid;
   status_.attempt = view.attempt;
   status_.instance = view.instance;
-  shown_ = status_;
-  put(Show{status_});
+  if (status_.uuid != view.uuid) {
+    status_.uuid = view.uuid;
+  }
+  if (status_.reason != view.reason) {
+    status_.reason = fit_reason(std::string(view.reason));
+  }
 }
 
 void ChannelOutput::show_idle(const std::string& reason, Moment now) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "gateway/action.hpp"
 #include "gateway/moment.hpp"
@@ -32,19 +33,40 @@ struct ChannelView {
   fabric::InstanceId instance{};
 };
 
+/// What the outputs of a gateway's channels share.
+struct Commons {
+  Audience audience{};
+  /// Memory for actions: whoever has carried out what take() gave may put it here, emptied.
+  std::vector<SessionActions> spare{};
+};
+
 class ChannelOutput {
  public:
-  explicit ChannelOutput(fabric::ChannelKey key) { status_.key = std::move(key); }
+  /// `commons` outlives this; null: everybody listens.
+  explicit ChannelOutput(fabric::ChannelKey key, Commons* commons = nullptr) : commons_(commons) {
+    status_.key = std::move(key);
+  }
 
   void put(SessionAction action);
   /// on_recorded(ticket) is to follow.
   [[nodiscard]] Ticket record(JournalEntry entry);
   /// The same, and nobody waits for it.
   void note(JournalEntry entry) { put(Record{0, std::move(entry)}); }
+  /// Whether an event, or a line of this level, is worth its words. Whoever says something in each
+  /// call asks first.
+  [[nodiscard]] bool hears_events() const { return commons_ == nullptr || audience().events; }
+  [[nodiscard]] bool hears(Level level) const {
+    return commons_ == nullptr || level >= audience().least;
+  }
   /// Adds the channel and the time.
   void tell(fabric::Event event, Moment now);
-  void say(Level level, std::string text) { put(Say{level, std::move(text)}); }
-  /// Shows what is new in it; `view` refers to nothing of this object.
+  void say(Level level, std::string text) {
+    if (hears(level)) {
+      put(Say{level, std::move(text)});
+    }
+  }
+  /// Shows what is new in it, or, if nobody had looked until now, all; `view` refers to nothing of
+  /// this object.
   void show(const ChannelView& view, Moment now);
   /// Shows an idle channel, for the last time and whatever stands in it.
   void show_idle(const std::string& reason, Moment now);
@@ -53,15 +75,21 @@ class ChannelOutput {
   SessionActions take() { return std::exchange(actions_, {}); }
 
   [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
-  /// As it was shown last, with the counters as of now.
+  /// As it was to be shown last, with the counters as of now.
   [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }
   /// To count calls, answers and so on.
   fabric::ChannelStatus& counters() { return status_; }
 
  private:
+  [[nodiscard]] const Audience& audience() const { return commons_->audience; }
+  void note(const ChannelView& view, Moment now);
+
+  Commons* commons_;
   SessionActions actions_;
   fabric::ChannelStatus status_;
-  /// What was shown last.
+  /// Nothing was to be shown yet.
+  bool fresh_ = true;
+  /// What was shown last, if somebody has looked since.
   std::optional<fabric::ChannelStatus> shown_;
   Ticket last_ticket_ = 0;
 };

@@ -205,9 +205,8 @@ void OpenCall::on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out
   const auto confirm = [ticket](Ticket& entry) { entry = entry == ticket ? 0 : entry; };
   if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
     if (assigned->entry == ticket) {
-      const Assignment to = assigned->to;
-      enter(phase::Given{to}, "");
-      publish(to, out, now);
+      enter(phase::Given{Assignment(assigned->to)}, "");
+      publish(std::get<phase::Given>(phase_).to, out, now);
     }
   } else if (auto* const waiting = std::get_if<phase::Waiting>(&phase_)) {
     confirm(waiting->entry);
@@ -251,9 +250,11 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   request.dispatched = now.wall;
   request.may_wait = to.waits;
   out.put(Publish{std::move(request)});
-  tell(fabric::EventKind::dispatched, to.name, out, now);
-  out.say(Level::debug,
-          fmt::format("{} given to {}, attempt {}", name(), to.name, to.attempt.number));
+  tell(fabric::EventKind::dispatched, to.to_whom(), out, now);
+  if (out.hears(Level::debug)) {
+    out.say(Level::debug,
+            fmt::format("{} given to {}, attempt {}", name(), to.to_whom(), to.attempt.number));
+  }
 }
 
 EndedCall OpenCall::close(bool written, const std::string& detail, ChannelOutput& out, Moment now) {
@@ -265,19 +266,22 @@ EndedCall OpenCall::close(bool written, const std::string& detail, ChannelOutput
     const bool runs_it_no_more = written && call_.answer->instance == instance;
     runs_it_no_more ? out.put(LeaveBe{instance}) : out.put(Withdraw{instance, call_.id.epoch});
   }
-  out.put(Freed{call_.id});
-  const std::string took =
-      age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
-  if (written) {
-    ++out.counters().answered;
-    out.say(Level::info, fmt::format("{} of {} answered with state {}{}", name(),
-                                     printable(call_.request.uuid), call_.answer->state, took));
-  } else {
-    ++out.counters().withdrawn;
-    out.say(Level::info, fmt::format("{} of {} is over{}: {}", name(),
-                                     printable(call_.request.uuid), took, detail));
+  out.put(Freed{call_.id, written});
+  ++(written ? out.counters().answered : out.counters().withdrawn);
+  if (out.hears(Level::info)) {
+    say_over(written, detail, out, now);
   }
   return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{}};
+}
+
+void OpenCall::say_over(bool written, const std::string& detail, ChannelOutput& out,
+                        Moment now) const {
+  const std::string took =
+      age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
+  const std::string uuid = printable(call_.request.uuid);
+  out.say(Level::info, written ? fmt::format("{} of {} answered with state {}{}", name(), uuid,
+                                             call_.answer->state, took)
+                               : fmt::format("{} of {} is over{}: {}", name(), uuid, took, detail));
 }
 
 void OpenCall::note_unasked(ChannelOutput& out) const {
@@ -285,8 +289,11 @@ void OpenCall::note_unasked(ChannelOutput& out) const {
                            fabric::InstanceId{}});
 }
 
-void OpenCall::tell(fabric::EventKind kind, const std::string& detail, ChannelOutput& out,
+void OpenCall::tell(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,
                     Moment now) const {
+  if (!out.hears_events()) {
+    return;
+  }
   fabric::Event event;
   event.kind = kind;
   event.detail = detail;

@@ -182,8 +182,8 @@ class OpenCall {
   void give_up(const Rule& rule, const std::string& why, ChannelOutput& out, Moment now);
   /// Opens the call in the journal although nobody was asked.
   void note_unasked(ChannelOutput& out) const;
-  void tell(fabric::EventKind kind, const std::string& detail, ChannelOutput& out,
-            Moment now) const;
+  void tell(fabric::EventKind kind, std::string_view detail, ChannelOutput& out, Moment now) const;
+  void say_over(bool written, const std::string& detail, ChannelOutput& out, Moment now) const;
   [[nodiscard]] std::string name() const { return "call " + call_.id.to_string(); }
 
   /// What the journal knows of it.

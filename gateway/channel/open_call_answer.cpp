@@ -53,7 +53,8 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
   if (given == nullptr || given->to.attempt != Attempt{reply.instance, reply.attempt}) {
     return;
   }
-  const std::string why = fmt::format("{} declines it: {}", given->to.name, printable(reply.text));
+  const std::string why =
+      fmt::format("{} declines it: {}", given->to.to_whom(), printable(reply.text));
   out.say(Level::debug, fmt::format("{}: {}", name(), why));
   enter(phase::Waiting{}, why);
   out.put(Declined{call_.id});
@@ -127,16 +128,18 @@ void OpenCall::refuse(const Attempt& of, const std::string& what, Response inste
 
 void OpenCall::take_answer(const Attempt& of, Response response, const std::string& detail,
                            ChannelOutput& out, Moment now) {
-  fabric::Event event;
-  event.kind = fabric::EventKind::replied;
-  event.call = call_.id;
-  event.attempt = of.number;
-  event.instance = of.instance;
-  event.uuid = call_.request.uuid;
-  event.text = response.text();
-  event.state = response.state();
-  event.detail = detail;
-  out.tell(std::move(event), now);
+  if (out.hears_events()) {
+    fabric::Event event;
+    event.kind = fabric::EventKind::replied;
+    event.call = call_.id;
+    event.attempt = of.number;
+    event.instance = of.instance;
+    event.uuid = call_.request.uuid;
+    event.text = response.text();
+    event.state = response.state();
+    event.detail = detail;
+    out.tell(std::move(event), now);
+  }
   call_.answer = Answer{of.instance, of.number, response.text(), response.state()};
   next_interim_.reset();
   if (std::holds_alternative<Interim>(interim_)) {

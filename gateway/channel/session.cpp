@@ -19,8 +19,8 @@ SteadyTime next_beat(SteadyTime now, std::chrono::milliseconds period) {
 
 }  // namespace
 
-ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace)
-    : pace_(pace), out_(std::move(key)) {}
+ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace, Commons* commons)
+    : pace_(pace), out_(std::move(key), commons) {}
 
 SessionActions ChannelSession::on_link_up(Moment now) {
   assert(io_ == Io::none && "each read and write is answered before the link comes back");

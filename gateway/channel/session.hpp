@@ -26,7 +26,8 @@ namespace millrace::gateway::channel {
 
 class ChannelSession {
  public:
-  explicit ChannelSession(fabric::ChannelKey key, Pace pace = {});
+  /// `commons` outlives the session; see ChannelOutput.
+  explicit ChannelSession(fabric::ChannelKey key, Pace pace = {}, Commons* commons = nullptr);
 
   /// A call of an earlier run, from the journal; before the link comes up.
   void resume(Call call, const Policy& policy);
@@ -50,6 +51,12 @@ class ChannelSession {
   SessionActions leave(const std::string& reason, const Policy& policy, Moment now);
   /// Offers a request again that was left: somebody new is there.
   SessionActions reconsider(Moment now);
+
+  /// Somebody looks who has not looked before.
+  SessionActions show_again(Moment now) {
+    show(now);
+    return out_.take();
+  }
 
   // What becomes of the call, as OpenCall has it; nothing if there is none, or it is answered.
   SessionActions assign(const Assignment& assignment, Moment now);
@@ -121,6 +128,7 @@ class ChannelSession {
   // session_call.cpp: its call
   template <typename Act>
   SessionActions with_call(Moment now, Act act);
+  void say_seen(const Call& call, Moment now);
   void late(const fabric::Reply& reply, Moment now);
   bool drive_writer(Moment now);
   void answer_looked(const Snapshot& snapshot, Moment now);

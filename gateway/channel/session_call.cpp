@@ -32,18 +32,26 @@ SessionActions ChannelSession::claim(fabric::CallId id, const Policy& policy, Mo
   call.seen = now.wall;
   ++out_.counters().calls;
   whole_due_ = now.steady + pace_.whole;
-  fabric::Event event;
-  event.kind = fabric::EventKind::seen;
-  event.call = id;
-  event.uuid = call.request.uuid;
-  event.text = call.request.text;
-  event.state = call.request.state;
-  out_.tell(std::move(event), now);
-  out_.say(Level::debug, fmt::format("call {} seen: {} \"{}\", state {}", id.to_string(),
-                                     printable(call.request.uuid), printable(call.request.text),
-                                     call.request.state));
+  say_seen(call, now);
   call_ = OpenCall::accepted(std::move(call), policy, now.steady);
   return finish(now);
+}
+
+void ChannelSession::say_seen(const Call& call, Moment now) {
+  if (out_.hears_events()) {
+    fabric::Event event;
+    event.kind = fabric::EventKind::seen;
+    event.call = call.id;
+    event.uuid = call.request.uuid;
+    event.text = call.request.text;
+    event.state = call.request.state;
+    out_.tell(std::move(event), now);
+  }
+  if (out_.hears(Level::debug)) {
+    out_.say(Level::debug, fmt::format("call {} seen: {} \"{}\", state {}", call.id.to_string(),
+                                       printable(call.request.uuid), printable(call.request.text),
+                                       call.request.state));
+  }
 }
 
 SessionActions ChannelSession::on_recorded(Ticket ticket, Moment now) {

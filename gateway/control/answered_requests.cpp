@@ -21,11 +21,13 @@ void AnsweredRequests::replace(const fabric::RequestKey& request) {
 
 std::vector<fabric::RequestKey> AnsweredRequests::take(const fabric::ChannelKey& key) {
   std::vector<fabric::RequestKey> taken;
-  for (auto place = places_.lower_bound({key, 0, {}});
-       place != places_.end() && place->first.key == key;) {
-    taken.push_back(place->first);
-    oldest_first_.erase(place->second);
-    place = places_.erase(place);
+  for (const auto& [request, since] : oldest_first_) {
+    if (request.key == key) {
+      taken.push_back(request);
+    }
+  }
+  for (const fabric::RequestKey& request : taken) {
+    replace(request);
   }
   return taken;
 }

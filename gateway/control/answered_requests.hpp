@@ -15,8 +15,8 @@
 
 #include <cstddef>
 #include <list>
-#include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -49,7 +49,7 @@ class AnsweredRequests {
   using Left = std::list<std::pair<fabric::RequestKey, SteadyTime>>;
 
   Left oldest_first_;
-  std::map<fabric::RequestKey, Left::iterator> places_;
+  std::unordered_map<fabric::RequestKey, Left::iterator, fabric::RequestKeyHash> places_;
   std::optional<SteadyTime> sweep_;
 };
 

@@ -15,7 +15,7 @@ CallControl::CallControl(CallControlOptions options, const journal::Ledger& ledg
       reserved_(ledger.numbers().reserved) {
   assert(epoch_ != 0);
   for (const Call& call : ledger.open_calls()) {
-    open(call.key).resume(call, policy_of(call.key, call.request.uuid));
+    open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
   }
 }
 
@@ -121,9 +121,6 @@ channel::ChannelSession* CallControl::find(const fabric::ChannelKey& key) {
 }
 
 void CallControl::run(channel::ChannelSession& session, SessionActions actions, Moment now) {
-  if (out_.capacity() == 0) {
-    out_.reserve(few_actions);
-  }
   for (SessionAction& wanted : actions) {
     if (auto* action = std::get_if<Action>(&wanted)) {
       pass_on(session, std::move(*action), now);
@@ -132,12 +129,28 @@ void CallControl::run(channel::ChannelSession& session, SessionActions actions, 
     } else if (std::holds_alternative<Resume>(wanted)) {
       carry_out(dispatcher_.resume(*session.call(), now.steady), now);
     } else if (const auto* freed = std::get_if<Freed>(&wanted)) {
+      if (freed->written) {
+        // What the program asks next is new. Whatever else is left here came after this call.
+        forget_inherited(session.key(), freed->call);
+      }
       carry_out(dispatcher_.remove(freed->call), now);
     } else if (const auto* left = std::get_if<LeaveBe>(&wanted)) {
       answered_.keep({session.key(), epoch_, left->instance}, now.steady);
     } else if (const auto* declined = std::get_if<Declined>(&wanted)) {
       carry_out(dispatcher_.decline(declined->call, now.steady), now);
     }
+  }
+  constexpr std::size_t most_spare = 16;
+  if (actions.capacity() != 0 && commons_.spare.size() < most_spare) {
+    actions.clear();
+    commons_.spare.push_back(std::move(actions));
+  }
+}
+
+void CallControl::recycle(ChannelActions actions) {
+  if (out_.capacity() == 0) {
+    actions.clear();
+    out_ = std::move(actions);
   }
 }
 
@@ -156,11 +169,6 @@ void CallControl::pass_on(const channel::ChannelSession& session, Action action,
     }
   } else if (const auto* old = std::get_if<Withdraw>(&action)) {
     answered_.replace({session.key(), old->epoch, old->instance});
-  }
-  const auto* tell = std::get_if<Tell>(&action);
-  if (tell != nullptr && tell->event.kind == fabric::EventKind::written) {
-    // What the program asks next is new. Whatever else is left here came after this call.
-    forget_inherited(session.key(), tell->event.call);
   }
   out_.push_back({session.key(), std::move(action)});
 }

@@ -111,6 +111,12 @@ class CallControl {
   /// Why no new call may be claimed (the journal is full); empty = claim again.
   ChannelActions set_obstacle(const std::string& reason, Moment now);
 
+  /// Who listens from now on. Who begins to look is shown what is not as it was shown last.
+  ChannelActions set_audience(const Audience& audience, Moment now);
+
+  /// Memory of what was carried out, to be used again.
+  void recycle(ChannelActions actions);
+
   /// Before the gateway ends: takes back what is answered, and says which calls it never gave out.
   ChannelActions take_back(Moment now);
 
@@ -136,13 +142,14 @@ class CallControl {
   void pass_on(const channel::ChannelSession& session, Action action, Moment now);
   void withdraw(const std::vector<fabric::RequestKey>& requests);
   void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
-  bool hold_inherited(channel::ChannelSession& session, const Offer& offer, const Policy& policy,
-                      Moment now);
+  bool hold_inherited(channel::ChannelSession& session, const std::string& canonical_uuid,
+                      const Policy& policy, Moment now);
   void carry_out(const dispatch::Decisions& decisions, Moment now);
   void answer_offer(channel::ChannelSession& session, const Offer& offer, Moment now);
   channel::ChannelSession* find_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
                                         Verdict& verdict);
-  [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key, const std::string& uuid) const;
+  [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key,
+                                 const std::string& canonical_uuid) const;
   void reconsider(Moment now);
   fabric::CallId next_id(const fabric::ChannelKey& key);
   void reserve_numbers(const fabric::ChannelKey& key);
@@ -150,6 +157,8 @@ class CallControl {
 
   CallControlOptions options_;
   dispatch::Dispatcher dispatcher_;
+  /// Before the sessions, which refer to it.
+  channel::Commons commons_;
   std::map<fabric::ChannelKey, channel::ChannelSession> sessions_;
   /// The same, to find one quickly.
   std::unordered_map<fabric::ChannelKey, channel::ChannelSession*, fabric::ChannelKeyHash> index_;

@@ -8,7 +8,7 @@ namespace millrace::gateway::control {
 
 channel::ChannelSession& CallControl::open(const fabric::ChannelKey& key) {
   channel::ChannelSession& session =
-      sessions_.try_emplace(key, key, pace_of(key.machine)).first->second;
+      sessions_.try_emplace(key, key, pace_of(key.machine), &commons_).first->second;
   index_[key] = &session;
   return session;
 }
@@ -120,6 +120,16 @@ ChannelActions CallControl::change(std::map<std::string, Pace> paces, Policies p
     session.set_pace(pace_of(key.machine));
   }
   reconsider(now);
+  return finish();
+}
+
+ChannelActions CallControl::set_audience(const Audience& audience, Moment now) {
+  const Audience before = std::exchange(commons_.audience, audience);
+  if (audience.statuses && !before.statuses) {
+    for (auto& [key, session] : sessions_) {
+      run(session, session.show_again(now), now);
+    }
+  }
   return finish();
 }
 

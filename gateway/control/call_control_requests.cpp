@@ -26,12 +26,15 @@ ChannelActions CallControl::set_obstacle(const std::string& reason, Moment now) 
 }
 
 void CallControl::answer_offer(channel::ChannelSession& session, const Offer& offer, Moment now) {
-  const Policy policy = policy_of(session.key(), offer.request.uuid);
+  const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
+  const Policy policy = policy_of(session.key(), uuid);
   if (!obstacle_.empty()) {
     run(session, session.leave(obstacle_, policy, now), now);
     return;
   }
-  const auto unserved = dispatcher_.why_unserved(offer.request.uuid, session.key());
+  const auto unserved = dispatcher_.serves(uuid, session.key())
+                            ? std::nullopt
+                            : dispatcher_.why_unserved(offer.request.uuid, session.key());
   const bool settled_here =
       unserved && offer.out_of_patience && policy.unserved && policy.unserved->response_state != 0;
   if ((!unserved || settled_here) && last_number_ == recorded_) {
@@ -42,7 +45,7 @@ void CallControl::answer_offer(channel::ChannelSession& session, const Offer& of
         now);
     return;
   }
-  if (!unserved && hold_inherited(session, offer, policy, now)) {
+  if (!unserved && hold_inherited(session, uuid, policy, now)) {
     return;
   }
   if (!unserved) {
@@ -58,19 +61,19 @@ void CallControl::answer_offer(channel::ChannelSession& session, const Offer& of
   }
 }
 
-bool CallControl::hold_inherited(channel::ChannelSession& session, const Offer& offer,
-                                 const Policy& policy, Moment now) {
+bool CallControl::hold_inherited(channel::ChannelSession& session,
+                                 const std::string& canonical_uuid, const Policy& policy,
+                                 Moment now) {
   auto inherited = inherited_.extract(session.key());
-  const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
-  if (inherited.empty() || !inherited.mapped().contains(uuid) ||
-      dispatcher_.delivery_of(uuid) != fabric::Delivery::at_most_once) {
+  if (inherited.empty() || !inherited.mapped().contains(canonical_uuid) ||
+      dispatcher_.delivery_of(canonical_uuid) != fabric::Delivery::at_most_once) {
     return false;
   }
   run(session, session.claim(next_id(session.key()), policy, now), now);
   run(session,
       session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
                                "twice: an operator must answer or retry it",
-                               inherited.mapped().at(uuid).from),
+                               inherited.mapped().at(canonical_uuid).from),
                    now),
       now);
   return true;
@@ -82,8 +85,9 @@ void CallControl::forget_inherited(const fabric::ChannelKey& key, const fabric::
   }
 }
 
-Policy CallControl::policy_of(const fabric::ChannelKey& key, const std::string& uuid) const {
-  return options_.policies.of(key.machine, fabric::canonical_uuid(uuid));
+Policy CallControl::policy_of(const fabric::ChannelKey& key,
+                              const std::string& canonical_uuid) const {
+  return options_.policies.of(key.machine, canonical_uuid);
 }
 
 void CallControl::reconsider(Moment now) {

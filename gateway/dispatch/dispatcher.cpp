@@ -42,6 +42,7 @@ Decisions Dispatcher::on_instance_ready(const fabric::InstanceIdentity& identity
   Instance& instance = instances_.enter(identity.id);
   instances_.change(instance, [&] {
     instance.identity = identity;
+    instance.name = std::make_shared<const std::string>(name_of(identity));
     instance.lost_at.reset();
     instance.seen = true;
     if (back) {
@@ -76,8 +77,8 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
   }
   std::uint32_t others = 0;
   for (const fabric::CallId& call : load.calls) {
-    const auto job = jobs_.find(call);
-    others += job == jobs_.end() || job->second.at != instance ? 1U : 0U;
+    const Job* const job = jobs_.find(call);
+    others += job == nullptr || job->at != instance ? 1U : 0U;
   }
   const std::size_t running =
       load.calls.size() - std::min<std::size_t>(load.calls.size(), load.waiting);
@@ -93,7 +94,7 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
         unheard.push_back(job);
       }
     }
-    note_waiters(*instance);
+    Jobs::note_waiters(*instance);
   });
   if (instance->full_until && instance->declined < most_declined) {
     // What it has now is known.
@@ -113,27 +114,26 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
 }
 
 void Dispatcher::on_published(const fabric::CallId& call, SteadyTime now) {
-  if (const auto job = jobs_.find(call); job != jobs_.end()) {
-    job->second.published_at = now;
-    job->second.unknown = 0;
+  if (Job* const job = jobs_.find(call)) {
+    job->published_at = now;
+    job->unknown = 0;
   }
 }
 
 Decisions Dispatcher::decline(const fabric::CallId& call, SteadyTime now) {
   Decisions decisions;
-  const auto found = jobs_.find(call);
-  if (found == jobs_.end() || found->second.at == nullptr) {
+  Job* const job = jobs_.find(call);
+  if (job == nullptr || job->at == nullptr) {
     return decisions;
   }
-  Job& job = found->second;
-  Instance& instance = *job.at;
-  hand_over(job, nullptr);
+  Instance& instance = *job->at;
+  jobs_.queue(*job);
   instances_.change(instance, [&] {
     ++instance.declined;
     instance.full_until =
         now + (instance.declined < most_declined ? options_.full_pause : options_.deaf_pause);
   });
-  try_to_give(job, decisions);
+  try_to_give(*job, decisions);
   return decisions;
 }
 
@@ -160,6 +160,10 @@ Decisions Dispatcher::on_time(SteadyTime now) {
   return decisions;
 }
 
+bool Dispatcher::serves(const std::string& canonical_uuid, const fabric::ChannelKey& key) const {
+  return instances_.service(canonical_uuid, key).served;
+}
+
 std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
                                                     const fabric::ChannelKey& key) const {
   const Instances::Service service = instances_.service(fabric::canonical_uuid(uuid), key);
@@ -183,17 +187,21 @@ fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {
 }
 
 Decisions Dispatcher::add(const Call& call) {
-  const bool again = jobs_.contains(call.id);
-  forget(call.id);
+  Job* const before = jobs_.find(call.id);
+  const bool again = before != nullptr;
+  if (again) {
+    jobs_.forget(*before);
+  }
   Job job;
   job.call = call.id;
   job.key = call.key;
   job.uuid = fabric::canonical_uuid(call.request.uuid);
   job.attempts = call.attempts.empty() ? 0 : call.attempts.back().number;
-  Job& entered = enter(std::move(job));
+  Job& entered = jobs_.enter(std::move(job));
   Decisions decisions;
   if (again) {
     // Its instance has room for another one.
+    jobs_.queue(entered);
     give_out(entered.uuid, decisions);
   } else {
     // Nothing that has waited longer can be given now, or it would have been.
@@ -203,7 +211,7 @@ Decisions Dispatcher::add(const Call& call) {
 }
 
 Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
-  if (jobs_.contains(call.id)) {
+  if (jobs_.find(call.id) != nullptr) {
     // An operator had it given out again before its channel was seen.
     return {};
   }
@@ -221,12 +229,13 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
     instance = &instances_.enter(last.instance);
     instances_.change(*instance, [&] {
       instance->identity.uuid = job.uuid;
+      instance->name = std::make_shared<const std::string>(name_of(instance->identity));
       instance->lost_at = now + options_.rejoin;
       instance->seen = false;
     });
   }
-  Job& entered = enter(std::move(job));
-  hand_over(entered, instance);
+  Job& entered = jobs_.enter(std::move(job));
+  jobs_.hand_over(entered, *instance);
   if (!instance->lost_at) {
     decisions.emplace_back(assignment(entered, *instance));
   }
@@ -236,12 +245,12 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
 
 Decisions Dispatcher::remove(const fabric::CallId& call) {
   Decisions decisions;
-  const auto found = jobs_.find(call);
-  if (found == jobs_.end()) {
+  Job* const job = jobs_.find(call);
+  if (job == nullptr) {
     return decisions;
   }
-  Instance* const instance = found->second.at;
-  forget(call);
+  Instance* const instance = job->at;
+  jobs_.forget(*job);
   if (instance != nullptr) {
     instance->declined = 0;
     fill(*instance, decisions);
@@ -249,78 +258,15 @@ Decisions Dispatcher::remove(const fabric::CallId& call) {
   return decisions;
 }
 
-Job& Dispatcher::enter(Job job) {
-  job.number = ++entered_;
-  const fabric::CallId call = job.call;
-  Job& entered = jobs_.insert_or_assign(call, std::move(job)).first->second;
-  note(entered);
-  return entered;
-}
-
-void Dispatcher::note(Job& job) {
-  unlist(job);
-  if (job.held) {
-    held_.emplace(job.number, &job);
-  } else if (job.at == nullptr) {
-    waiting_[job.uuid].emplace(job.number, &job);
-  }
-}
-
-void Dispatcher::unlist(const Job& job) {
-  held_.erase(job.number);
-  const auto queue = waiting_.find(job.uuid);
-  if (queue != waiting_.end()) {
-    queue->second.erase(job.number);
-    if (queue->second.empty()) {
-      waiting_.erase(queue);
-    }
-  }
-}
-
-/// Null: takes it from whoever has it.
-void Dispatcher::hand_over(Job& job, Instance* instance) {
-  if (Instance* const from = std::exchange(job.at, instance)) {
-    Instances::change_load(*from, [&] {
-      std::erase(from->jobs, &job);
-      --from->running;
-      note_waiters(*from);
-    });
-  }
-  job.published_at.reset();
-  job.unknown = 0;
-  job.waits = false;
-  if (instance != nullptr) {
-    Instances::change_load(*instance, [&] {
-      instance->jobs.push_back(&job);
-      ++instance->running;
-    });
-  }
-  note(job);
-}
-
-void Dispatcher::note_waiters(Instance& instance) {
-  instance.has_waiter = std::ranges::any_of(instance.jobs, &Job::waits);
-}
-
-void Dispatcher::forget(const fabric::CallId& call) {
-  const auto entry = jobs_.find(call);
-  if (entry == jobs_.end()) {
-    return;
-  }
-  hand_over(entry->second, nullptr);
-  unlist(entry->second);
-  jobs_.erase(entry);
-}
-
 void Dispatcher::give_out(const std::string& uuid, Decisions& decisions) {
-  const auto queue = waiting_.find(uuid);
-  if (queue == waiting_.end()) {
+  const Jobs::Queue* const queue = jobs_.waiting(uuid);
+  if (queue == nullptr) {
     return;
   }
   // The queue goes with its last call, and a call leaves it when it is given.
   std::vector<Job*> waiting;
-  waiting.reserve(queue->second.size());
-  for (const auto& [number, job] : queue->second) {
+  waiting.reserve(queue->size());
+  for (const auto& [number, job] : *queue) {
     waiting.push_back(job);
   }
   for (Job* const job : waiting) {
@@ -334,9 +280,12 @@ void Dispatcher::try_to_give(Job& job, Decisions& decisions) {
   } else if (Instance* const busy = instances_.choose_to_wait(job.uuid, job.key)) {
     job.waits = true;
     give(job, *busy, decisions);
-  } else if (std::string reason = why_waiting(job); reason != job.reason) {
-    job.reason = std::move(reason);
-    decisions.emplace_back(Explain{job.call, job.key, job.reason});
+  } else {
+    jobs_.queue(job);
+    if (std::string reason = why_waiting(job); reason != job.reason) {
+      job.reason = std::move(reason);
+      decisions.emplace_back(Explain{job.call, job.key, job.reason});
+    }
   }
 }
 
@@ -345,14 +294,14 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
     return;
   }
   while (instance.has_room()) {
-    const auto queue = waiting_.find(instance.identity.uuid);
-    if (queue == waiting_.end()) {
+    const Jobs::Queue* const queue = jobs_.waiting(instance.identity.uuid);
+    if (queue == nullptr) {
       return;
     }
-    const auto next = std::ranges::find_if(queue->second, [&](const auto& one) {
+    const auto next = std::ranges::find_if(*queue, [&](const auto& one) {
       return Instances::serves(instance.identity, one.second->key);
     });
-    if (next == queue->second.end()) {
+    if (next == queue->end()) {
       return;
     }
     give(*next->second, instance, decisions);
@@ -361,8 +310,7 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
 
 Give Dispatcher::assignment(const Job& job, const Instance& instance) {
   return {job.call, job.key,
-          Assignment{Attempt{job.instance, job.attempts}, job.delivery, name_of(instance.identity),
-                     job.waits}};
+          Assignment{Attempt{job.instance, job.attempts}, job.delivery, instance.name, job.waits}};
 }
 
 void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
@@ -371,25 +319,24 @@ void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
   job.delivery = instance.identity.delivery;
   job.reason.clear();
   const bool waits = job.waits;
-  hand_over(job, &instance);
+  jobs_.hand_over(job, instance);
   Instances::change_load(instance, [&] {
     job.waits = waits;
     instance.last_used = ++given_;
-    note_waiters(instance);
+    Jobs::note_waiters(instance);
   });
   decisions.emplace_back(assignment(job, instance));
 }
 
 void Dispatcher::give_again(Instance& instance, Decisions& decisions) {
   std::vector<Job*> lost_here;
-  for (const auto& [number, job] : held_) {
+  for (const auto& [number, job] : jobs_.held()) {
     if (job->instance == instance.identity.id) {
       lost_here.push_back(job);
     }
   }
   for (Job* const job : lost_here) {
-    job->held = false;
-    hand_over(*job, &instance);
+    jobs_.hand_over(*job, instance);
   }
   std::ranges::sort(instance.jobs, {}, &Job::number);
   for (const Job* const job : instance.jobs) {
@@ -407,10 +354,13 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
 }
 
 void Dispatcher::lose_call(Job& job, Loss loss, Decisions& decisions) {
-  const std::string name = name_of(job.at->identity);
+  const std::string name = *job.at->name;
   const std::string what = loss == Loss::gone ? "is lost" : "does not take what it is given";
-  job.held = job.delivery == fabric::Delivery::at_most_once;
-  hand_over(job, nullptr);
+  if (job.delivery == fabric::Delivery::at_most_once) {
+    jobs_.hold(job);
+  } else {
+    jobs_.queue(job);
+  }
   job.reason = job.held ? fmt::format(
                               "{} {} with this call, which must not run twice; an operator must "
                               "answer or retry it",

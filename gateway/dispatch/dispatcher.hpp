@@ -12,16 +12,15 @@
 #pragma once
 
 #include <chrono>
-#include <map>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <variant>
 #include <vector>
 
 #include "fabric/messages.hpp"
 #include "gateway/call.hpp"
 #include "gateway/dispatch/instances.hpp"
+#include "gateway/dispatch/jobs.hpp"
 #include "gateway/moment.hpp"
 
 namespace millrace::gateway::dispatch {
@@ -67,28 +66,6 @@ struct DispatcherOptions {
   std::chrono::milliseconds full_pause{1000};
 };
 
-/// A call that the dispatcher has, waiting or given.
-struct Job {
-  /// Counted from 1, in the order of their arrival.
-  std::uint64_t number = 0;
-  fabric::CallId call;
-  fabric::ChannelKey key;
-  std::string uuid;
-  std::uint32_t attempts = 0;
-  /// Who has the call now, or null.
-  Instance* at = nullptr;
-  /// The instance of the last attempt.
-  fabric::InstanceId instance;
-  bool held = false;
-  fabric::Delivery delivery = fabric::Delivery::at_least_once;
-  std::string reason;
-  /// When its request was last sent, and how many beats since have not known it that should have.
-  std::optional<SteadyTime> published_at;
-  unsigned unknown = 0;
-  /// It waits at its instance for its turn.
-  bool waits = false;
-};
-
 class Dispatcher {
  public:
   explicit Dispatcher(DispatcherOptions options = {}) : options_(options) {}
@@ -112,6 +89,8 @@ class Dispatcher {
   /// How many instances there are, those that are gone for a moment among them.
   [[nodiscard]] std::size_t known() const { return instances_.size(); }
 
+  [[nodiscard]] bool serves(const std::string& canonical_uuid, const fabric::ChannelKey& key) const;
+
   /// Why nobody serves this UUID for this channel; nothing if somebody does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const;
@@ -129,17 +108,6 @@ class Dispatcher {
   Decisions remove(const fabric::CallId& call);
 
  private:
-  struct IdHash {
-    std::size_t operator()(const fabric::CallId& id) const { return id.epoch ^ id.number; }
-  };
-  /// Those of a UUID that wait for an instance, by their number.
-  using Queue = std::map<std::uint64_t, Job*>;
-
-  Job& enter(Job job);
-  /// Whoever changes `at` or `held` says so here.
-  void note(Job& job);
-  void unlist(const Job& job);
-  void forget(const fabric::CallId& call);
   /// All that waits for instances of a UUID, after these changed.
   void give_out(const std::string& uuid, Decisions& decisions);
   /// One call that waits: gives it, or says why it waits.
@@ -151,19 +119,12 @@ class Dispatcher {
   void lose(Instance& instance, Decisions& decisions);
   enum class Loss : std::uint8_t { gone, deaf };
   void lose_call(Job& job, Loss loss, Decisions& decisions);
-  void hand_over(Job& job, Instance* instance);
-  static void note_waiters(Instance& instance);
   [[nodiscard]] static Give assignment(const Job& job, const Instance& instance);
   [[nodiscard]] std::string why_waiting(const Job& job) const;
 
   DispatcherOptions options_;
   Instances instances_;
-  /// Of a thousand channels each looks here several times in a call.
-  std::unordered_map<fabric::CallId, Job, IdHash> jobs_;
-  std::unordered_map<std::string, Queue> waiting_;
-  /// Those that an operator must decide about.
-  Queue held_;
-  std::uint64_t entered_ = 0;
+  Jobs jobs_;
   std::uint64_t given_ = 0;
 };
 

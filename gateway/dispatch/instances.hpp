@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -29,6 +30,8 @@ struct Bucket;
 /// What is chosen by is changed through Instances only.
 struct Instance {
   fabric::InstanceIdentity identity;
+  /// For people; see Assignment.
+  std::shared_ptr<const std::string> name{};
   /// Calls of ours that it has, and those that are held because it was lost with them.
   std::vector<Job*> jobs;
   /// Those of them that it has.

@@ -55,6 +55,8 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       command_end(participant, executor, *this),
       watch(participant, executor, *this),
       machines(own, *this, *this) {
+  static_cast<void>(
+      control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
   journal->on_trouble([this](const std::string& trouble) {
     begin_event();
     carry_out(control.set_obstacle(trouble, now()));

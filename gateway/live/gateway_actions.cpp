@@ -1,4 +1,5 @@
 // Carries out what the call control decides.
+#include <utility>
 #include <variant>
 
 #include "gateway/live/gateway_impl.hpp"
@@ -19,10 +20,20 @@ spdlog::level::level_enum level_of(Level level) {
   return spdlog::level::info;
 }
 
-void Gateway::Impl::carry_out(const control::ChannelActions& actions) {
+Level least_of(const base::program::Log& log) {
+  for (const Level level : {Level::debug, Level::info, Level::warn}) {
+    if (log->should_log(level_of(level))) {
+      return level;
+    }
+  }
+  return Level::error;
+}
+
+void Gateway::Impl::carry_out(control::ChannelActions actions) {
   for (const control::ChannelAction& one : actions) {
     std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
   }
+  control.recycle(std::move(actions));
   arm_timer();
   if (finished && !control.answering()) {
     end();

@@ -28,6 +28,8 @@ namespace millrace::gateway::live {
 
 /// As the log has it.
 spdlog::level::level_enum level_of(Level level);
+/// The least of them that this log writes.
+Level least_of(const base::program::Log& log);
 
 struct Gateway::Impl final : fabric::ends::CallEndListener,
                              fabric::ends::CommandListener,
@@ -85,6 +87,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_instance_gone(const fabric::InstanceId& instance) override;
   void on_load(const fabric::InstanceLoad& load) override;
   void on_reply(const fabric::Reply& reply) override;
+  void on_readers(bool of_channels, bool of_events) override;
   void on_ignored(const std::string& reason) override;
 
   // What an operator wants. Commands for channels of others are theirs.
@@ -92,7 +95,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   control::Verdict obey(const fabric::Command& command);
 
   // What the call control decides.
-  void carry_out(const control::ChannelActions& actions);
+  void carry_out(control::ChannelActions actions);
   void carry_out(const fabric::ChannelKey& key, const Read& action);
   void carry_out(const fabric::ChannelKey& key, const Write& action);
   void carry_out(const fabric::ChannelKey& key, const WakeAt& action);

@@ -165,7 +165,8 @@ void Calls::give(const gateway::dispatch::Give& give, Moment now) {
                              .dispatched = now.wall,
                              .may_wait = give.assignment.waits,
                              .replayed = open.order.replayed}});
-  tell(give.call, open, fabric::EventKind::dispatched, now, nullptr, give.assignment.name);
+  tell(give.call, open, fabric::EventKind::dispatched, now, nullptr,
+       std::string(give.assignment.to_whom()));
 }
 
 void Calls::take_back(const gateway::dispatch::TakeBack& back, Moment now) {

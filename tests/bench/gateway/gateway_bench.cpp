@@ -352,6 +352,7 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--uuids", presence.uuids, "presence: one process with so many UUIDs instead")
       ->check(CLI::Range(1, 100'000));
+  app.add_flag("--no-raw", presence.without_raw, "presence: leave raw Cyclone out");
   app.add_flag("--row", row)->group("");
   app.add_option("--peer", peer.kind)->group("");
   app.add_option("--domain", peer.domain)->group("");

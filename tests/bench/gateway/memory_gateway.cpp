@@ -50,6 +50,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     for (std::size_t i = 0; i <= channels; ++i) {
       wakes.emplace_back(io.get_executor());
     }
+    on_readers(false, false);
     carry_out(core.on_link_up("cnc", numbers, moment_now()));
   }
 
@@ -93,10 +94,15 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     carry_out(core.on_reply(reply, moment_now()));
   }
 
-  void carry_out(const control::ChannelActions& actions) {
+  void on_readers(bool of_channels, bool of_events) override {
+    carry_out(core.set_audience({of_events, of_channels, Level::warn}, moment_now()));
+  }
+
+  void carry_out(control::ChannelActions actions) {
     for (const control::ChannelAction& one : actions) {
       std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
     }
+    core.recycle(std::move(actions));
     arm_timer();
   }
   void carry_out(const fabric::ChannelKey& key, const Read& action) {
@@ -124,6 +130,10 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
       journal->append(action.entry, {});
       return;
     }
+    if (std::holds_alternative<DispatchedEntry>(action.entry)) {
+      // In the same step as its acceptance.
+      places[key.channel].seen = Clock::now();
+    }
     journal->append(action.entry, [this, key, ticket = action.ticket] {
       carry_out(core.on_recorded(key, ticket, moment_now()));
     });
@@ -140,10 +150,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
     end.withdraw({key, action.epoch, action.instance});
   }
-  void carry_out(const fabric::ChannelKey& key, const Tell& action) {
-    if (action.event.kind == fabric::EventKind::seen) {
-      places[key.channel].seen = Clock::now();
-    }
+  void carry_out(const fabric::ChannelKey&, const Tell& action) {
     static_cast<void>(end.publish(action.event));
   }
   void carry_out(const fabric::ChannelKey&, const Show& action) {

@@ -287,10 +287,13 @@ bool measure_presence(const PresenceOptions& options) {
       options.idle_seconds, header());
   std::string misses;
   for (const std::uint32_t instances : options.instances) {
-    const Row row =
-        measure_row({"presence", "--instances", std::to_string(instances), "--idle",
-                     std::to_string(options.idle_seconds)},
-                    5 * patience + 4 * patience_of_calls + 2 * seconds(options.idle_seconds));
+    std::vector<std::string> arguments{"presence", "--instances", std::to_string(instances),
+                                       "--idle", std::to_string(options.idle_seconds)};
+    if (options.without_raw) {
+      arguments.emplace_back("--no-raw");
+    }
+    const Row row = measure_row(std::move(arguments), 5 * patience + 4 * patience_of_calls +
+                                                          2 * seconds(options.idle_seconds));
     fmt::print("{}", line(instances, row));
     if (row.has("died_of")) {
       fmt::print("  the first that died: exit code {} (128 + signal)\n", row.text("died_of"));
@@ -312,7 +315,9 @@ void measure_presence_row(const PresenceOptions& options) {
   }
   const std::uint32_t instances = options.instances.front();
   measure_with_gateway(instances, options);
-  measure_with_raw(instances, options);
+  if (!options.without_raw) {
+    measure_with_raw(instances, options);
+  }
 }
 
 }  // namespace millrace::bench

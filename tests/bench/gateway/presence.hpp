@@ -15,6 +15,8 @@ struct PresenceOptions {
   std::uint32_t idle_seconds = 24;
   /// If not 0, something else is measured: one process with so many UUIDs.
   std::uint32_t uuids = 0;
+  /// Two hundred raw processes take both cores for minutes.
+  bool without_raw = false;
 };
 
 /// All rows, each in a process of its own. True if the goals are met.

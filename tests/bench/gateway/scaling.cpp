@@ -51,23 +51,23 @@ struct Rounds {
   }
 };
 
-[[noreturn]] void give_up(const char* what) {
+[[noreturn]] void give_up(std::string_view what) {
   throw std::runtime_error(fmt::format("{} within {} s", what, patience.count()));
 }
 
 /// A round of a gateway or a raw asker: warms up, then measures as many calls as fill its time.
 template <typename Asker>
-void add_round(Rounds& rounds, const Fleet& fleet, const Asker& run) {
+void add_round(const char* whose, Rounds& rounds, const Fleet& fleet, const Asker& run) {
   const auto warm = run(warm_up);
   if (!warm) {
-    give_up("the calls to warm up were not answered");
+    give_up(fmt::format("the calls of {} to warm up were not answered", whose));
   }
   const std::size_t calls = calls_of_round(warm->calls_per_second);
   const double before = fleet.processor_seconds();
   const auto result = run(calls);
   remark(fleet.complaint());
   if (!result) {
-    give_up("the calls were not answered");
+    give_up(fmt::format("the calls of {} were not answered", whose));
   }
   rounds.add(result->calls_per_second, result->microseconds_per_call,
              1e6 * (fleet.processor_seconds() - before) / static_cast<double>(calls));
@@ -83,7 +83,7 @@ void add_round_of_gateway(Rounds& rounds, std::uint32_t instances, std::uint32_t
   if (!gateway.run_until([&] { return gateway.instances() >= instances; }, patience)) {
     give_up("the gateway did not know all instances");
   }
-  add_round(rounds, services,
+  add_round("the gateway", rounds, services,
             [&](std::size_t calls) { return gateway.run_within(calls, patience); });
 }
 
@@ -94,7 +94,7 @@ void add_round_of_raw(Rounds& rounds, std::uint32_t peers, std::uint32_t process
   if (!asker.await_peers(patience)) {
     give_up("the raw peers were not matched");
   }
-  add_round(rounds, echoes,
+  add_round("raw Cyclone", rounds, echoes,
             [&](std::size_t calls) { return asker.run(calls, in_flight, patience); });
 }
 

@@ -173,6 +173,19 @@ TEST_F(Ends, ShowChannelsAsTheyAreToWhoComesToLook) {
   ASSERT_TRUE(until([&] { return !third.take().empty() && third.take().back() == 5; }));
 }
 
+TEST_F(Ends, TellAGatewayWhoReadsWhatItSays) {
+  const auto sut = open_gateway();
+  {
+    Watcher watcher(there);
+    ASSERT_TRUE(until([&] { return gateway.channels_read; }));
+    EXPECT_FALSE(gateway.events_read);
+  }
+  ASSERT_TRUE(until([&] { return !gateway.channels_read; }));
+  const wire::Reader<Event> recorder(there, there.options().fabric, wire::Keep::all);
+  ASSERT_TRUE(until([&] { return gateway.events_read; }));
+  EXPECT_FALSE(gateway.channels_read);
+}
+
 TEST_F(Ends, RefuseACallForAnInstanceThatNobodyShows) {
   const auto sut = open_gateway();
   const auto result = sut->publish(request(1, identity("no-such-service")));

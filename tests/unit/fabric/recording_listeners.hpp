@@ -21,10 +21,16 @@ struct RecordingGateway : ends::CallEndListener {
     ++gone;
   }
   void on_reply(const Reply& reply) override { replies.push_back(reply); }
+  void on_readers(bool of_channels, bool of_events) override {
+    channels_read = of_channels;
+    events_read = of_events;
+  }
   void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
 
   std::map<InstanceId, InstanceIdentity> ready;
   int gone = 0;
+  bool channels_read = false;
+  bool events_read = false;
   std::vector<Reply> replies;
   std::vector<std::string> ignored;
 };

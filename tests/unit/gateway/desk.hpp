@@ -85,7 +85,9 @@ class Desk {
   }
 
   [[nodiscard]] Assignment assignment(std::uint8_t number = 1, std::uint32_t attempt = 1) const {
-    return {{instance(number), attempt}, delivery, fmt::format("instance {}", number)};
+    return {{instance(number), attempt},
+            delivery,
+            std::make_shared<const std::string>(fmt::format("instance {}", number))};
   }
 
   [[nodiscard]] fabric::Reply reply(const std::string& text, std::uint32_t state,

@@ -1,0 +1,89 @@
+// The calls that a dispatcher has, found by id, by who has them, and by what they wait for. Pure.
+//
+//   Job& job = jobs.enter({.call = id, .key = key, .uuid = "560aacbf-…"});
+//   jobs.hand_over(job, instance);            // it has the call now
+//   jobs.queue(job);                          // nobody has it, it waits for an instance
+//   jobs.hold(job);                           // … for an operator
+//   if (const Jobs::Queue* queue = jobs.waiting("560aacbf-…")) …
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+#include "fabric/messages.hpp"
+#include "gateway/dispatch/instances.hpp"
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway::dispatch {
+
+/// A call that the dispatcher has, waiting or given.
+struct Job {
+  /// Counted from 1, in the order of their arrival.
+  std::uint64_t number = 0;
+  fabric::CallId call;
+  fabric::ChannelKey key;
+  std::string uuid;
+  std::uint32_t attempts = 0;
+  /// Who has the call now, or null.
+  Instance* at = nullptr;
+  /// The instance of the last attempt.
+  fabric::InstanceId instance;
+  /// Jobs has it among those that are held, or among those that wait for an instance.
+  bool held = false;
+  bool queued = false;
+  fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  std::string reason;
+  /// When its request was last sent, and how many beats since have not known it that should have.
+  std::optional<SteadyTime> published_at;
+  unsigned unknown = 0;
+  /// It waits at its instance for its turn.
+  bool waits = false;
+};
+
+class Jobs {
+ public:
+  /// By the order of their arrival.
+  using Queue = std::map<std::uint64_t, Job*>;
+
+  Jobs() = default;
+  Jobs(const Jobs&) = delete;
+  Jobs& operator=(const Jobs&) = delete;
+
+  /// A call that nobody has; its address stays until it is forgotten.
+  Job& enter(Job job);
+  /// Null if there is none.
+  [[nodiscard]] Job* find(const fabric::CallId& call);
+  void forget(Job& job);
+
+  /// Each takes it from whoever has it, and from where it waits.
+  void hand_over(Job& job, Instance& instance);
+  void queue(Job& job);
+  void hold(Job& job);
+
+  /// Those of a canonical UUID that wait for an instance; null if there is none.
+  [[nodiscard]] const Queue* waiting(const std::string& uuid) const;
+  /// Those that an operator must decide about.
+  [[nodiscard]] const Queue& held() const { return held_; }
+
+  /// Whoever changes `waits` of a call of this instance says so here, within
+  /// Instances::change_load.
+  static void note_waiters(Instance& instance);
+
+ private:
+  struct IdHash {
+    std::size_t operator()(const fabric::CallId& id) const { return id.epoch ^ id.number; }
+  };
+
+  void take(Job& job);
+
+  /// Of a thousand channels each looks here several times in a call.
+  std::unordered_map<fabric::CallId, Job, IdHash> jobs_;
+  std::unordered_map<std::string, Queue> waiting_;
+  Queue held_;
+  std::uint64_t entered_ = 0;
+};
+
+}  // namespace millrace::gateway::dispatch

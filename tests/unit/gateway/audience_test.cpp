@@ -1,0 +1,75 @@
+// What nobody hears is not put into words, and changes nothing else.
+#include <gmock/gmock.h>
+
+#include "tests/unit/gateway/call_control_test.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+constexpr Audience nobody{.events = false, .statuses = false, .least = Level::error};
+
+class AudienceTest : public CallControlTest {
+ protected:
+  void start_before(const Audience& audience) {
+    start();
+    sut->set_audience(audience, now);
+    link_up();
+    sut->on_instance_ready(instance(1), now);
+  }
+};
+
+TEST_F(AudienceTest, HearsTheEventsStatesAndLinesOfACall) {
+  start_before({});
+  const auto actions = answered_call(1);
+  EXPECT_THAT(all<Tell>(actions), Not(IsEmpty()));
+  EXPECT_THAT(all<Show>(actions), Not(IsEmpty()));
+  EXPECT_THAT(all<Say>(actions), Not(IsEmpty()));
+}
+
+TEST_F(AudienceTest, OfNobodyIsToldNothingAndTheCallIsAnsweredAllTheSame) {
+  start_before(nobody);
+  const auto actions = answered_call(1);
+  EXPECT_THAT(all<Tell>(actions), IsEmpty());
+  EXPECT_THAT(all<Show>(actions), IsEmpty());
+  EXPECT_THAT(all<Say>(actions), IsEmpty());
+  EXPECT_THAT(all<Write>(actions), SizeIs(3)) << "RESPONSE, REQUEST_STATE, RESPONSE_STATE";
+}
+
+TEST_F(AudienceTest, OfTheLogAloneHearsLinesOfItsLevel) {
+  start_before({.events = false, .statuses = false, .least = Level::info});
+  const auto lines = all<Say>(answered_call(1));
+  ASSERT_THAT(lines, SizeIs(1));
+  EXPECT_EQ(lines.front().level, Level::info);
+}
+
+TEST_F(AudienceTest, ThatBeginsToLookIsShownEveryChannelAsItIs) {
+  start_before(nobody);
+  confirm(request(1));
+  const auto shown = all<Show>(sut->set_audience({}, now));
+  ASSERT_THAT(shown, SizeIs(2));
+  EXPECT_EQ(shown[0].status.state, fabric::ChannelState::running);
+  EXPECT_EQ(shown[0].status.uuid, uuid);
+  EXPECT_EQ(shown[0].status.instance, instance(1).id);
+  EXPECT_EQ(shown[1].status.state, fabric::ChannelState::link_down) << "not looked at yet";
+}
+
+TEST_F(AudienceTest, ThatLooksAgainSeesWhatHasChangedMeanwhileAndSinceWhen) {
+  start_before({});
+  confirm(request(1));
+  sut->set_audience(nobody, now);
+  const fabric::Time given = now.wall;
+  now.steady += std::chrono::seconds(5);
+  now.wall += std::chrono::seconds(5);
+  sut->on_wake({"cnc", 1}, now);
+  const auto shown = all<Show>(sut->set_audience({}, now));
+  ASSERT_THAT(shown, SizeIs(1)) << "of the other channel DDS has what was shown last";
+  EXPECT_EQ(shown[0].status.since, given);
+  EXPECT_EQ(shown[0].status.calls, 1U);
+}
+
+}  // namespace
+}  // namespace millrace::gateway
