@@ -2,6 +2,7 @@
 #include "base/program/command_line.hpp"
 #include "tools/commands/completion.hpp"
 #include "tools/commands/doctor/doctor.hpp"
+#include "tools/commands/lint/lint.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/commands/operate/operate.hpp"
@@ -32,6 +33,7 @@ int main(int argc, char** argv) {
   commands::record::add_record(app, chosen);
   commands::replay::add_replay(app, chosen);
   commands::log::add_log(app, chosen);
+  commands::lint::add_lint(app, chosen);
   commands::add_completion(app, chosen);
   return millrace::base::program::run(app, argc, argv, [&] { return chosen.run(); });
 }

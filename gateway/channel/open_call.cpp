@@ -6,23 +6,18 @@
 
 #include <fmt/format.h>
 
+#include "fabric/cases.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::gateway::channel {
 
 namespace {
 
+using fabric::Cases;
+
 std::string after(std::chrono::nanoseconds time) {
   return fmt::format(" after {:.1f} ms", std::chrono::duration<double, std::milli>(time).count());
 }
-
-/// One function for each phase that matters, and one for all others.
-template <typename... Functions>
-struct Phases : Functions... {
-  using Functions::operator()...;
-};
-template <typename... Functions>
-Phases(Functions...) -> Phases<Functions...>;
 
 }  // namespace
 
@@ -77,7 +72,7 @@ const Assignment* OpenCall::assignment() const {
 ChannelView OpenCall::view() const {
   using enum fabric::ChannelState;
   ChannelView view;
-  view.state = std::visit(Phases{
+  view.state = std::visit(Cases{
                               [](const phase::Unverified&) { return waiting; },
                               [](const phase::Waiting&) { return waiting; },
                               [](const phase::Assigned&) { return running; },
@@ -131,7 +126,7 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
 }
 
 Ticket OpenCall::unconfirmed_attempt() const {
-  return std::visit(Phases{
+  return std::visit(Cases{
                         [](const phase::Waiting& waiting) { return waiting.entry; },
                         [](const phase::Assigned& assigned) { return assigned.entry; },
                         [](const phase::Held& held) { return held.entry; },

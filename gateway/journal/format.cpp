@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include "fabric/cases.hpp"
 #include "idl/journal.pb.h"
 
 namespace millrace::gateway::journal {
@@ -20,13 +21,6 @@ namespace pb = millrace::journal;
 
 constexpr std::size_t head = 8;
 constexpr std::uint32_t longest = 64 * 1024;
-
-template <typename... Ts>
-struct Overload : Ts... {
-  using Ts::operator()...;
-};
-template <typename... Ts>
-Overload(Ts...) -> Overload<Ts...>;
 
 void put(pb::CallId& out, const fabric::CallId& in) {
   out.set_epoch(in.epoch);
@@ -87,7 +81,7 @@ AnsweredEntry get(const pb::Answered& in) {
 
 pb::Record message_of(const JournalEntry& entry) {
   pb::Record record;
-  std::visit(Overload{
+  std::visit(fabric::Cases{
                  [&](const NumbersEntry& in) {
                    record.mutable_numbers()->set_epoch(in.epoch);
                    record.mutable_numbers()->set_reserved(in.reserved);

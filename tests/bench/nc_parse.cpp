@@ -1,10 +1,12 @@
-// How many blocks a second the NC parser reads, and how many operations a second the decoder does.
+// How many blocks a second the NC parser reads and `millrace lint` checks, and how many operations
+// a second the decoder does.
 #include <chrono>
 #include <string>
 
 #include <benchmark/benchmark.h>
 
 #include "cnc/nc/channel.hpp"
+#include "tools/lint/lint.hpp"
 
 namespace {
 
@@ -66,6 +68,40 @@ void parse_logic(benchmark::State& state) {
   check_program(state, logic(blocks), blocks);
 }
 
+// A thousand calls in loops of two, each with all that belongs to it.
+std::string calls(int count) {
+  std::string program = "%calls\n";
+  for (int i = 0; i < count; i += 10) {
+    program +=
+        "$WHILE P1 < 3\n"
+        "  V.G.SERVICE.UUID = \"560aacbf-6335-44a9-895a-8b27f3ed5e47\"\n"
+        "  V.G.SERVICE.REQUEST = \"3\"\n"
+        "  G01 X1 F1000\n"
+        "  V.G.SERVICE.REQUEST_STATE = P1\n"
+        "  L CYCLE [NAME=\"SysServiceWait.cyc\", @P2=1000, @P3=1]\n"
+        "  $IF V.G.SERVICE.RESPONSE_STATE == 1\n"
+        "    V.P.A = V.G.SERVICE.RESPONSE\n"
+        "  $ENDIF\n"
+        "$ENDWHILE\n";
+  }
+  return program + "M30\n";
+}
+
+void lint_program(benchmark::State& state, const std::string& program) {
+  namespace lint = millrace::tools::lint;
+  const std::vector<lint::Source> sources{{"bench.nc", program}};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(lint::lint(sources, {}));
+  }
+  state.SetItemsProcessed(state.iterations() * blocks);
+}
+void lint_tool_path(benchmark::State& state) {
+  lint_program(state, tool_path(blocks));
+}
+void lint_calls(benchmark::State& state) {
+  lint_program(state, calls(blocks));
+}
+
 void run_loop(benchmark::State& state) {
   const std::string program =
       "P1 = 0\n$WHILE P1 < 100000\n  P1 += 1\n  V.P.A = P1 * 2\n$ENDWHILE\nM30\n";
@@ -87,6 +123,8 @@ void run_loop(benchmark::State& state) {
 
 BENCHMARK(parse_tool_path)->Unit(benchmark::kMillisecond);
 BENCHMARK(parse_logic)->Unit(benchmark::kMillisecond);
+BENCHMARK(lint_tool_path)->Unit(benchmark::kMillisecond);
+BENCHMARK(lint_calls)->Unit(benchmark::kMillisecond);
 BENCHMARK(run_loop)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,0 +1,9 @@
+%answer_not_checked
+V.G.SERVICE.REQUEST_STATE = 1
+L CYCLE [NAME="SysServiceWait.cyc", @P2=1000, @P3=1]
+V.P.A = STR_TO_REAL[V.G.SERVICE.RESPONSE]
+V.G.SERVICE.REQUEST_STATE = 2
+L CYCLE [NAME="SysServiceWait.cyc", @P2=1000, @P3=1]
+V.G.SERVICE.REQUEST_STATE = 3
+L CYCLE [NAME="SysServiceWait.cyc", @P2=1000, @P3=1]
+M30

@@ -1,0 +1,5 @@
+%timer_missing
+V.G.SERVICE.REQUEST_STATE = 1
+L CYCLE [NAME="SysServiceWait.cyc" @P2=1000]
+V.P.OK = V.G.SERVICE.RESPONSE_STATE
+M30

@@ -1,0 +1,8 @@
+%wait_before_request
+$IF P1 == 1
+  V.G.SERVICE.REQUEST_STATE = 1
+$ENDIF
+L CYCLE [NAME="SysServiceWait.cyc", @P2=1000, @P3=1]
+$IF V.G.SERVICE.RESPONSE_STATE == 1
+$ENDIF
+M30

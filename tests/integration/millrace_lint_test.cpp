@@ -1,0 +1,87 @@
+// `millrace lint` as a user starts it, also beside a service that is there.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/domain.hpp"
+#include "tests/support/process.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* data = MILLRACE_TEST_DATA "/lint/";
+constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+class TheLint : public testing::Test {
+ protected:
+  /// `millrace lint ARGS` to its end: what it printed.
+  std::string run(std::vector<std::string> args) {
+    args.insert(args.begin(), {binary("millrace"), "lint"});
+    Process process(std::move(args));
+    exit_code = process.wait();
+    errors = process.error_output();
+    return process.output();
+  }
+
+  int exit_code = -1;
+  std::string errors;
+};
+
+TEST_F(TheLint, FindsNothingInAProgramThatIsWell) {
+  EXPECT_EQ(run({data + std::string("complete.nc")}), "nothing found\n");
+  EXPECT_EQ(exit_code, 0);
+}
+
+TEST_F(TheLint, EndsWithOneForErrorsAndForWarningsIfTheyCount) {
+  EXPECT_THAT(run({data + std::string("wait_without_flush.nc")}),
+              HasSubstr("[wait-without-flush]"));
+  EXPECT_EQ(exit_code, 0);
+  run({"--strict", data + std::string("wait_without_flush.nc")});
+  EXPECT_EQ(exit_code, 1);
+  run({data + std::string("timer_missing.nc")});
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheLint, ReadsSubprogramsBesideTheProgramAndFromThePath) {
+  EXPECT_THAT(run({data + std::string("subprograms.nc")}),
+              HasSubstr("ask_and_wait.sub:3:1: warning"));
+  EXPECT_THAT(run({data + std::string("subprograms.nc")}),
+              HasSubstr("somewhere_else.sub is not here"));
+}
+
+TEST_F(TheLint, TakesOneValueForEachFlag) {
+  EXPECT_THAT(run({"--uuid", square_root, data + std::string("complete.nc")}),
+              HasSubstr("nothing found"));
+  EXPECT_THAT(run({"--uuid", "another", data + std::string("complete.nc")}),
+              HasSubstr("[unknown-uuid]"));
+  EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheLint, SaysWhatItExpects) {
+  run({});
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_THAT(errors, HasSubstr("no program is named"));
+  run({"--off", "no-rule", data + std::string("complete.nc")});
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_THAT(errors, HasSubstr("--rules"));
+  run({data + std::string("there_is_no_such.nc")});
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_THAT(errors, HasSubstr("No such file"));
+}
+
+TEST_F(TheLint, AsksTheFabricWhichServicesThereAre) {
+  const Domain domain;
+  const std::string number = std::to_string(domain.number());
+  EXPECT_THAT(run({"--live", "--domain", number, data + std::string("complete.nc")}),
+              HasSubstr("[unknown-uuid]"));
+  Process service({binary("millrace-square-root"), "--domain", number});
+  service.await("^ready");
+  EXPECT_THAT(run({"--live", "--domain", number, data + std::string("complete.nc")}),
+              Not(HasSubstr("[unknown-uuid]")));
+  EXPECT_EQ(exit_code, 0) << errors;
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

@@ -1,0 +1,112 @@
+// Each program of tests/data/lint with what must be found in it: lines "LINE RULE", or "FILE:LINE
+// RULE" for a subprogram.
+#include "tools/lint/lint.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::tools::lint {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+const std::filesystem::path folder = std::filesystem::path(MILLRACE_TEST_DATA) / "lint";
+
+std::optional<Source> load(const std::string& name) {
+  std::ifstream file(folder / name, std::ios::binary);
+  if (!file) {
+    return std::nullopt;
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  return Source{name, text.str()};
+}
+
+std::vector<Finding> lint(const std::string& text, LintOptions options = {}) {
+  return lint(std::vector<Source>{{"part.nc", text}}, options);
+}
+
+std::vector<Rule> rules_of(const std::vector<Finding>& findings) {
+  std::vector<Rule> rules;
+  for (const Finding& finding : findings) {
+    rules.push_back(finding.rule);
+  }
+  return rules;
+}
+
+class Programs : public testing::TestWithParam<std::string> {};
+
+TEST_P(Programs, HaveTheFindingsThatAreExpected) {
+  const std::string program = GetParam() + ".nc";
+  const auto source = load(program);
+  ASSERT_TRUE(source);
+  std::string found;
+  for (const Finding& finding : lint(std::vector<Source>{*source}, {.load = load})) {
+    const std::string file = finding.place.file == program ? "" : finding.place.file + ":";
+    found += file + std::to_string(finding.place.line) + " " +
+             std::string(about(finding.rule).name) + "\n";
+  }
+  EXPECT_EQ(found, load(GetParam() + ".expected").value_or(Source{}).text);
+}
+
+std::vector<std::string> all_programs() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() == ".nc") {
+      names.push_back(entry.path().stem().string());
+    }
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Lint, Programs, testing::ValuesIn(all_programs()),
+                         [](const auto& program) { return program.param; });
+
+TEST(Lint, NamesTheServiceThatWasMeant) {
+  const std::string program = "V.G.SERVICE.UUID = \"560AACBF-6335-44a9-895A-B27F3ED5E47\"\nM30\n";
+  const auto findings = lint(program, {.uuids = {{"560aacbf-6335-44a9-895a-8b27f3ed5e47"}}});
+  ASSERT_THAT(rules_of(findings), ElementsAre(Rule::unknown_uuid));
+  EXPECT_THAT(findings[0].text, HasSubstr("560aacbf-6335-44a9-895a-8b27f3ed5e47"));
+}
+
+TEST(Lint, KnowsAServiceWhateverTheCaseOfItsUuid) {
+  EXPECT_THAT(lint("V.G.SERVICE.UUID = \"560AACBF-6335-44a9-895A-8B27F3ED5E47\"\nM30\n",
+                   {.uuids = {{"560aacbf-6335-44a9-895a-8b27f3ed5e47"}}}),
+              IsEmpty());
+}
+
+TEST(Lint, FindsTimersThatChannelsShare) {
+  const std::string one = "#TIMER START [ID=3]\n#TIMER START [ID=4]\nM30\n";
+  const std::string other = "#TIMER START [ID=5]\n#TIMER START [ID=4]\nM30\n";
+  const std::vector<Source> programs{{"one.nc", one}, {"other.nc", other}};
+  EXPECT_THAT(lint(programs, {}), IsEmpty());
+  const auto findings = lint(programs, {.channels = true});
+  ASSERT_THAT(findings, SizeIs(1));
+  EXPECT_EQ(findings[0].place, (Place{"other.nc", 2, 1}));
+  EXPECT_THAT(findings[0].text, HasSubstr("timer 4"));
+  EXPECT_THAT(findings[0].text, HasSubstr("one.nc"));
+}
+
+TEST(Lint, LeavesOutWhatIsSwitchedOff) {
+  EXPECT_THAT(lint("#WAIT FOR V.G.SERVICE.RESPONSE_STATE == 1\nM30\n",
+                   {.off = {Rule::wait_without_timeout}}),
+              SizeIs(1));
+}
+
+TEST(Lint, HasAnInfoForEachRuleInItsPlace) {
+  for (const RuleInfo& rule : rules()) {
+    EXPECT_EQ(&about(rule.rule), &rule);
+    EXPECT_EQ(rule_named(rule.name), rule.rule);
+  }
+}
+
+}  // namespace
+}  // namespace millrace::tools::lint

@@ -1,0 +1,141 @@
+#include "tools/commands/lint/lint.hpp"
+
+#include <fmt/format.h>
+
+#include "base/program/command_line.hpp"
+#include "tools/commands/lint/files.hpp"
+#include "tools/commands/look/look.hpp"
+#include "tools/lint/lint.hpp"
+#include "tools/lint/report.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/table.hpp"
+
+namespace millrace::tools::commands::lint {
+
+namespace {
+
+using base::program::UsageError;
+namespace checks = tools::lint;
+
+/// Something was found that stops a build.
+constexpr int exit_found = 1;
+
+struct Options : look::LookOptions {
+  using look::LookOptions::LookOptions;
+
+  std::vector<std::string> programs;
+  std::vector<std::string> folders;
+  std::vector<std::string> uuids;
+  std::string uuid_file;
+  std::vector<std::string> off;
+  bool live = false;
+  bool channels = false;
+  bool strict = false;
+  bool sarif = false;
+  bool rules = false;
+};
+
+void print_rules() {
+  print::Table table({{"RULE"}, {"SEVERITY"}, {"WHAT"}});
+  for (const checks::RuleInfo& rule : checks::rules()) {
+    table.add({std::string(rule.name), std::string(checks::name_of(rule.severity)),
+               std::string(rule.summary)});
+  }
+  fmt::print("{}", table.text());
+}
+
+/// Nothing if nobody has said which there are.
+std::optional<std::vector<std::string>> known_uuids(const Options& options) {
+  if (options.uuids.empty() && options.uuid_file.empty() && !options.live) {
+    return std::nullopt;
+  }
+  std::vector<std::string> known;
+  for (const std::string& uuid : options.uuids) {
+    known.push_back(fabric::canonical_uuid(uuid));
+  }
+  if (!options.uuid_file.empty()) {
+    for (const std::string& uuid : read_words(options.uuid_file)) {
+      known.push_back(fabric::canonical_uuid(uuid));
+    }
+  }
+  if (options.live) {
+    const bus::Live live = options.look();
+    for (const bus::LiveInstance* instance : live.instances_of("")) {
+      known.push_back(instance->identity.uuid);
+    }
+  }
+  return known;
+}
+
+checks::LintOptions checks_of(const Options& options) {
+  checks::LintOptions wanted{.uuids = known_uuids(options), .channels = options.channels};
+  for (const std::string& name : options.off) {
+    const auto rule = checks::rule_named(name);
+    if (!rule) {
+      throw UsageError(
+          fmt::format("--off {}: no such rule; `millrace lint --rules` names them", name));
+    }
+    wanted.off.insert(*rule);
+  }
+  std::vector<std::filesystem::path> folders(options.folders.begin(), options.folders.end());
+  for (const std::string& program : options.programs) {
+    // As the controller does: beside the program that calls, if nothing else is said.
+    folders.push_back(std::filesystem::path(program).parent_path());
+  }
+  wanted.load = [folders = std::move(folders)](const std::string& name) {
+    return find_program(folders, name);
+  };
+  return wanted;
+}
+
+int check(const Options& options) {
+  if (options.rules) {
+    print_rules();
+    return base::program::exit_done;
+  }
+  if (options.programs.empty()) {
+    throw UsageError("no program is named; expected FILE…, or - for standard input");
+  }
+  std::vector<checks::Source> programs;
+  for (const std::string& name : options.programs) {
+    programs.push_back(read_program(name));
+  }
+  const std::vector<checks::Finding> findings = checks::lint(programs, checks_of(options));
+  if (options.sarif) {
+    print::print_json(checks::sarif_of(findings, MILLRACE_VERSION));
+  } else if (options.json) {
+    print::print_json(checks::json_of(findings));
+  } else {
+    for (const checks::Finding& finding : findings) {
+      fmt::print("{}", checks::text_of(finding));
+    }
+    fmt::print("{}\n", checks::summary_of(findings));
+  }
+  return checks::fails(findings, options.strict) ? exit_found : base::program::exit_done;
+}
+
+}  // namespace
+
+void add_lint(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(app, "lint", "Check NC programs before they run",
+                                     "millrace lint --live part.nc");
+  auto options = std::make_shared<Options>(command);
+  command.add_option("programs", options->programs, "NC programs; - is standard input");
+  // Each may be given several times, and takes no program for its next value.
+  command
+      .add_option("--path", options->folders,
+                  "Folder of subprograms and cycles, before the one of the program")
+      ->allow_extra_args(false);
+  command.add_option("--uuid", options->uuids, "A service that there is")->allow_extra_args(false);
+  command.add_option("--uuids", options->uuid_file, "File of them, one in each line");
+  command.add_flag("--live", options->live, "Those that are on the fabric now");
+  command.add_flag("--channels", options->channels,
+                   "The programs run in different channels at the same time");
+  command.add_option("--off", options->off, "Leave this rule out")->allow_extra_args(false);
+  command.add_flag("--strict", options->strict, "Exit code 1 for warnings too");
+  command.add_flag("--sarif", options->sarif, "Print a SARIF log, for CI and editors");
+  command.add_flag("--rules", options->rules, "Print the rules");
+  command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::lint

@@ -1,0 +1,221 @@
+#include "tools/lint/effects.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "base/text/characters.hpp"
+#include "cnc/nc/characters.hpp"
+#include "fabric/cases.hpp"
+
+namespace millrace::tools::lint {
+
+namespace {
+
+using Kind = Effect::Kind;
+using cnc::nc::values::BinaryOperator;
+using fabric::Cases;
+
+/// "REQUEST" for V.G.SERVICE.REQUEST; empty for every other variable.
+std::string_view service_part(const syntax::Variable& variable) {
+  const auto& parts = variable.parts;
+  const bool is_service = parts.size() == 4 && parts[1].name == "G" && parts[2].name == "SERVICE";
+  return is_service ? std::string_view(parts[3].name) : std::string_view();
+}
+
+bool is_state(const syntax::Expression& expression) {
+  const auto* const variable = std::get_if<syntax::Variable>(&expression.node);
+  return variable != nullptr && service_part(*variable) == "RESPONSE_STATE";
+}
+
+/// X, Y1, C
+bool is_axis(std::string_view address) {
+  constexpr std::string_view axes = "XYZABCUVW";
+  return !address.empty() && axes.find(cnc::nc::upper(address.front())) != std::string_view::npos &&
+         std::ranges::all_of(address.substr(1), &base::text::is_digit);
+}
+
+class Reader {
+ public:
+  explicit Reader(std::vector<Effect>& effects) : effects_(effects) {}
+
+  void read(const syntax::Expression& expression) {
+    std::visit(Cases{[](const syntax::Number&) {}, [](const syntax::Text&) {},
+                     [&](const syntax::Unary& unary) { read(*unary.operand); },
+                     [&](const syntax::Binary& binary) {
+                       read(*binary.left);
+                       read(*binary.right);
+                     },
+                     [&](const syntax::Call& call) { read(call.arguments); },
+                     [&](const syntax::Parameter& parameter) { read(parameter); },
+                     [&](const syntax::Variable& variable) { read(variable); },
+                     [&](const syntax::CycleParameter& cycle) { read(*cycle.number); },
+                     // EXIST and SIZEOF do not look at the value.
+                     [](const syntax::Query&) {}},
+               expression.node);
+  }
+  void read(const std::vector<syntax::Expression>& expressions) {
+    for (const syntax::Expression& expression : expressions) {
+      read(expression);
+    }
+  }
+  void read(const syntax::Parameter& parameter) {
+    if (parameter.index) {
+      read(*parameter.index);
+    }
+    read(parameter.elements);
+  }
+  void read(const syntax::Variable& variable) {
+    const std::string_view part = service_part(variable);
+    if (part == "RESPONSE_STATE") {
+      effects_.push_back({.kind = Kind::response_state_read});
+    } else if (part == "RESPONSE") {
+      effects_.push_back({.kind = Kind::response_read});
+    }
+    for (const syntax::VariablePart& each : variable.parts) {
+      read(each.elements);
+    }
+  }
+
+  void assign(const syntax::Assignment& assignment) {
+    read(assignment.value);
+    const auto* const variable = std::get_if<syntax::Variable>(&assignment.target);
+    if (variable == nullptr) {
+      return;
+    }
+    const std::string_view part = service_part(*variable);
+    const bool plain = !assignment.operation.has_value();
+    if (part == "UUID" || part == "REQUEST") {
+      effects_.push_back({.kind = part == "UUID" ? Kind::uuid : Kind::request,
+                          .text = plain ? constant_text(assignment.value) : std::nullopt});
+    } else if (part == "REQUEST_STATE") {
+      effects_.push_back({.kind = Kind::request_state,
+                          .number = plain ? constant_number(assignment.value) : std::nullopt});
+    }
+  }
+
+  void word(const syntax::Word& word) {
+    read(word.value);
+    const auto number = constant_number(word.value);
+    if (word.address == "M" && number) {
+      if (*number == 2 || *number == 30) {
+        effects_.push_back({.kind = Kind::end});
+      } else if (*number == 17 || *number == 29) {
+        effects_.push_back({.kind = Kind::end_of_subprogram});
+      }
+      return;
+    }
+    if (is_axis(word.address)) {
+      effects_.push_back({.kind = Kind::motion});
+    }
+  }
+
+  void words(const syntax::Words& words) {
+    for (const syntax::WordsItem& item : words.items) {
+      std::visit(Cases{[&](const syntax::Word& one) { word(one); },
+                       [&](const syntax::Assignment& one) { assign(one); }, [](const auto&) {}},
+                 item);
+    }
+  }
+
+  void wait(const syntax::WaitFor& wait) {
+    const std::size_t before = effects_.size();
+    read(wait.condition);
+    const bool for_answer =
+        std::any_of(effects_.begin() + static_cast<std::ptrdiff_t>(before), effects_.end(),
+                    [](const Effect& effect) { return effect.kind == Kind::response_state_read; });
+    if (for_answer) {
+      effects_.resize(before);
+      effects_.push_back({.kind = Kind::wait, .judged = asks_for_one_state(wait.condition)});
+    }
+  }
+
+  void error(const syntax::UserError& error) {
+    bool only_warns = false;
+    for (const syntax::ErrorParameter& parameter : error.parameters) {
+      read(parameter.value);
+      only_warns |= parameter.name == "RC" && constant_number(parameter.value) == 0.0;
+    }
+    if (!only_warns) {
+      effects_.push_back({.kind = Kind::end});
+    }
+  }
+
+ private:
+  std::vector<Effect>& effects_;
+};
+
+}  // namespace
+
+std::vector<Effect> effects_of(const syntax::Expression& expression) {
+  std::vector<Effect> effects;
+  Reader(effects).read(expression);
+  return effects;
+}
+
+std::vector<Effect> effects_of(const syntax::Statement& statement) {
+  std::vector<Effect> effects;
+  Reader reader(effects);
+  std::visit(
+      Cases{[&](const syntax::Words& words) { reader.words(words); },
+            [&](const syntax::Branch& branch) { reader.read(branch.condition); },
+            [&](const syntax::For& loop) {
+              reader.read(loop.start);
+              reader.read(loop.end);
+            },
+            [&](const syntax::Switch& one) { reader.read(one.selector); },
+            [&](const syntax::Flush&) { effects.push_back({.kind = Kind::flush}); },
+            [&](const syntax::WaitFor& wait) { reader.wait(wait); },
+            [&](const syntax::Message& message) { reader.read(message.text.values); },
+            [&](const syntax::SaveMessage& message) { reader.read(message.text.values); },
+            [&](const syntax::CycleCall& call) {
+              for (const syntax::CycleArgument& argument : call.arguments) {
+                reader.read(argument.value);
+              }
+            },
+            [&](const syntax::Declarations& declarations) {
+              for (const syntax::Declaration& declaration : declarations.variables) {
+                reader.read(declaration.initial);
+              }
+            },
+            [&](const syntax::UserError& error) { reader.error(error); }, [](const auto&) {}},
+      statement);
+  return effects;
+}
+
+bool asks_for_one_state(const syntax::Expression& condition) {
+  const auto* const binary = std::get_if<syntax::Binary>(&condition.node);
+  if (binary == nullptr || binary->operation != BinaryOperator::equal) {
+    return false;
+  }
+  const bool left = is_state(*binary->left);
+  const auto number = constant_number(left ? *binary->right : *binary->left);
+  return (left || is_state(*binary->right)) && number && *number != 0;
+}
+
+std::optional<std::string> constant_text(const syntax::Expression& expression) {
+  if (const auto* const text = std::get_if<syntax::Text>(&expression.node)) {
+    return text->text;
+  }
+  const auto* const binary = std::get_if<syntax::Binary>(&expression.node);
+  if (binary == nullptr || binary->operation != BinaryOperator::add) {
+    return std::nullopt;
+  }
+  auto left = constant_text(*binary->left);
+  const auto right = constant_text(*binary->right);
+  return left && right ? std::optional(*left + *right) : std::nullopt;
+}
+
+std::optional<double> constant_number(const syntax::Expression& expression) {
+  if (const auto* const number = std::get_if<syntax::Number>(&expression.node)) {
+    return number->value;
+  }
+  const auto* const unary = std::get_if<syntax::Unary>(&expression.node);
+  if (unary == nullptr || unary->operation != syntax::UnaryOperator::minus) {
+    return std::nullopt;
+  }
+  const auto value = constant_number(*unary->operand);
+  return value ? std::optional(-*value) : std::nullopt;
+}
+
+}  // namespace millrace::tools::lint

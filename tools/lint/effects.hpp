@@ -1,0 +1,61 @@
+// What an operation of an NC program does to a service call, in the order in which it does it.
+// Pure.
+//
+//   for (const Effect& effect : effects_of(operation.statement)) …
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cnc/nc/syntax/statement.hpp"
+
+namespace millrace::tools::lint {
+
+namespace syntax = cnc::nc::syntax;
+
+struct Effect {
+  enum class Kind : std::uint8_t {
+    /// V.G.SERVICE.UUID, REQUEST, REQUEST_STATE is written.
+    uuid,
+    request,
+    request_state,
+    /// RESPONSE_STATE, RESPONSE is read.
+    response_state_read,
+    response_read,
+    /// The program waits until RESPONSE_STATE says that there is an answer.
+    wait,
+    /// An axis is told to move.
+    motion,
+    flush,
+    /// M02, M30, or an error that ends the program.
+    end,
+    /// M17, M29
+    end_of_subprogram,
+  };
+
+  Kind kind{};
+  /// uuid, request: what is written, if it is a constant.
+  std::optional<std::string> text{};
+  /// request_state: the same.
+  std::optional<double> number{};
+  /// wait: it waits for one state, so there is nothing left to look at.
+  bool judged = false;
+  /// wait: not for ever.
+  bool limited = false;
+};
+
+std::vector<Effect> effects_of(const syntax::Statement& statement);
+
+/// The effects of working out `expression`.
+std::vector<Effect> effects_of(const syntax::Expression& expression);
+
+/// A condition that asks RESPONSE_STATE for one value: then that value is known behind it.
+bool asks_for_one_state(const syntax::Expression& condition);
+
+/// What is certain without running the program; nothing otherwise.
+std::optional<std::string> constant_text(const syntax::Expression& expression);
+std::optional<double> constant_number(const syntax::Expression& expression);
+
+}  // namespace millrace::tools::lint

@@ -1,0 +1,200 @@
+#include "tools/lint/lint.hpp"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/text/cp1252.hpp"
+#include "cnc/nc/cycles.hpp"
+#include "cnc/nc/syntax/program_parser.hpp"
+#include "fabric/messages.hpp"
+#include "gateway/dispatch/near_miss.hpp"
+#include "tools/lint/suppressions.hpp"
+#include "tools/lint/walk.hpp"
+
+namespace millrace::tools::lint {
+
+namespace {
+
+using cnc::nc::syntax::Operation;
+using cnc::nc::syntax::Program;
+using cnc::nc::syntax::Routine;
+
+/// The vendor's strings have 128 bytes, the last a NUL.
+constexpr std::size_t longest_text = fabric::max_text;
+
+class Linter {
+ public:
+  explicit Linter(const LintOptions& options) : options_(options) {}
+
+  void check(const Source& source) {
+    const Program* const program = read(source);
+    if (program == nullptr) {
+      return;
+    }
+    Walk walk([this](const std::string& name) { return called(name); },
+              [this](Finding finding) { note(std::move(finding)); });
+    walk.follow(*program);
+    for (const TimerUse& use : walk.timers()) {
+      timers_[use.timer].push_back({use.place, source.name});
+    }
+  }
+
+  /// After all programs were checked.
+  void check_timers() {
+    for (const auto& [timer, uses] : timers_) {
+      for (const auto& [place, program] : uses) {
+        if (program != uses.front().second) {
+          note({place, Rule::shared_timer,
+                fmt::format("timer {} is used by {} too; channels share the timers, so one would "
+                            "stop or clear the other's",
+                            timer, uses.front().second)});
+        }
+      }
+    }
+  }
+
+  std::vector<Finding> take() {
+    std::ranges::stable_sort(findings_, [this](const Finding& one, const Finding& other) {
+      const auto order = [this](const Finding& finding) {
+        return std::tuple(files_.at(finding.place.file), finding.place.line, finding.place.column,
+                          finding.rule);
+      };
+      return order(one) < order(other);
+    });
+    const auto twice = std::ranges::unique(findings_);
+    findings_.erase(twice.begin(), twice.end());
+    return std::move(findings_);
+  }
+
+ private:
+  struct File {
+    std::optional<Program> program;
+    std::optional<Suppressions> off;
+  };
+
+  /// Null if it cannot be read; that is a finding.
+  const Program* read(const Source& source) {
+    const auto [place, is_new] = read_.try_emplace(source.name);
+    File& file = place->second;
+    if (!is_new) {
+      return file.program ? &*file.program : nullptr;
+    }
+    files_.emplace(source.name, files_.size());
+    file.off.emplace(source.name, source.text);
+    for (const Finding& mistake : file.off->mistakes()) {
+      note(mistake);
+    }
+    auto parsed = cnc::nc::syntax::parse_program(source.name, source.text);
+    if (!parsed) {
+      for (const cnc::nc::Diagnostic& mistake : parsed.error()) {
+        note({{source.name, std::max(1, mistake.place.line), std::max(1, mistake.place.column)},
+              Rule::syntax,
+              mistake.id == 0 ? mistake.text
+                              : fmt::format("{} (error {})", mistake.text, mistake.id)});
+      }
+      return nullptr;
+    }
+    file.program = *std::move(parsed);
+    check_texts(*file.program);
+    return &*file.program;
+  }
+
+  const Program* called(const std::string& name) {
+    const auto known = called_.find(name);
+    if (known != called_.end()) {
+      return known->second;
+    }
+    std::optional<Source> source = options_.load ? options_.load(name) : std::nullopt;
+    const auto shipped = source ? std::nullopt : cnc::nc::shipped_cycle(name);
+    if (shipped) {
+      source = {name, std::string(*shipped)};
+      shipped_.insert(name);
+    }
+    return called_[name] = source ? read(*source) : nullptr;
+  }
+
+  void check_texts(const Program& program) {
+    check_texts(program, program.main);
+    for (const auto& [name, routine] : program.subprograms) {
+      check_texts(program, routine);
+    }
+  }
+
+  void check_texts(const Program& program, const Routine& routine) {
+    for (const Operation& operation : routine.operations) {
+      for (const Effect& effect : effects_of(operation.statement)) {
+        if (effect.text) {
+          const Place place{program.file, operation.line, operation.column};
+          if (effect.kind == Effect::Kind::uuid) {
+            check_uuid(place, *effect.text);
+          }
+          check_text(place, *effect.text);
+        }
+      }
+    }
+  }
+
+  void check_uuid(const Place& place, const std::string& uuid) {
+    const std::string wrong = gateway::dispatch::malformed(uuid);
+    if (options_.uuids && std::ranges::count(*options_.uuids, fabric::canonical_uuid(uuid)) == 0) {
+      note({place, Rule::unknown_uuid, gateway::dispatch::explain_unserved(uuid, *options_.uuids)});
+    } else if (!wrong.empty()) {
+      note({place, Rule::malformed_uuid, "V.G.SERVICE.UUID is malformed: " + wrong});
+    }
+  }
+
+  void check_text(const Place& place, const std::string& text) {
+    if (text.size() > longest_text) {
+      note({place, Rule::text_too_long,
+            fmt::format("the text has {} bytes, at most {} fit; the program would end here with "
+                        "error 21462",
+                        text.size(), longest_text)});
+    }
+    const bool plain =
+        std::ranges::all_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+    if (!plain && base::text::is_utf8(text)) {
+      note({place, Rule::text_charset,
+            "the text is UTF-8, and the controller reads CP1252: the service gets two or three "
+            "wrong characters for one; store the program in CP1252"});
+    }
+  }
+
+  void note(Finding finding) {
+    const auto file = read_.find(finding.place.file);
+    const bool off = options_.off.contains(finding.rule) || shipped_.contains(finding.place.file) ||
+                     (file != read_.end() && file->second.off &&
+                      file->second.off->has(finding.rule, finding.place.line));
+    if (!off) {
+      findings_.push_back(std::move(finding));
+    }
+  }
+
+  const LintOptions& options_;
+  /// By name; addresses stay.
+  std::map<std::string, File> read_;
+  std::map<std::string, std::size_t> files_;
+  std::map<std::string, const Program*> called_;
+  /// Cycles that come with millrace: nobody who gets a finding in them could mend it.
+  std::set<std::string> shipped_;
+  std::map<int, std::vector<std::pair<Place, std::string>>> timers_;
+  std::vector<Finding> findings_;
+};
+
+}  // namespace
+
+std::vector<Finding> lint(const std::vector<Source>& programs, const LintOptions& options) {
+  Linter linter(options);
+  for (const Source& program : programs) {
+    linter.check(program);
+  }
+  if (options.channels) {
+    linter.check_timers();
+  }
+  return linter.take();
+}
+
+}  // namespace millrace::tools::lint

@@ -1,0 +1,38 @@
+// Checks NC programs before they run: what the parser finds, and the rules about service calls
+// (finding.hpp, docs/nc-lint.md). Pure.
+//
+//   const auto findings = lint({{"part.nc", text}}, {.uuids = known, .load = from_folder});
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tools/lint/finding.hpp"
+
+namespace millrace::tools::lint {
+
+struct Source {
+  /// As it is to be named in findings.
+  std::string name;
+  /// In the controller's code page.
+  std::string text;
+};
+
+struct LintOptions {
+  /// The canonical UUIDs that are served; without them no UUID is unknown.
+  std::optional<std::vector<std::string>> uuids{};
+  /// The subprogram or cycle that a program calls by this name; nothing if it is not there. Those
+  /// that come with millrace need not be.
+  std::function<std::optional<Source>(const std::string& name)> load{};
+  /// Each program runs in a channel of its own, at the same time as the others.
+  bool channels = false;
+  std::set<Rule> off{};
+};
+
+/// By file, in the order of `programs` and of the calls in them, then by line.
+std::vector<Finding> lint(const std::vector<Source>& programs, const LintOptions& options);
+
+}  // namespace millrace::tools::lint
