@@ -14,6 +14,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gateway/action.hpp"
 #include "gateway/channel/channel_output.hpp"
@@ -102,6 +103,11 @@ class ChannelSession {
     bool out_of_patience = false;
   };
 
+  struct Late {
+    fabric::CallId call;
+    std::vector<fabric::InstanceId> told;
+  };
+
   // session.cpp: the channel and the looks at it
   SessionActions finish(Moment now);
   void advance(Moment now);
@@ -130,6 +136,7 @@ class ChannelSession {
   SessionActions with_call(Moment now, Act act);
   void say_seen(const Call& call, Moment now);
   void late(const fabric::Reply& reply, Moment now);
+  void say_stranger(const fabric::Reply& reply, Moment now);
   bool drive_writer(Moment now);
   void answer_looked(const Snapshot& snapshot, Moment now);
   void writer_finished(Moment now);
@@ -165,6 +172,12 @@ class ChannelSession {
   Left left_;
   std::optional<OpenCall> call_;
   std::optional<EndedCall> past_;
+  /// To whom that one was given.
+  std::vector<fabric::InstanceId> past_asked_;
+  /// Of the call that was answered late last: whose replies were told.
+  Late late_;
+  /// When it was said last that somebody answers who was not asked.
+  std::optional<SteadyTime> stranger_said_;
 };
 
 }  // namespace millrace::gateway::channel

@@ -1,4 +1,5 @@
 // The call of a channel, as its session sees it: claimed, answered into the channel, over.
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -8,6 +9,13 @@
 #include "gateway/words.hpp"
 
 namespace millrace::gateway::channel {
+
+namespace {
+
+/// Between two lines about instances that answer what they were not asked.
+constexpr std::chrono::seconds stranger_pause{10};
+
+}  // namespace
 
 template <typename Act>
 SessionActions ChannelSession::with_call(Moment now, Act act) {
@@ -90,10 +98,7 @@ SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) 
   if (!call_ || reply.call != call_->id()) {
     late(reply, now);
   } else if (!call_->call().asked(reply.instance)) {
-    out_.say(Level::warn,
-             fmt::format("call {}: instance {} answers a call that was not given to it; its reply "
-                         "is dropped",
-                         reply.call.to_string(), reply.instance.to_string()));
+    say_stranger(reply, now);
   } else {
     ask_call(now, [&](OpenCall& call) {
       if (!call.take(reply, out_, now)) {
@@ -104,13 +109,38 @@ SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) 
   return finish(now);
 }
 
+/// It may do so ten thousand times a second, for each call anew.
+void ChannelSession::say_stranger(const fabric::Reply& reply, Moment now) {
+  if (stranger_said_ && now.steady - *stranger_said_ < stranger_pause) {
+    return;
+  }
+  stranger_said_ = now.steady;
+  out_.say(Level::warn,
+           fmt::format("call {}: instance {} answers a call that was not given to it; its reply "
+                       "is dropped (said every {} s at most)",
+                       reply.call.to_string(), reply.instance.to_string(), stranger_pause.count()));
+}
+
 void ChannelSession::late(const fabric::Reply& reply, Moment now) {
   const bool in_hand = call_ && reply.call == call_->id();
   if (!in_hand && (!past_ || past_->call != reply.call ||
-                   (past_->answered && past_->answered_by == reply.instance))) {
-    // The history of a service that answered long ago, or the same reply delivered twice.
+                   (past_->answered && past_->answered_by == reply.instance) ||
+                   std::ranges::count(past_asked_, reply.instance) == 0)) {
+    // The history of a service that answered long ago, the same reply delivered twice, or the word
+    // of one that was not asked.
     return;
   }
+  if (reply.kind == fabric::ReplyKind::declined) {
+    // There is no answer that is lost.
+    return;
+  }
+  if (late_.call != reply.call) {
+    late_ = {reply.call, {}};
+  }
+  if (std::ranges::count(late_.told, reply.instance) > 0) {
+    return;
+  }
+  late_.told.push_back(reply.instance);
   ++out_.counters().late;
   fabric::Event event;
   event.kind = fabric::EventKind::late;
@@ -191,6 +221,10 @@ void ChannelSession::writer_finished(Moment now) {
 }
 
 void ChannelSession::end(bool written, const std::string& detail, Moment now) {
+  past_asked_.clear();
+  for (const Attempt& attempt : call_->call().attempts) {
+    past_asked_.push_back(attempt.instance);
+  }
   past_ = call_->close(written, detail, out_, now);
   call_.reset();
   idle_seen_ = true;

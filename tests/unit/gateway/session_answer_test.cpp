@@ -161,6 +161,50 @@ TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsDropped) {
   EXPECT_THAT(desk.said.back(), HasSubstr("was not given to it"));
 }
 
+TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsSaidOnceInAWhileHoweverOftenItComes) {
+  desk.dispatched_call();
+  const auto said = [&] {
+    return std::ranges::count_if(desk.said, [](const std::string& text) {
+      return text.find("was not given to it") != std::string::npos;
+    });
+  };
+  for (int i = 0; i < 100; ++i) {
+    reply(desk.reply("1.414", 1, 9));
+  }
+  EXPECT_EQ(said(), 1);
+  desk.now.steady += 1min;
+  reply(desk.reply("1.414", 1, 9));
+  EXPECT_EQ(said(), 2);
+}
+
+TEST_F(ChannelAnswer, ThatIsLateIsToldOnceOfEachInstanceThatWasAsked) {
+  desk.dispatched_call();
+  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
+  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  reply(desk.reply("second", 1, 2));
+  for (int i = 0; i < 3; ++i) {
+    reply(desk.reply("first", 1, 1));
+  }
+  EXPECT_EQ(sut().status().late, 1U);
+}
+
+TEST_F(ChannelAnswer, ToACallThatIsOverIsNotCalledLateIfItsInstanceWasNotAsked) {
+  desk.dispatched_call();
+  reply(desk.reply("1.414", 1));
+  reply(desk.reply("1.414", 1, 9));
+  EXPECT_EQ(sut().status().late, 0U);
+}
+
+TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotCalledLate) {
+  desk.dispatched_call();
+  desk.channel.set_request_state(0);
+  desk.wait(20ms);
+  auto declined = desk.reply("no room", 0);
+  declined.kind = fabric::ReplyKind::declined;
+  reply(declined);
+  EXPECT_EQ(sut().status().late, 0U);
+}
+
 TEST_F(ChannelAnswer, DeliveredTwiceIsWrittenOnceAndNotCalledLate) {
   desk.dispatched_call();
   reply(desk.reply("1.414", 1));
