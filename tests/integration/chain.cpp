@@ -1,8 +1,21 @@
 #include "tests/integration/chain.hpp"
 
+#include <algorithm>
 #include <fstream>
+#include <sstream>
 
 namespace millrace::tests::integration {
+
+namespace {
+
+std::string replaced(std::string text, const std::string& mark, const std::string& value) {
+  for (auto at = text.find(mark); at != std::string::npos; at = text.find(mark)) {
+    text.replace(at, mark.size(), value);
+  }
+  return text;
+}
+
+}  // namespace
 
 Process Chain::start(const std::string& name, Flags command) {
   command.insert(command.begin(), binary(name));
@@ -12,7 +25,10 @@ Process Chain::start(const std::string& name, Flags command) {
 }
 
 Process Chain::cnc(const Flags& flags) {
-  Flags command{"--listen", "127.0.0.1:0", "--channels", "2", "--dir", folder_.path().string()};
+  Flags command{"--listen", "127.0.0.1:0", "--dir", folder_.path().string()};
+  if (std::ranges::find(flags, "--channels") == flags.end()) {
+    command.insert(command.end(), {"--channels", "2"});
+  }
   command.insert(command.end(), flags.begin(), flags.end());
   Process process = start("millrace-cnc", std::move(command));
   port_ = process.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1);
@@ -27,11 +43,7 @@ Process Chain::gateway(const Flags& flags) {
 }
 
 void Chain::configure(std::string configuration) {
-  const std::string mark = "@PORT@";
-  for (auto at = configuration.find(mark); at != std::string::npos; at = configuration.find(mark)) {
-    configuration.replace(at, mark.size(), port_);
-  }
-  std::ofstream(this->configuration()) << configuration;
+  std::ofstream(this->configuration()) << replaced(std::move(configuration), "@PORT@", port_);
 }
 
 Process Chain::configured_gateway(const std::string& configuration, const Flags& flags) {
@@ -78,6 +90,15 @@ Flags Chain::command(Flags command) const {
 
 std::string Chain::program(int channel, const std::string& file) {
   return std::to_string(channel) + "=" + MILLRACE_TEST_DATA "/nc/chain/" + file;
+}
+
+std::string Chain::counting_program(const std::string& uuid, std::uint32_t calls) const {
+  std::ostringstream text;
+  text << std::ifstream(MILLRACE_TEST_DATA "/nc/cluster/counting.nc").rdbuf();
+  const std::filesystem::path file = folder_.path() / "counting.nc";
+  std::ofstream(file) << replaced(replaced(text.str(), "@UUID@", uuid), "@CALLS@",
+                                  std::to_string(calls));
+  return file;
 }
 
 }  // namespace millrace::tests::integration

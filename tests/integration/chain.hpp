@@ -21,7 +21,8 @@ using Flags = std::vector<std::string>;
 
 class Chain {
  public:
-  /// A virtual CNC with two channels, ready; the gateways started after it serve this one.
+  /// A virtual CNC with two channels unless the flags say otherwise, ready; the gateways started
+  /// after it serve this one.
   Process cnc(const Flags& flags = {});
   /// A gateway of the last virtual CNC, ready.
   Process gateway(const Flags& flags = {});
@@ -56,6 +57,9 @@ class Chain {
 
   /// "CHANNEL=FILE" for --run, FILE from tests/data/nc/chain.
   [[nodiscard]] static std::string program(int channel, const std::string& file);
+  /// The path of a program that makes so many calls, each with its number, and looks whether each
+  /// answer is that number; at its end it says "N calls answered".
+  [[nodiscard]] std::string counting_program(const std::string& uuid, std::uint32_t calls) const;
   /// A folder of this test's own.
   [[nodiscard]] std::filesystem::path folder() const { return folder_.path(); }
 

@@ -1,0 +1,144 @@
+#include "service.hpp"
+
+#include <iostream>
+
+#include "millracePubSubTypes.h"
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+
+namespace millrace::tests::interop::fastdds {
+
+namespace {
+
+/// In each lease.
+constexpr std::uint32_t beats_per_lease = 4;
+
+Nanoseconds now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+Service::Service(Fabric& fabric, Options options, Handler handler)
+    : options_(std::move(options)),
+      handler_(std::move(handler)),
+      desk_(options_.identity.id, options_.room) {
+  const std::string of_uuid = fabric.name() + "/" + options_.identity.uuid;
+  replies_ = fabric.write("millrace/v2/reply", dds::TypeSupport(new ReplyPubSubType()),
+                          {.partition = of_uuid,
+                           .user_data = writer_data(options_.identity.id),
+                           .max_instances = options_.max_instances});
+  beats_ = fabric.write("millrace/v2/beat", dds::TypeSupport(new BeatPubSubType()),
+                        {.partition = fabric.name(), .best_effort = true});
+  threads_.emplace_back([this] { beat(); });
+  for (std::uint32_t i = 0; i < options_.room; ++i) {
+    threads_.emplace_back([this] { work(); });
+  }
+  // Last: who sees it may call.
+  requests_ = fabric.read("millrace/v2/request", dds::TypeSupport(new RequestPubSubType()),
+                          {.partition = of_uuid + "/" + text_of(options_.identity.id),
+                           .user_data = reader_data(options_.identity),
+                           .max_instances = options_.max_instances},
+                          this);
+}
+
+Service::~Service() {
+  requests_->set_listener(nullptr);
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_) {
+    thread.join();
+  }
+}
+
+void Service::leave() {
+  Identity identity = options_.identity;
+  identity.draining = true;
+  Fabric::set_user_data(*requests_, reader_data(identity));
+  std::unique_lock lock(mutex_);
+  desk_.leave();
+  changed_.wait(lock, [this] { return desk_.idle() && to_send_.empty() && sending_ == 0; });
+  lock.unlock();
+  replies_->wait_for_acknowledgments({2, 0});
+}
+
+void Service::on_data_available(dds::DataReader* reader) {
+  Request request;
+  dds::SampleInfo info;
+  while (reader->take_next_sample(&request, &info) ==
+         eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    take(request, info);
+  }
+}
+
+void Service::take(const Request& request, const dds::SampleInfo& info) {
+  if (info.valid_data && options_.on_request) {
+    options_.on_request(request);
+  }
+  const std::lock_guard lock(mutex_);
+  if (info.valid_data) {
+    keys_[info.instance_handle] = key_of(request);
+    if (auto reply = desk_.take(request, now())) {
+      to_send_.push_back(std::move(*reply));
+    }
+  } else if (info.instance_state == dds::NOT_ALIVE_DISPOSED_INSTANCE_STATE) {
+    if (const auto key = keys_.extract(info.instance_handle); !key.empty()) {
+      desk_.take_back(key.mapped());
+      std::cout << "taken back: channel " << key.mapped().channel << std::endl;
+    }
+  }
+  // Without a writer: its gateway may come back for the answer.
+  changed_.notify_all();
+}
+
+/// Sends what is to be sent, and runs what may run.
+void Service::work() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    if (!to_send_.empty()) {
+      Reply reply = std::move(to_send_.front());
+      to_send_.pop_front();
+      ++sending_;
+      lock.unlock();
+      replies_->write(&reply);
+      lock.lock();
+      --sending_;
+      changed_.notify_all();
+    } else if (const auto call = desk_.begin(now())) {
+      lock.unlock();
+      const Answer answer = handler_(*call);
+      lock.lock();
+      if (auto reply = desk_.finish(*call, answer.text, answer.state, now())) {
+        to_send_.push_back(std::move(*reply));
+      }
+      changed_.notify_all();
+    } else {
+      changed_.wait(lock);
+    }
+  }
+}
+
+void Service::beat() {
+  const Id member = random_id();
+  const std::chrono::milliseconds period(options_.identity.lease_ms / beats_per_lease);
+  auto next = std::chrono::steady_clock::now();
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    Beat beat;
+    beat.member(member);
+    beat.at(now());
+    beat.loads().push_back(desk_.load());
+    lock.unlock();
+    beats_->write(&beat);
+    lock.lock();
+    // Late ones are not made up for.
+    next = std::max(next + period, std::chrono::steady_clock::now());
+    changed_.wait_until(lock, next, [this] { return stopping_; });
+  }
+}
+
+}  // namespace millrace::tests::interop::fastdds

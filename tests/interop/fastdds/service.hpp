@@ -1,0 +1,70 @@
+// A service of the fabric on Fast DDS: its three endpoints, the threads that work, and the beat.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "desk.hpp"
+#include "fabric.hpp"
+#include "identity.hpp"
+
+namespace millrace::tests::interop::fastdds {
+
+/// Text and state of an answer.
+struct Answer {
+  std::string text;
+  std::uint32_t state = 1;
+};
+
+class Service final : dds::DataReaderListener {
+ public:
+  struct Options {
+    Identity identity;
+    /// Calls that it takes, whatever its identity says.
+    std::uint32_t room = 1;
+    /// Of its reader and writers: Fast DDS's own limit is 10.
+    int max_instances = 0;
+    /// Called in the listener, in Fast DDS's own thread, for each request that comes.
+    std::function<void(const Request&)> on_request;
+  };
+  /// The handler runs in threads of its own, as many as there is room.
+  using Handler = std::function<Answer(const Request&)>;
+
+  Service(Fabric& fabric, Options options, Handler handler);
+  ~Service() override;
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  /// Takes nothing new, and returns when what it has is answered.
+  void leave();
+
+ private:
+  void on_data_available(dds::DataReader* reader) override;
+  void take(const Request& request, const dds::SampleInfo& info);
+  void work();
+  void beat();
+
+  const Options options_;
+  const Handler handler_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Desk desk_;
+  /// What a disposal means: Fast DDS does not tell the key of an instance that has no sample.
+  std::map<dds::InstanceHandle_t, Asked> keys_;
+  std::deque<Reply> to_send_;
+  std::size_t sending_ = 0;
+  bool stopping_ = false;
+  dds::DataWriter* replies_;
+  dds::DataWriter* beats_;
+  dds::DataReader* requests_;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace millrace::tests::interop::fastdds
