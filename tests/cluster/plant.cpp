@@ -49,7 +49,8 @@ std::string net_id(const std::string& address) {
 
 Plant::Plant(Backend backend)
     : hosts_(make_hosts(
-          backend, {"gateway", "recorder", "controller", "service-1", "service-2", "service-3"},
+          backend,
+          {"gateway", "recorder", "controller", "service-1", "service-2", "service-3", "service-4"},
           seed)) {
   for (const auto& entry : std::filesystem::directory_iterator(MILLRACE_PROFILES)) {
     std::filesystem::copy_file(entry.path(), hosts_->folder() / entry.path().filename());
@@ -139,16 +140,37 @@ Task& Plant::gateway(const Flags& flags) {
   return run("gateway", "gateway", "millrace-gateway", all);
 }
 
-Task& Plant::service(const std::string& host, const std::string& name, const Flags& flags) {
+Flags Plant::of_service(const std::string& host, const std::string& name,
+                        const Flags& flags) const {
   Flags all = joining(host);
   all.insert(all.end(), {"--name", name, "--record", hosts_->folder() / "executions"});
   all.insert(all.end(), flags.begin(), flags.end());
-  return run(host, name, "millrace-slow-service", all);
+  return all;
+}
+
+Task& Plant::service(const std::string& host, const std::string& name, const Flags& flags) {
+  return run(host, name, "millrace-slow-service", of_service(host, name, flags));
+}
+
+void Plant::services(const std::string& host, const std::vector<std::string>& names,
+                     const Flags& flags) {
+  for (const std::string& name : names) {
+    tasks_[name] = hosts_->up(host, "millrace-slow-service", of_service(host, name, flags));
+  }
+  for (const std::string& name : names) {
+    task(name).await("^ready: ");
+  }
 }
 
 std::size_t Plant::finished() const {
-  const auto executions = read_executions(hosts_->folder() / "executions");
-  return static_cast<std::size_t>(std::ranges::count(executions, Step::finished, &Execution::step));
+  // It is asked often while it grows: what was counted once is not read again.
+  std::ifstream file(hosts_->folder() / "executions");
+  file.seekg(counted_to_);
+  for (std::string line; std::getline(file, line) && !file.eof();) {
+    finished_ += line.starts_with("finished ") ? 1U : 0U;
+    counted_to_ = file.tellg();
+  }
+  return finished_;
 }
 
 std::chrono::duration<double> Plant::await_finished(std::size_t more,

@@ -12,6 +12,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <ios>
 #include <map>
 #include <memory>
 #include <string>
@@ -39,14 +40,14 @@ struct Load {
 
 class Plant {
  public:
-  /// Hosts gateway, recorder, controller, service-1, service-2, service-3. Every program joins the
-  /// fabric by the profile deploy/profiles/one_network.fabric.textproto unless told otherwise.
+  /// Hosts gateway, recorder, controller, service-1 to service-4. Every program joins the fabric by
+  /// the profile deploy/profiles/one_network.fabric.textproto unless told otherwise.
   explicit Plant(Backend backend);
 
   Hosts& hosts() { return *hosts_; }
   Network& network() { return hosts_->network(); }
 
-  /// From now on programs on `host` join by this file of deploy/profiles.
+  /// From now on programs on `host` join by this file of deploy/profiles, or of the hosts' folder.
   void set_profile(const std::string& host, const std::string& file);
   /// The fabric is recorded on `host` rather than on the host "recorder".
   void record_on(const std::string& host) { recorder_host_ = host; }
@@ -58,6 +59,9 @@ class Plant {
   /// millrace-slow-service under a name of its own, started and ready. The name stands for the
   /// process: a service that is started anew needs another one.
   Task& service(const std::string& host, const std::string& name, const Flags& flags = {});
+  /// So many of them at once, all ready.
+  void services(const std::string& host, const std::vector<std::string>& names,
+                const Flags& flags = {});
   /// Any other program that joins the fabric, by its name among the programs of this build.
   Task& start(const std::string& host, const std::string& name, const std::string& program,
               Flags flags = {});
@@ -92,6 +96,8 @@ class Plant {
   void record();
   void end_recording();
   [[nodiscard]] Flags joining(const std::string& host) const;
+  [[nodiscard]] Flags of_service(const std::string& host, const std::string& name,
+                                 const Flags& flags) const;
   [[nodiscard]] std::string write_program(const Load& load) const;
 
   std::unique_ptr<Hosts> hosts_;
@@ -101,6 +107,9 @@ class Plant {
   std::string recorder_host_ = "recorder";
   /// Of the CNC that was started last.
   Load load_;
+  /// How far the executions have been counted, and what came of it.
+  mutable std::streamoff counted_to_ = 0;
+  mutable std::size_t finished_ = 0;
 };
 
 }  // namespace millrace::tests::cluster

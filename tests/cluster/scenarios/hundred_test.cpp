@@ -1,0 +1,180 @@
+// A hundred instances on four hosts, and everything that happens to them in a week, in half a
+// minute: whatever becomes of them, no call is lost, and none is answered twice.
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <thread>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "tests/cluster/scenarios/scenario.hpp"
+#include "tests/cluster/scenarios/stopwatch.hpp"
+
+namespace millrace::tests::cluster {
+namespace {
+
+using std::chrono_literals::operator""ms;
+
+constexpr int hosts = 4;
+constexpr std::uint32_t channels = 16;
+constexpr std::uint32_t calls = 100;
+/// Each call takes so long, so that the load lasts for as long as things happen.
+constexpr const char* work = "100";
+/// For what is done to them to show, with other work on both cores.
+constexpr std::chrono::seconds allowed{60};
+
+std::string host_of(int host) {
+  return fmt::format("service-{}", host);
+}
+
+/// Which instances the gateway has ready, by what it logs.
+class Presence {
+ public:
+  /// `log`: all of it so far.
+  void read(const std::string& log) {
+    for (auto end = log.find('\n', read_); end != std::string::npos; end = log.find('\n', read_)) {
+      take(log.substr(read_, end - read_));
+      read_ = end + 1;
+    }
+  }
+  /// Those whose names begin so.
+  [[nodiscard]] std::size_t count(const std::string& prefix) const {
+    std::size_t found = 0;
+    for (const auto& [id, name] : names_) {
+      found += name.starts_with(prefix) ? 1U : 0U;
+    }
+    return found;
+  }
+
+ private:
+  /// "… instance ID of UUID is ready: NAME on HOST, pid 1", "… instance ID is gone"
+  void take(const std::string& line) {
+    const auto at = line.find("instance ");
+    if (at == std::string::npos) {
+      return;
+    }
+    std::istringstream words(line.substr(at));
+    std::string word;
+    std::string id;
+    words >> word >> id >> word;
+    if (word == "of" && line.find(" is ready: ") != std::string::npos) {
+      words >> word >> word >> word >> names_[id];
+    } else if (word == "is" && line.ends_with("is gone")) {
+      names_.erase(id);
+    }
+  }
+
+  std::size_t read_ = 0;
+  std::map<std::string, std::string> names_;
+};
+
+class AHundredInstances : public Scenario {
+ protected:
+  /// Containers are too dear for as many.
+  static int per_host() { return GetParam() == Backend::namespaces ? 25 : 3; }
+
+  void start() {
+    // More than its usual 20 programs on a host.
+    std::ofstream(sut().hosts().folder() / "crowded.fabric.textproto") << "interface: \"eth0\"\n";
+    sut().gateway({"--log-level", "info"});
+    for (int host = 1; host <= hosts; ++host) {
+      sut().set_profile(host_of(host), "crowded.fabric.textproto");
+      std::vector<std::string> names;
+      for (int i = 1; i <= per_host(); ++i) {
+        names.push_back(name_of(host, i));
+      }
+      sut().services(host_of(host), names, {"--work", work});
+    }
+    await_present("h", static_cast<std::size_t>(hosts * per_host()));
+    sut().cnc({.channels = channels, .calls = calls});
+    sut().await_finished(channels);
+  }
+
+  static std::string name_of(int host, int number) { return fmt::format("h{}-{}", host, number); }
+  static std::string of_host(int host) { return fmt::format("h{}-", host); }
+
+  /// Waits until so many instances whose names begin so are ready.
+  void await_present(const std::string& prefix, std::size_t count) {
+    const Stopwatch watch;
+    do {
+      if (watch.time() > allowed) {
+        throw std::runtime_error(fmt::format("the gateway has {} instances {}*, not {}",
+                                             presence_.count(prefix), prefix, count));
+      }
+      std::this_thread::sleep_for(20ms);
+      presence_.read(sut().task("gateway").log());
+    } while (presence_.count(prefix) != count);
+  }
+
+  /// Calls are answered all the while, as long as the programs make some.
+  void expect_calls_go_on(std::size_t number = 2 * channels) {
+    const std::size_t left =
+        channels * calls - std::min<std::size_t>(channels * calls, sut().finished());
+    sut().await_finished(std::min(number, left));
+  }
+
+  void kill_one_after_the_other(int host, int number) {
+    for (int i = 1; i <= number; ++i) {
+      sut().task(name_of(host, i)).kill();
+      expect_calls_go_on(4);
+    }
+  }
+
+  void replace_one_by_one(int host) {
+    for (int i = 1; i <= per_host(); ++i) {
+      Task& old = sut().task(name_of(host, i));
+      sut().service(host_of(host), fmt::format("new{}-{}", host, i), {"--work", work});
+      old.terminate();
+      EXPECT_EQ(old.wait(), 0) << old.log();
+    }
+  }
+
+ private:
+  Presence presence_;
+};
+
+TEST_P(AHundredInstances, LoseNoCallAndDoubleNoneWhateverHappensToThem) {
+  const auto all = static_cast<std::size_t>(per_host());
+  const int killed = per_host() / 3;
+  const Stopwatch watch;
+  start();
+  report("a hundred instances ready, and the first calls of all channels answered", watch.time());
+
+  kill_one_after_the_other(1, killed);
+  await_present(of_host(1), all - static_cast<std::size_t>(killed));
+
+  // Neither way.
+  sut().network().cut(host_of(2));
+  await_present(of_host(2), 0);
+  expect_calls_go_on();
+  sut().network().heal();
+  await_present(of_host(2), all);
+
+  // It is not heard, and hears: takes no part, and is not told.
+  sut().network().cut_one_way(host_of(3), "gateway");
+  await_present(of_host(3), 0);
+  expect_calls_go_on();
+  sut().network().heal();
+  await_present(of_host(3), all);
+
+  // It is heard, and hears nothing: its beats come, and no call gets there.
+  sut().network().cut_one_way("gateway", host_of(3));
+  expect_calls_go_on();
+  expect_calls_go_on();
+  sut().network().heal();
+  expect_calls_go_on();
+
+  replace_one_by_one(4);
+  await_present(of_host(4), 0);
+  await_present("new4-", all);
+  report("all that happened to them", watch.time());
+  fmt::print("measured: {} of {} calls finished meanwhile\n", sut().finished(), channels * calls);
+  sut().expect_all_answered(std::chrono::minutes(2));
+}
+
+INSTANTIATE_TEST_SUITE_P(Cluster, AHundredInstances, testing::ValuesIn(backends), name_of);
+
+}  // namespace
+}  // namespace millrace::tests::cluster
