@@ -32,11 +32,13 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   channel.stretches.push_back({fact.request, now, {}, {}});
   channel.cleared = false;
   channel.wiped = false;
+  channel.texts_left = false;
   channel.writers.clear();
 }
 
 void AnswerCheck::on(const ProgramMoved& fact, Time now) {
   Channel& channel = channels_[fact.key];
+  channel.texts_left = fact.texts_stay;
   const auto& stretches = channel.stretches;
   if (fact.texts_stay && !stretches.empty() && stretches.back().answered_by) {
     // Both states are 0 and the texts are ours: as if the last write had never arrived.
@@ -91,7 +93,7 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
                                       fact.call.to_string()));
     return;
   }
-  const Channel& channel = channels_[fact.key];
+  Channel& channel = channels_[fact.key];
   const auto& stretches = channel.stretches;
   const bool stood = std::ranges::any_of(stretches, [&](const Stretch& one) {
     const bool ours = one.request == fact.request && one.from <= look->second.end;
@@ -103,6 +105,20 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
         name_of(fact.variable).substr(12), fact.call.to_string(), fact.request.text));
+  } else if (fact.variable == gateway::Variable::request_state && channel.texts_left) {
+    blur(channel, fact.request);
+  }
+}
+
+/// Whether the gateway has cleared REQUEST_STATE or the program, nobody can tell from now on.
+void AnswerCheck::blur(Channel& channel, const gateway::PendingRequest& request) {
+  if (channel.stretches.empty()) {
+    return;
+  }
+  Stretch& last = channel.stretches.back();
+  if (last.request == request && !last.answered_by) {
+    channel.cleared = true;
+    last.until.reset();
   }
 }
 
@@ -150,15 +166,8 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
 }
 
 void AnswerCheck::on(const Resumed& fact, Time) {
-  Channel& channel = channels_[fact.key];
-  if (!fact.clearing || channel.stretches.empty()) {
-    return;
-  }
-  // Whether the gateway has cleared REQUEST_STATE or the program, nobody can tell.
-  Stretch& last = channel.stretches.back();
-  if (last.request == fact.request && !last.answered_by) {
-    channel.cleared = true;
-    last.until.reset();
+  if (fact.clearing) {
+    blur(channels_[fact.key], fact.request);
   }
 }
 

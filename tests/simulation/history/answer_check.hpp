@@ -36,6 +36,9 @@ class AnswerCheck final : public Check {
     bool cleared = false;
     /// The request was answered, and RESPONSE_STATE is 0 again although nothing else was asked.
     bool wiped = false;
+    /// What the program has asked last it has taken back, or gone on from, and its texts stand
+    /// there still.
+    bool texts_left = false;
     /// Whose text stands in RESPONSE: two gateways that do not hear each other write over each
     /// other's; nothing once the program has emptied it.
     std::optional<GatewayNumber> text_by{};
@@ -62,6 +65,7 @@ class AnswerCheck final : public Check {
 
   void judge_value(const WriteAsked& fact);
   static void close(Channel& channel, Time now);
+  static void blur(Channel& channel, const gateway::PendingRequest& request);
 
   std::map<Key, Channel> channels_;
   std::map<std::pair<GatewayNumber, Key>, LookAt> looks_;
