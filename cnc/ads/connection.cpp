@@ -42,6 +42,8 @@ Connection::Connection(tcp::socket socket, Device& device, const ServerOptions& 
       reader_(options.max_frame),
       outbox_(socket_, options.max_output),
       due_(socket_.get_executor(), Clock::time_point::max()),
+      idle_(socket_.get_executor()),
+      last_received_(Clock::now()),
       log_(std::move(log)) {
   const auto endpoint = endpoint_of(socket_);
   address_ = endpoint.address();
@@ -54,6 +56,9 @@ asio::awaitable<void> Connection::run() {
   const auto self = shared_from_this();
   asio::co_spawn(socket_.get_executor(), write(self), base::program::rethrow_from_loop);
   asio::co_spawn(socket_.get_executor(), send_when_due(self), base::program::rethrow_from_loop);
+  if (options_.idle_time.count() > 0) {
+    asio::co_spawn(socket_.get_executor(), close_when_idle(self), base::program::rethrow_from_loop);
+  }
   co_await receive();
   close();
   session_.end();
@@ -75,6 +80,29 @@ asio::awaitable<void> Connection::send_when_due(std::shared_ptr<Connection> self
     const auto time = now();
     self->send(self->session_.poll(time), time);
     self->outbox_.push(self->faulty_line_.take(time.steady));
+  }
+}
+
+asio::awaitable<void> Connection::close_when_idle(std::shared_ptr<Connection> self) {
+  const auto limit = self->options_.idle_time;
+  auto since = self->last_moved();
+  while (true) {
+    self->idle_.expires_at(since + limit);
+    co_await self->idle_.async_wait(quietly);
+    if (self->closed()) {
+      co_return;
+    }
+    const auto moved = self->last_moved();
+    if (moved > since) {
+      since = moved;
+    } else if (self->peer_waits()) {
+      since = Clock::now();
+    } else {
+      self->log_->info("{}: connection closed by us: {} for {} s", self->peer_,
+                       self->outbox_.size() > 0 ? "what was sent was not read" : "it was not used",
+                       std::chrono::duration<double>(limit).count());
+      self->close();
+    }
   }
 }
 
@@ -100,6 +128,7 @@ asio::awaitable<void> Connection::receive() {
       log_->debug("{}: connection closed: {}", peer_, error.message());
       co_return;
     }
+    last_received_ = Clock::now();
     reader_.feed(BytesView(chunk).first(size));
     co_await react_to_frames();
   }
@@ -147,9 +176,18 @@ Subscriptions::Time Connection::next_due() const {
   return std::min(notification, answer);
 }
 
+Subscriptions::Time Connection::last_moved() const {
+  return std::max(last_received_, outbox_.last_taken());
+}
+
+bool Connection::peer_waits() const {
+  return outbox_.size() == 0 && next_due() != Clock::time_point::max();
+}
+
 void Connection::close() {
   outbox_.stop();
   due_.cancel();
+  idle_.cancel();
   boost::system::error_code ignored;
   socket_.close(ignored);
 }

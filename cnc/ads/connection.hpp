@@ -26,6 +26,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   static boost::asio::awaitable<void> drained(std::shared_ptr<Connection> self);
   /// Ends it; the device is not called any more.
   void close();
+  [[nodiscard]] bool closed() const { return outbox_.stopped(); }
   [[nodiscard]] const boost::asio::ip::address& address() const { return address_; }
   /// "127.0.0.1:54321"
   [[nodiscard]] const std::string& peer() const { return peer_; }
@@ -33,10 +34,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   static boost::asio::awaitable<void> write(std::shared_ptr<Connection> self);
   static boost::asio::awaitable<void> send_when_due(std::shared_ptr<Connection> self);
+  static boost::asio::awaitable<void> close_when_idle(std::shared_ptr<Connection> self);
   boost::asio::awaitable<void> receive();
   boost::asio::awaitable<void> react_to_frames();
   void send(Bytes frames, Moment now);
   [[nodiscard]] Subscriptions::Time next_due() const;
+  /// When the last byte went over it, either way.
+  [[nodiscard]] Subscriptions::Time last_moved() const;
+  /// The peer has all that was sent, and something more is coming.
+  [[nodiscard]] bool peer_waits() const;
 
   boost::asio::ip::tcp::socket socket_;
   const ServerOptions& options_;
@@ -46,6 +52,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   FaultyLine faulty_line_;
   // Runs out when the next notification or delayed answer is due.
   boost::asio::steady_timer due_;
+  boost::asio::steady_timer idle_;
+  Subscriptions::Time last_received_;
   base::program::Log log_;
   boost::asio::ip::address address_;
   std::string peer_;

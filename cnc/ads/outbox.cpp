@@ -4,7 +4,6 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <boost/asio/write.hpp>
 
 #include "cnc/ads/quietly.hpp"
 
@@ -53,10 +52,11 @@ asio::awaitable<error_code> Outbox::write() {
   auto rest = asio::buffer(std::as_const(writing_));
   while (rest.size() > 0) {
     const auto segment = asio::buffer(rest, segment_);
-    const auto [error, size] = co_await asio::async_write(socket_, segment, quietly);
+    const auto [error, size] = co_await socket_.async_write_some(segment, quietly);
     if (error) {
       co_return error;
     }
+    last_taken_ = std::chrono::steady_clock::now();
     rest += size;
   }
   co_return error_code{};

@@ -6,6 +6,7 @@
 //   co_await outbox.room();      // back-pressure: until the peer has read enough
 #pragma once
 
+#include <chrono>
 #include <limits>
 
 #include <boost/asio/awaitable.hpp>
@@ -28,6 +29,8 @@ class Outbox {
   void set_segment(std::size_t size) { segment_ = size; }
   /// Bytes pushed and not yet taken by the socket.
   [[nodiscard]] std::size_t size() const { return waiting_.size() + writing_.size(); }
+  /// When the socket last took some of it; the clock's beginning if it never has.
+  [[nodiscard]] std::chrono::steady_clock::time_point last_taken() const { return last_taken_; }
   /// Writes what is pushed, until the socket fails or stop() is called; what the socket said.
   boost::asio::awaitable<boost::system::error_code> run();
   /// Returns when size() is within the capacity or the outbox has stopped.
@@ -47,6 +50,7 @@ class Outbox {
   Bytes waiting_;
   Bytes writing_;
   std::size_t segment_ = std::numeric_limits<std::size_t>::max();
+  std::chrono::steady_clock::time_point last_taken_{};
   bool stopped_ = false;
 };
 

@@ -1,5 +1,6 @@
 #include "cnc/ads/server.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <list>
 #include <stdexcept>
@@ -22,6 +23,8 @@ using namespace std::chrono_literals;
 
 // How long to wait when the system has no descriptor left for a new connection.
 constexpr auto accept_pause = 100ms;
+/// Of the lines about connections that are too many, so that they fill no log.
+constexpr auto refusal_pause = 10s;
 
 tcp::acceptor listen(const asio::any_io_executor& executor, const ServerOptions& options) {
   try {
@@ -46,11 +49,13 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
         pause(executor) {}
 
   static asio::awaitable<void> accept(std::shared_ptr<Impl> self);
-  static asio::awaitable<void> serve(std::shared_ptr<Impl> self,
-                                     std::shared_ptr<Connection> connection);
+  using Connections = std::list<std::shared_ptr<Connection>>;
+  static asio::awaitable<void> serve(std::shared_ptr<Impl> self, Connections::iterator place);
   static asio::awaitable<void> drain(std::shared_ptr<Impl> self,
                                      std::shared_ptr<asio::steady_timer> over);
   void admit(tcp::socket socket);
+  [[nodiscard]] bool full() const;
+  void say_refused(const Connection& connection);
   void stop();
 
   Device& device;
@@ -59,7 +64,10 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
   asio::steady_timer pause;
-  std::list<std::shared_ptr<Connection>> connections;
+  Connections connections;
+  /// Since the last line about one.
+  std::size_t refused = 0;
+  std::chrono::steady_clock::time_point next_refusal_line{};
   Lingering lingering;
 };
 
@@ -92,13 +100,37 @@ void Server::Impl::admit(tcp::socket socket) {
       older->close();
     }
   }
-  asio::co_spawn(acceptor.get_executor(), serve(shared_from_this(), std::move(connection)),
+  if (full()) {
+    say_refused(*connection);
+    return;
+  }
+  const auto place = connections.insert(connections.end(), std::move(connection));
+  asio::co_spawn(acceptor.get_executor(), serve(shared_from_this(), place),
                  base::program::rethrow_from_loop);
 }
 
-asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self,
-                                          std::shared_ptr<Connection> connection) {
-  const auto place = self->connections.insert(self->connections.end(), connection);
+// One that is closed stays in the list until its coroutines have ended.
+bool Server::Impl::full() const {
+  const auto open =
+      std::ranges::count_if(connections, [](const auto& one) { return !one->closed(); });
+  return static_cast<std::size_t>(open) >= options.max_connections;
+}
+
+void Server::Impl::say_refused(const Connection& connection) {
+  ++refused;
+  const auto now = std::chrono::steady_clock::now();
+  if (now < next_refusal_line) {
+    return;
+  }
+  log->warn("{}: connection refused: {} are open, which is the limit (max_connections){}",
+            connection.peer(), options.max_connections,
+            refused > 1 ? fmt::format("; {} others since the last such line", refused - 1) : "");
+  refused = 0;
+  next_refusal_line = now + refusal_pause;
+}
+
+asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self, Connections::iterator place) {
+  const auto connection = *place;
   co_await connection->run();
   self->connections.erase(place);
 }

@@ -6,7 +6,7 @@
 //
 // A peer that breaks the protocol loses its connection, with a line in the log; the others notice
 // nothing. A peer that does not read its answers is not read from either, so that memory is
-// bounded.
+// bounded; there are so many connections at most, and who leaves his unused gives it back.
 #pragma once
 
 #include <chrono>
@@ -32,6 +32,11 @@ struct ServerOptions {
   std::size_t max_frame = std::size_t{4} << 20U;
   /// A connection with more unread output than this is not read from.
   std::size_t max_output = std::size_t{1} << 20U;
+  /// One more is closed as soon as it is made, with a line in the log.
+  std::size_t max_connections = 250;
+  /// A connection over which no byte has gone for so long is closed, with a line in the log, unless
+  /// its client waits for us: for notifications or an answer that is late. 0 = none is.
+  std::chrono::milliseconds idle_time = std::chrono::minutes(10);
   /// A new connection closes the older ones from the same IP address, as a TwinCAT router does it
   /// (inferred from many reports): two clients on one host then throw each other out.
   bool one_connection_per_address = false;

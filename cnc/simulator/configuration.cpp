@@ -158,7 +158,11 @@ std::vector<ads::NetId> routes(const config::CncConnections& from, const ConfigP
 
 ConnectionSettings connections(const config::CncConnections& from, Mistakes& mistakes) {
   const ConfigPath path{{"connections"}};
+  constexpr std::uint32_t most_connections = 10'000;
+  constexpr std::uint32_t week_s = 7 * 24 * 3'600;
   mistakes.expect_range(from.delay_ms(), 0U, 60'000U, path / "delay_ms");
+  mistakes.expect_range(from.max_connections(), 1U, most_connections, path / "max_connections");
+  mistakes.expect_range(from.idle_s(), 0U, week_s, path / "idle_s");
   return {static_cast<ads::ForeignTarget>(from.foreign_target()),
           routes(from, path, mistakes),
           from.one_per_address(),
@@ -166,7 +170,9 @@ ConnectionSettings connections(const config::CncConnections& from, Mistakes& mis
           from.symbols(),
           from.notifications_survive(),
           {std::chrono::milliseconds(from.delay_ms()), from.drop_every(), from.out_of_order(),
-           from.segment(), from.refuse()}};
+           from.segment(), from.refuse()},
+          from.max_connections(),
+          std::chrono::seconds(from.idle_s())};
 }
 
 /// A relative folder starts at `base`.

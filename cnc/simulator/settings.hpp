@@ -42,6 +42,9 @@ struct ConnectionSettings {
   /// Notifications go on when their client connects again.
   bool notifications_survive = false;
   ads::Faults faults;
+  std::size_t max_connections = 250;
+  /// After which an unused connection is closed; 0 = never.
+  std::chrono::seconds idle_time = std::chrono::minutes(10);
 };
 
 /// A channel's number is one byte of an index group.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/program/barrier.hpp"
 #include "cnc/ads/response.hpp"
 #include "tests/support/hex_vectors.hpp"
 #include "tests/support/wait_for.hpp"
@@ -127,6 +128,100 @@ TEST_F(ServerTest, ForgetsAConnectionThatItsPeerCloses) {
   auto peer = connect();
   EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
   peer.close();
+  EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
+}
+
+TEST_F(ServerTest, RefusesOneConnectionTooManyAndDisturbsNoOther) {
+  ServerOptions options;
+  options.max_connections = 2;
+  start(options);
+  auto first = connect();
+  auto second = connect();
+  ASSERT_TRUE(run_until(io, [&] { return sut->connections() == 2; }));
+  auto third = connect();
+  EXPECT_EQ(receive(third), std::nullopt);
+  for (auto* peer : {&first, &second}) {
+    send(*peer, vector("read_request"));
+    EXPECT_EQ(receive(*peer), vector("read_response"));
+  }
+}
+
+TEST_F(ServerTest, ServesANewConnectionWhenOneOfTooManyHasLeft) {
+  ServerOptions options;
+  options.max_connections = 1;
+  start(options);
+  auto first = connect();
+  ASSERT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
+  first.close();
+  ASSERT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
+  auto second = connect();
+  send(second, vector("read_request"));
+  EXPECT_EQ(receive(second), vector("read_response"));
+}
+
+TEST_F(ServerTest, AConnectionThatReplacesTheOldestOfItsAddressIsNotOneTooMany) {
+  ServerOptions options;
+  options.max_connections = 1;
+  options.one_connection_per_address = true;
+  start(options);
+  auto first = connect();
+  ASSERT_TRUE(run_until(io, [&] { return sut->connections() == 1; }));
+  auto second = connect();
+  send(second, vector("read_request"));
+  EXPECT_EQ(receive(second), vector("read_response"));
+  EXPECT_EQ(receive(first), std::nullopt);
+}
+
+TEST_F(ServerTest, ClosesAConnectionThatIsNotUsedAndNoneThatIs) {
+  ServerOptions options;
+  options.idle_time = std::chrono::milliseconds(300);
+  start(options);
+  const auto begin = std::chrono::steady_clock::now();
+  auto used = connect();
+  auto unused = connect();
+  std::optional<std::optional<Bytes>> end;
+  asio::co_spawn(io, tests::keep(unused.receive(), end), base::program::rethrow_from_loop);
+  while (!end) {
+    ASSERT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
+    send(used, vector("read_request"));
+    ASSERT_EQ(receive(used), vector("read_response"));
+  }
+  EXPECT_EQ(*end, std::nullopt);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, options.idle_time);
+  EXPECT_EQ(sut->connections(), 1U);
+}
+
+TEST_F(ServerTest, AClientThatWaitsForNotificationsIsNotIdle) {
+  ServerOptions options;
+  options.idle_time = std::chrono::milliseconds(50);
+  start(options);
+  auto peer = connect();
+  auto add = decode_packet(BytesView(vector("read_request")).subspan(frame_header_size))->header;
+  add.command = Command::add_notification;
+  send(peer, encode_packet(add, encode(AddNotificationRequest{
+                                    {0x122301, 0x48}, 4, Transmission::on_change, 0, 10'000})));
+  ASSERT_TRUE(receive(peer));  // the handle
+  ASSERT_TRUE(receive(peer));  // the first value
+  auto unused = connect();
+  EXPECT_EQ(receive(unused), std::nullopt);  // has come later and is gone
+  EXPECT_EQ(sut->connections(), 1U);
+  device.values[{0x122301, 0x48}] = {2, 0, 0, 0};
+  EXPECT_TRUE(receive(peer));
+}
+
+TEST_F(ServerTest, ClosesAConnectionWhosePeerReadsNothingForTheIdleTime) {
+  ServerOptions options;
+  options.idle_time = std::chrono::milliseconds(100);
+  start(options);
+  constexpr std::size_t value_size = 1'000'000;
+  device.values[{0x122301, 0x48}] = Bytes(value_size);
+  auto greedy = connect();
+  auto request = vector("read_request");
+  request[46] = request[47] = request[48] = request[49] = 0x7F;  // the length to read
+  for (int i = 0; i < 20; ++i) {
+    send(greedy, request);
+  }
+  ASSERT_TRUE(run_until(io, [&] { return device.calls > 1; }));
   EXPECT_TRUE(run_until(io, [&] { return sut->connections() == 0; }));
 }
 

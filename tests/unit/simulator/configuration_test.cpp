@@ -105,6 +105,8 @@ TEST(Configuration, ReadsHowConnectionsBehave) {
   EXPECT_TRUE(sut.faults.out_of_order);
   EXPECT_EQ(sut.faults.segment, 7);
   EXPECT_TRUE(sut.faults.refuse_connections);
+  EXPECT_EQ(sut.max_connections, 3);
+  EXPECT_EQ(sut.idle_time, std::chrono::seconds(30));
 }
 
 /// A configuration that cannot be, and what is said about it.
@@ -137,6 +139,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"connections { route: \"1.2.3\" }",
                 "x:1:15: connections.route: \"1.2.3\"; expected six"},
         Mistake{"connections { delay_ms: 60001 }", "delay_ms: 60001; expected 0 to 60000"},
+        Mistake{"connections { max_connections: 0 }", "max_connections: 0; expected 1 to 10000"},
+        Mistake{"connections { idle_s: 604801 }", "idle_s: 604801; expected 0 to 604800"},
         Mistake{"answers { old_value_offset: 93 }", "old_value_offset: 93; expected 92 or 96"},
         Mistake{"axis { name: \"X\" greatest_feed: -1 }",
                 "x:1:18: axis.greatest_feed: -1; expected 0 to 1000000"},
