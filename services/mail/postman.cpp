@@ -15,10 +15,8 @@ using sdk::Response;
 
 /// How often old calls are forgotten, if nothing else happens.
 constexpr std::chrono::hours look_around{1};
-
-bool is_done(Stage stage) {
-  return stage == Stage::accepted || stage == Stage::refused;
-}
+/// How often a spool is tried again that cannot be written or read.
+constexpr std::chrono::seconds spool_pause{10};
 
 }  // namespace
 
@@ -41,25 +39,28 @@ Postman::~Postman() {
 }
 
 void Postman::read_spool() {
-  Spool::Content content = spool_.read();
-  for (const std::string& mistake : content.mistakes) {
+  for (const std::string& mistake : spool_.mistakes()) {
     log_->error("{}\nIts mail is not sent again.", mistake);
   }
-  std::size_t waiting = 0;
-  std::optional<fabric::Time> last;
-  for (Entry& entry : content.entries) {
-    if (entry.stage == Stage::handed_over) {
-      log_->warn(
-          "call {}: its mail was handed over, but no answer of the server is known; it is "
-          "not sent again",
-          entry.call.to_string());
-    }
-    last = std::max(last.value_or(entry.made), entry.made);
-    waiting += entry.stage == Stage::waiting ? 1 : 0;
-    entries_.insert_or_assign(entry.call, std::move(entry));
+  auto content = spool_.content();
+  if (!content) {
+    throw std::runtime_error(content.error());
   }
-  clock_.emplace("the calls that the spool knows", last, base::loop::clocks_now());
-  log_->info("the spool has {} mails that wait and knows {} calls", waiting, entries_.size());
+  for (const fabric::CallId call : content->in_doubt) {
+    log_->warn(
+        "call {}: its mail was handed over, but no answer of the server is known; it is "
+        "not sent again",
+        call.to_string());
+  }
+  waiting_ = std::move(content->waiting);
+  clock_.emplace("the calls that the spool knows", content->last, base::loop::clocks_now());
+  log_->info("the spool has {} mails that wait and knows {} calls", waiting_.size(),
+             content->calls);
+}
+
+Spool::Result<std::optional<Entry>> Postman::known(fabric::CallId call) const {
+  const auto unwritten = unwritten_.find(call);
+  return unwritten != unwritten_.end() ? std::optional(unwritten->second) : spool_.find(call);
 }
 
 Response Postman::answer(const CallInfo& call) {
@@ -69,9 +70,13 @@ Response Postman::answer(const CallInfo& call) {
   }
   Lock lock(lock_);
   changed_.wait(lock, [&] { return !busy_.contains(call.call); });
-  const auto known = entries_.find(call.call);
-  if (known != entries_.end()) {
-    const Entry entry = known->second;
+  const auto earlier = known(call.call);
+  if (!earlier) {
+    log_->error("call {}: nothing is sent: {}", call.call.to_string(), earlier.error());
+    return text::error(state_spool, "nothing sent, the spool cannot be read: " + earlier.error());
+  }
+  if (*earlier) {
+    const Entry& entry = **earlier;
     // Not yet tried: the process ended in between.
     return entry.stage == Stage::waiting && entry.attempts == 0 ? first_attempt(lock, entry)
                                                                 : answer_from(entry);
@@ -143,12 +148,19 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
 }
 
 void Postman::keep(Lock& lock, const Entry& entry) {
-  if (const auto kept = spool_.put(entry); !kept) {
-    log_->error("call {}: what became of its mail is not written down: {}", entry.call.to_string(),
-                kept.error());
+  const auto kept = spool_.put(entry);
+  if (!kept) {
+    log_->error("call {}: what became of its mail is not written down yet: {}",
+                entry.call.to_string(), kept.error());
   }
   lock.lock();
-  entries_.insert_or_assign(entry.call, entry);
+  note(entry);
+  if (kept) {
+    unwritten_.erase(entry.call);
+  } else {
+    unwritten_.insert_or_assign(entry.call, entry);
+    next_tidying_ = std::min(next_tidying_, std::chrono::steady_clock::now() + spool_pause);
+  }
 }
 
 void Postman::drop(Lock& lock, fabric::CallId call) {
@@ -156,7 +168,16 @@ void Postman::drop(Lock& lock, fabric::CallId call) {
     log_->error("call {}: {}", call.to_string(), gone.error());
   }
   lock.lock();
-  entries_.erase(call);
+  waiting_.erase(call);
+  unwritten_.erase(call);
+}
+
+void Postman::note(const Entry& entry) {
+  if (entry.stage == Stage::waiting) {
+    waiting_.insert_or_assign(entry.call, entry.next);
+  } else {
+    waiting_.erase(entry.call);
+  }
 }
 
 void Postman::tell(const Entry& entry, const Outcome& outcome) const {
@@ -194,14 +215,49 @@ void Postman::run() {
   while (!stopping_) {
     const fabric::Time time = std::chrono::system_clock::now();
     fabric::Time wake = time + look_around;
-    if (const Entry* entry = due(time, wake)) {
-      attempt(lock, Entry(*entry), false);
+    if (const auto call = due(time, wake)) {
+      try_again(lock, *call, time);
       continue;
     }
-    if (believes_clock()) {
-      forget_old(lock, time);
+    const auto steady = std::chrono::steady_clock::now();
+    if (steady >= next_tidying_) {
+      next_tidying_ = steady + look_around;
+      write_again(lock);
+      if (believes_clock()) {
+        forget_old(lock, time);
+      }
+      // The lock was let go meanwhile.
+      continue;
     }
-    changed_.wait_for(lock, wake - time);
+    changed_.wait_for(lock,
+                      std::min<std::chrono::nanoseconds>(wake - time, next_tidying_ - steady));
+  }
+}
+
+void Postman::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
+  const auto entry = known(call);
+  if (!entry) {
+    log_->error("call {}: its mail is tried again later: {}", call.to_string(), entry.error());
+    pause_until_ = now + spool_pause;
+    return;
+  }
+  if (!*entry || (*entry)->stage != Stage::waiting) {
+    // Somebody else has changed the spool.
+    waiting_.erase(call);
+    return;
+  }
+  attempt(lock, **entry, false);
+}
+
+void Postman::write_again(Lock& lock) {
+  const auto entries = unwritten_;
+  for (const auto& [call, entry] : entries) {
+    if (busy_.insert(call).second) {
+      lock.unlock();
+      keep(lock, entry);
+      busy_.erase(call);
+      changed_.notify_all();
+    }
   }
 }
 
@@ -213,34 +269,28 @@ bool Postman::believes_clock() {
   return believes;
 }
 
-const Entry* Postman::due(fabric::Time now, fabric::Time& wake) const {
-  for (const auto& [call, entry] : entries_) {
-    if (entry.stage != Stage::waiting || busy_.contains(call)) {
+std::optional<fabric::CallId> Postman::due(fabric::Time now, fabric::Time& wake) const {
+  for (const auto& [call, wanted] : waiting_) {
+    if (busy_.contains(call)) {
       continue;
     }
     // A clock that was put back must not make a mail wait for days.
     const fabric::Time latest = now + config_.retry.longest;
-    const fabric::Time next = std::max(std::min(entry.next, latest), pause_until_);
-    if (next <= now || entry.next > latest) {
-      return &entry;
+    const fabric::Time next = std::max(std::min(wanted, latest), pause_until_);
+    if (next <= now || (wanted > latest && pause_until_ <= now)) {
+      return call;
     }
     wake = std::min(wake, next);
   }
-  return nullptr;
+  return std::nullopt;
 }
 
 void Postman::forget_old(Lock& lock, fabric::Time now) {
-  std::vector<fabric::CallId> old;
-  for (const auto& [call, entry] : entries_) {
-    // What somebody may want to look at stays: mails that were kept and then refused or given up.
-    if (is_done(entry.stage) && entry.mail.message.empty() &&
-        now - entry.made >= config_.remember && !busy_.contains(call)) {
-      old.push_back(call);
-    }
-  }
-  for (const fabric::CallId call : old) {
-    lock.unlock();
-    drop(lock, call);
+  lock.unlock();
+  const auto forgotten = spool_.forget(now - config_.remember);
+  lock.lock();
+  if (!forgotten) {
+    log_->error("old calls are not forgotten: {}", forgotten.error());
   }
 }
 

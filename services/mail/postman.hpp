@@ -6,6 +6,7 @@
 // that it did not take it.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -39,6 +40,8 @@ class Postman {
   using Lock = std::unique_lock<std::mutex>;
 
   void read_spool();
+  /// What became of the call, as far as it is known.
+  Spool::Result<std::optional<Entry>> known(fabric::CallId call) const;
   /// The call's own attempt, or what became of an earlier one.
   sdk::Response first_attempt(Lock& lock, const Entry& entry);
   /// One attempt, with the lock let go meanwhile; the entry is what the spool holds afterwards.
@@ -47,11 +50,16 @@ class Postman {
   /// Both write to the spool without the lock and take it then.
   void keep(Lock& lock, const Entry& entry);
   void drop(Lock& lock, fabric::CallId call);
+  /// With the lock: what is known of the entry without looking into the spool.
+  void note(const Entry& entry);
   void tell(const Entry& entry, const Outcome& outcome) const;
 
   void run();
-  /// The mail to try next, if it is time; otherwise `wake` is when to look again.
-  const Entry* due(fabric::Time now, fabric::Time& wake) const;
+  /// The call whose mail to try next, if it is time; otherwise `wake` is when to look again.
+  std::optional<fabric::CallId> due(fabric::Time now, fabric::Time& wake) const;
+  void try_again(Lock& lock, fabric::CallId call, fabric::Time now);
+  /// What could not be written down.
+  void write_again(Lock& lock);
   void forget_old(Lock& lock, fabric::Time now);
   bool believes_clock();
 
@@ -61,7 +69,10 @@ class Postman {
   base::program::Log log_;
   mutable std::mutex lock_;
   std::condition_variable changed_;
-  std::map<fabric::CallId, Entry> entries_;
+  /// The mails that wait, and when each is to be tried again.
+  std::map<fabric::CallId, fabric::Time> waiting_;
+  /// What became of these could not be written to the spool, which says less than is known.
+  std::map<fabric::CallId, Entry> unwritten_;
   /// Calls with an attempt under way.
   std::set<fabric::CallId> busy_;
   /// Old calls are forgotten by a clock that can be believed: a call that is forgotten and repeated
@@ -69,6 +80,8 @@ class Postman {
   std::optional<base::loop::ClockWatch> clock_;
   /// No contact: nothing is tried again before.
   fabric::Time pause_until_{};
+  /// When old calls are forgotten and what is not written down is.
+  std::chrono::steady_clock::time_point next_tidying_{};
   bool stopping_ = false;
   std::thread thread_;
 };

@@ -1,11 +1,17 @@
 #include "services/mail/spool.hpp"
 
-#include <fstream>
-#include <sstream>
+#include <mutex>
+#include <stdexcept>
 
-#include "base/posix/durable_file.hpp"
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+#include <sys/stat.h>
+
+#include "base/posix/fd.hpp"
 #include "base/posix/folder_lock.hpp"
-#include "services/mail/spool_file.hpp"
+#include "services/mail/old_spool.hpp"
+#include "services/mail/spool_schema.hpp"
 
 namespace millrace::services::mail {
 
@@ -13,54 +19,189 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Somebody may look at it with sqlite3.
+constexpr int busy_timeout_ms = 5000;
+
+constexpr const char* put_entry =
+    "INSERT INTO mail (call, stage, made, next, attempts, reply, sender, recipients, message)"
+    " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (call) DO UPDATE SET stage = excluded.stage,"
+    " made = excluded.made, next = excluded.next, attempts = excluded.attempts,"
+    " reply = excluded.reply, sender = excluded.sender, recipients = excluded.recipients,"
+    " message = excluded.message";
+/// What an earlier start has taken over already may have gone on since.
+constexpr const char* take_over_entry =
+    "INSERT INTO mail (call, stage, made, next, attempts, reply, sender, recipients, message)"
+    " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (call) DO NOTHING";
+constexpr const char* find_entry =
+    "SELECT call, stage, made, next, attempts, reply, sender, recipients, message FROM mail"
+    " WHERE call = ?";
+
 fs::path made(fs::path folder) {
   fs::create_directories(folder);
   return folder;
 }
 
-tl::expected<Entry, std::string> read_entry(const fs::path& file, fabric::CallId call) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf())) {
-    return tl::unexpected(file.string() + ": cannot be read, or is empty");
-  }
-  auto entry = from_file(text.str(), file.string());
-  if (entry && entry->call != call) {
-    return tl::unexpected(file.string() + ": is of call " + entry->call.to_string());
-  }
-  return entry;
+/// Which file it is, whatever its name.
+std::pair<dev_t, ino_t> identity(const fs::path& file) {
+  struct stat status {};
+  return ::stat(file.c_str(), &status) == 0 ? std::pair(status.st_dev, status.st_ino)
+                                            : std::pair(dev_t{}, ino_t{});
 }
 
 }  // namespace
 
-Spool::Spool(fs::path folder)
-    : folder_(made(std::move(folder))),
-      lock_(base::posix::lock_folder(folder_, "spool.lock",
-                                     "another mail service uses this spool")) {}
-
-Spool::Content Spool::read() const {
-  Content content;
-  for (const auto& file : fs::directory_iterator(folder_)) {
-    const auto call = call_of(file.path().filename().string());
-    if (!call) {
-      continue;
-    }
-    auto entry = read_entry(file.path(), *call);
-    if (!entry) {
-      content.mistakes.push_back(entry.error());
-      entry = Entry{.call = *call, .stage = Stage::handed_over, .reply = "its file is broken"};
-    }
-    content.entries.push_back(*std::move(entry));
+struct Spool::Impl {
+  explicit Impl(fs::path spool)
+      : folder(made(std::move(spool))),
+        lock(
+            base::posix::lock_folder(folder, "spool.lock", "another mail service uses this spool")),
+        file(folder / "spool.db"),
+        database(open()),
+        opened(identity(file)) {
+    take_over();
   }
-  return content;
+
+  SQLite::Database open() const;
+  void take_over();
+  void write(const char* statement, const Entry& entry);
+  /// One thing at a time, while the file is the one that was opened; the error has its name.
+  template <typename Work>
+  auto guarded(Work work) -> Result<decltype(work())>;
+
+  fs::path folder;
+  base::posix::Fd lock;
+  fs::path file;
+  std::mutex mutex;
+  SQLite::Database database;
+  std::pair<dev_t, ino_t> opened;
+  std::vector<std::string> mistakes;
+};
+
+SQLite::Database Spool::Impl::open() const {
+  try {
+    SQLite::Database made(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
+                          busy_timeout_ms);
+    prepare(made);
+    return made;
+  } catch (const SQLite::Exception& error) {
+    const int code = error.getErrorCode();
+    if (code != SQLITE_NOTADB && code != SQLITE_CORRUPT && code != SQLITE_ERROR) {
+      throw std::runtime_error(fmt::format("{}: {}", file.string(), error.what()));
+    }
+    throw std::runtime_error(damage(file.string(), error.what()));
+  }
 }
 
-tl::expected<void, std::string> Spool::put(const Entry& entry) const {
-  return base::posix::write_durably(folder_ / file_name(entry.call), to_file(entry));
+void Spool::Impl::take_over() {
+  OldSpool old = read_old_spool(folder);
+  if (old.empty()) {
+    return;
+  }
+  const auto done = guarded([&] {
+    SQLite::Transaction transaction(database);
+    for (const Entry& entry : old.entries) {
+      write(take_over_entry, entry);
+    }
+    transaction.commit();
+  });
+  if (!done) {
+    throw std::runtime_error(done.error());
+  }
+  if (const auto put_away = put_old_spool_away(old); !put_away) {
+    throw std::runtime_error(put_away.error());
+  }
+  mistakes = std::move(old.mistakes);
 }
 
-tl::expected<void, std::string> Spool::remove(fabric::CallId call) const {
-  return base::posix::remove_durably(folder_ / file_name(call));
+void Spool::Impl::write(const char* statement, const Entry& entry) {
+  SQLite::Statement query(database, statement);
+  bind(query, entry);
+  query.exec();
+}
+
+template <typename Work>
+auto Spool::Impl::guarded(Work work) -> Result<decltype(work())> {
+  const std::lock_guard guard(mutex);
+  if (identity(file) != opened) {
+    return tl::unexpected(file.string() +
+                          ": it was moved or removed while the service was using it; start the "
+                          "service anew");
+  }
+  try {
+    if constexpr (std::is_void_v<decltype(work())>) {
+      work();
+      return {};
+    } else {
+      return work();
+    }
+  } catch (const std::exception& error) {
+    return tl::unexpected(fmt::format("{}: {}", file.string(), error.what()));
+  }
+}
+
+Spool::Spool(fs::path folder) : impl_(std::make_unique<Impl>(std::move(folder))) {}
+Spool::~Spool() = default;
+Spool::Spool(Spool&& other) noexcept = default;
+
+const std::vector<std::string>& Spool::mistakes() const {
+  return impl_->mistakes;
+}
+
+Spool::Result<Spool::Content> Spool::content() const {
+  return impl_->guarded([&] {
+    Content content;
+    SQLite::Statement all(impl_->database, "SELECT count(*), max(made) FROM mail");
+    all.executeStep();
+    content.calls = static_cast<std::size_t>(all.getColumn(0).getInt64());
+    if (!all.getColumn(1).isNull()) {
+      content.last = time_of(all.getColumn(1).getInt64());
+    }
+    SQLite::Statement open(impl_->database,
+                           "SELECT call, stage, next FROM mail WHERE stage IN (?, ?)");
+    open.bind(1, std::string(name_of(Stage::waiting)));
+    open.bind(2, std::string(name_of(Stage::handed_over)));
+    while (open.executeStep()) {
+      const fabric::CallId call = call_in(open.getColumn(0).getString());
+      if (open.getColumn(1).getString() == name_of(Stage::waiting)) {
+        content.waiting.emplace(call, time_of(open.getColumn(2).getInt64()));
+      } else {
+        content.in_doubt.push_back(call);
+      }
+    }
+    return content;
+  });
+}
+
+Spool::Result<std::optional<Entry>> Spool::find(fabric::CallId call) const {
+  return impl_->guarded([&]() -> std::optional<Entry> {
+    SQLite::Statement query(impl_->database, find_entry);
+    query.bind(1, call.to_string());
+    return query.executeStep() ? std::optional(entry_in(query)) : std::nullopt;
+  });
+}
+
+Spool::Result<void> Spool::put(const Entry& entry) {
+  return impl_->guarded([&] { impl_->write(put_entry, entry); });
+}
+
+Spool::Result<void> Spool::remove(fabric::CallId call) {
+  return impl_->guarded([&] {
+    SQLite::Statement query(impl_->database, "DELETE FROM mail WHERE call = ?");
+    query.bind(1, call.to_string());
+    query.exec();
+  });
+}
+
+Spool::Result<void> Spool::forget(fabric::Time time) {
+  return impl_->guarded([&] {
+    // What somebody may want to look at stays: mails that were kept and then refused or given up.
+    SQLite::Statement query(
+        impl_->database, "DELETE FROM mail WHERE stage IN (?, ?) AND message = '' AND made <= ?");
+    query.bind(1, std::string(name_of(Stage::accepted)));
+    query.bind(2, std::string(name_of(Stage::refused)));
+    query.bind(3, static_cast<std::int64_t>(time.time_since_epoch().count()));
+    query.exec();
+  });
 }
 
 }  // namespace millrace::services::mail

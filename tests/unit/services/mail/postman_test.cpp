@@ -17,8 +17,6 @@ namespace millrace::services::mail {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::ElementsAre;
-using testing::IsEmpty;
 
 /// A mail server that does what it was told to do.
 class FakeServer : public Transport {
@@ -107,12 +105,11 @@ class MailPostman : public testing::Test {
     sut.emplace(config, Spool(spool), server, base::program::no_log());
   }
   /// As the spool has it on the disk, seen by the next process.
-  std::vector<Entry> on_disk() {
-    std::vector<Entry> entries;
+  std::optional<Entry> on_disk() {
     const std::filesystem::path copy = folder.path() / "copy";
     std::filesystem::remove_all(copy);
     std::filesystem::copy(spool, copy);
-    return Spool(copy).read().entries;
+    return Spool(copy).find(sample_call(good).call).value();
   }
   void put(Stage stage) {
     Entry entry{.call = sample_call(good).call, .stage = stage};
@@ -130,12 +127,12 @@ class MailPostman : public testing::Test {
 
 TEST_F(MailPostman, WritesDownThatItHandsOverBeforeItDoes) {
   start();
-  std::vector<Entry> seen;
+  std::optional<Entry> seen;
   server.on_handed_over = [&] { seen = on_disk(); };
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
-  ASSERT_EQ(seen.size(), 1U);
-  EXPECT_EQ(seen[0].stage, Stage::handed_over);
-  EXPECT_EQ(on_disk().at(0).stage, Stage::accepted);
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(seen->stage, Stage::handed_over);
+  EXPECT_EQ(on_disk()->stage, Stage::accepted);
 }
 
 TEST_F(MailPostman, AnswersARepeatedCallWithoutSendingAgain) {
@@ -200,7 +197,7 @@ TEST_F(MailPostman, LetsTheProgramTryAgainWhatCouldNotBeTried) {
   server.will({{.verdict = Verdict::insecure, .reply = "no STARTTLS"}});
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, state_insecure);
-  EXPECT_THAT(on_disk(), IsEmpty());
+  EXPECT_EQ(on_disk(), std::nullopt);
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
 }
 
@@ -219,6 +216,15 @@ TEST_F(MailPostman, SendsNothingThatItCannotWriteDown) {
   EXPECT_EQ(answer.state, state_spool);
   EXPECT_THAT(answer.text, testing::StartsWith("ERROR: nothing sent, the spool"));
   EXPECT_EQ(server.attempts(), 0U);
+}
+
+// The disk is full from the moment on in which the mail has left.
+TEST_F(MailPostman, KnowsWhatBecameOfACallEvenIfItCannotBeWrittenDown) {
+  start();
+  server.on_handed_over = [&] { std::filesystem::remove_all(spool); };
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_EQ(server.attempts(), 1U);
 }
 
 TEST_F(MailPostman, SendsNothingForACallOutOfARecordingUnlessTold) {

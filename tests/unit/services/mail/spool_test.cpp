@@ -2,95 +2,241 @@
 
 #include <fstream>
 
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "services/mail/spool_file.hpp"
+#include "services/mail/old_spool.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::services::mail {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Pair;
+using testing::ThrowsMessage;
 using testing::UnorderedElementsAre;
 
-Entry entry(std::uint64_t number) {
-  return {.call = {.epoch = 0x5f, .number = number},
-          .stage = Stage::waiting,
-          .mail = {.from = "a@b", .to = {"c@d", "e@f"}, .message = "Subject: x\r\n\r\n\xC3\x9F"},
-          .made = fabric::Time(std::chrono::nanoseconds(17)),
-          .attempts = 2,
-          .next = fabric::Time(std::chrono::nanoseconds(18)),
-          .reply = "451 \"busy\""};
+fabric::Time at(std::int64_t nanoseconds) {
+  return fabric::Time(std::chrono::nanoseconds(nanoseconds));
 }
 
-TEST(MailSpool, GivesBackWhatWasPut) {
-  const tests::TemporaryFolder folder;
+Entry entry(std::uint64_t number, Stage stage = Stage::waiting) {
+  return {.call = {.epoch = 0x5f, .number = number},
+          .stage = stage,
+          .mail = {.from = "a@b", .to = {"c@d", "e@f"}, .message = "Subject: x\r\n\r\n\xC3\x9F"},
+          .made = at(17),
+          .attempts = 2,
+          .next = at(18),
+          .reply = "451 \"busy\" \xFF"};
+}
+
+/// What an earlier version has left of entry(number).
+void write_old_file(const std::filesystem::path& folder, std::uint64_t number,
+                    const std::string& stage) {
+  std::ofstream(folder / ("5f-" + std::to_string(number) + ".mail"))
+      << "epoch: 95 number: " << number << " stage: " << stage
+      << " made: 17 next: 18 attempts: 2 reply: \"451 \\\"busy\\\" \" from: \"a@b\" to: \"c@d\""
+         " to: \"e@f\" message: \"Subject: x\\r\\n\\r\\n\\303\\237\"";
+}
+
+Entry old_entry(std::uint64_t number, Stage stage = Stage::waiting) {
+  Entry old = entry(number, stage);
+  old.reply = "451 \"busy\" ";
+  return old;
+}
+
+class MailSpool : public testing::Test {
+ protected:
+  std::optional<Entry> found(const Spool& sut, std::uint64_t number) {
+    const auto result = sut.find({.epoch = 0x5f, .number = number});
+    EXPECT_TRUE(result) << result.error();
+    return result ? *result : std::nullopt;
+  }
+
+  tests::TemporaryFolder folder;
+  std::filesystem::path database = folder.path() / "spool.db";
+};
+
+TEST_F(MailSpool, GivesBackWhatWasPut) {
   {
-    const Spool sut(folder.path() / "spool");
+    Spool sut(folder.path() / "spool");
     EXPECT_TRUE(sut.put(entry(1)));
     EXPECT_TRUE(sut.put(entry(2)));
+    EXPECT_TRUE(sut.put(entry(2, Stage::given_up)));
     EXPECT_TRUE(sut.put(entry(3)));
     EXPECT_TRUE(sut.remove({.epoch = 0x5f, .number = 3}));
   }
   const Spool sut(folder.path() / "spool");
-  EXPECT_THAT(sut.read().entries, UnorderedElementsAre(entry(1), entry(2)));
-  EXPECT_THAT(sut.read().mistakes, IsEmpty());
+  EXPECT_EQ(found(sut, 1), entry(1));
+  EXPECT_EQ(found(sut, 2), entry(2, Stage::given_up));
+  EXPECT_EQ(found(sut, 3), std::nullopt);
+  EXPECT_THAT(sut.mistakes(), IsEmpty());
 }
 
-TEST(MailSpool, KnowsTheCallOfABrokenFileAndNeverSendsIt) {
-  const tests::TemporaryFolder folder;
-  const Spool sut(folder.path());
-  std::ofstream(folder.path() / "5f-4.mail") << "epoch: 95 numb";
-  std::ofstream(folder.path() / "5f-5.mail");
-  std::ofstream(folder.path() / "5f-6.mail") << to_file(entry(7));
-  const auto content = sut.read();
-  EXPECT_THAT(content.mistakes,
-              UnorderedElementsAre(HasSubstr("5f-4.mail:1:"), HasSubstr("5f-5.mail: "),
-                                   HasSubstr("5f-6.mail: is of call 5f-7")));
-  EXPECT_EQ(content.entries.size(), 3U);
-  for (const Entry& found : content.entries) {
-    EXPECT_EQ(found.stage, Stage::handed_over);
+TEST_F(MailSpool, TellsEveryStageApart) {
+  Spool sut(folder.path());
+  for (const Stage stage :
+       {Stage::waiting, Stage::handed_over, Stage::accepted, Stage::refused, Stage::given_up}) {
+    ASSERT_TRUE(sut.put(entry(1, stage)));
+    EXPECT_EQ(found(sut, 1), entry(1, stage));
   }
 }
 
-TEST(MailSpool, LeavesOtherFilesAlone) {
-  const tests::TemporaryFolder folder;
+TEST_F(MailSpool, KnowsWhatWaitsAndWhatIsInDoubt) {
+  Spool sut(folder.path());
+  Entry last = entry(3, Stage::accepted);
+  last.made = at(99);
+  for (const Entry& each :
+       {entry(1), entry(2, Stage::handed_over), last, entry(4, Stage::given_up)}) {
+    ASSERT_TRUE(sut.put(each));
+  }
+  const auto content = sut.content();
+  ASSERT_TRUE(content);
+  EXPECT_EQ(content->calls, 4U);
+  EXPECT_THAT(content->waiting, ElementsAre(Pair(entry(1).call, at(18))));
+  EXPECT_THAT(content->in_doubt, ElementsAre(entry(2).call));
+  EXPECT_EQ(content->last, at(99));
+  EXPECT_EQ(Spool(folder.path() / "empty").content()->last, std::nullopt);
+}
+
+TEST_F(MailSpool, ForgetsOldCallsOfWhichNobodyNeedsToSeeTheMessage) {
+  Spool sut(folder.path());
+  const auto without_message = [](Entry entry) {
+    entry.mail = {};
+    return entry;
+  };
+  Entry young = without_message(entry(3, Stage::accepted));
+  young.made = at(1000);
+  for (const Entry& each :
+       {without_message(entry(1, Stage::accepted)), without_message(entry(2, Stage::refused)),
+        young, entry(4, Stage::refused), entry(5, Stage::given_up), entry(6, Stage::waiting),
+        entry(7, Stage::handed_over)}) {
+    ASSERT_TRUE(sut.put(each));
+  }
+  ASSERT_TRUE(sut.forget(at(500)));
+  EXPECT_EQ(sut.content()->calls, 5U);
+  EXPECT_EQ(found(sut, 1), std::nullopt);
+  EXPECT_EQ(found(sut, 2), std::nullopt);
+}
+
+TEST_F(MailSpool, TakesOverTheFilesOfAnEarlierVersion) {
+  write_old_file(folder.path(), 1, "WAITING");
+  write_old_file(folder.path(), 2, "ACCEPTED");
+  {
+    const Spool sut(folder.path());
+    EXPECT_EQ(found(sut, 1), old_entry(1));
+    EXPECT_EQ(found(sut, 2), old_entry(2, Stage::accepted));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "5f-1.mail"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "5f-2.mail"));
   const Spool sut(folder.path());
+  EXPECT_EQ(found(sut, 1), old_entry(1));
+}
+
+// A start that ended half way has left the file; its mail has been sent meanwhile.
+TEST_F(MailSpool, TakesAFileOverOnlyOnce) {
+  ASSERT_TRUE(Spool(folder.path()).put(entry(1, Stage::accepted)));
+  write_old_file(folder.path(), 1, "WAITING");
+  const Spool sut(folder.path());
+  EXPECT_EQ(found(sut, 1), entry(1, Stage::accepted));
+}
+
+TEST_F(MailSpool, KnowsTheCallOfABrokenFileAndNeverSendsIt) {
+  std::ofstream(folder.path() / "5f-4.mail") << "epoch: 95 numb";
+  std::ofstream(folder.path() / "5f-5.mail");
+  write_old_file(folder.path(), 7, "WAITING");
+  std::filesystem::rename(folder.path() / "5f-7.mail", folder.path() / "5f-6.mail");
+  const Spool sut(folder.path());
+  EXPECT_THAT(sut.mistakes(),
+              UnorderedElementsAre(HasSubstr("5f-4.mail:1:"), HasSubstr("5f-5.mail: "),
+                                   HasSubstr("5f-6.mail: is of call 5f-7")));
+  EXPECT_THAT(sut.content()->in_doubt,
+              UnorderedElementsAre(entry(4).call, entry(5).call, entry(6).call));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "5f-4.mail.broken"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "5f-4.mail"));
+}
+
+TEST_F(MailSpool, LeavesOtherFilesAlone) {
   for (const char* name :
        {"readme", "x.mail", "5f.mail", "5f-.mail", "5g-1.mail", "5f-1.mail.part"}) {
     std::ofstream(folder.path() / name) << "x";
   }
-  EXPECT_THAT(sut.read().entries, IsEmpty());
-  EXPECT_THAT(sut.read().mistakes, IsEmpty());
+  const Spool sut(folder.path());
+  EXPECT_EQ(sut.content()->calls, 0U);
+  EXPECT_THAT(sut.mistakes(), IsEmpty());
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "5g-1.mail"));
 }
 
-TEST(MailSpool, BelongsToOneService) {
-  const tests::TemporaryFolder folder;
+TEST_F(MailSpool, BelongsToOneService) {
   const Spool sut(folder.path());
   EXPECT_THROW(Spool(folder.path()), std::runtime_error);
 }
 
-TEST(MailSpoolFile, TellsEveryStageApart) {
-  for (const Stage stage :
-       {Stage::waiting, Stage::handed_over, Stage::accepted, Stage::refused, Stage::given_up}) {
-    Entry with = entry(1);
-    with.stage = stage;
-    EXPECT_EQ(from_file(to_file(with), "file"), with);
+TEST_F(MailSpool, NamesADatabaseThatIsDamaged) {
+  {
+    Spool sut(folder.path());
+    for (std::uint64_t number = 0; number < 200; ++number) {
+      ASSERT_TRUE(sut.put(entry(number)));
+    }
   }
+  const auto size = std::filesystem::file_size(database);
+  std::fstream file(database, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(static_cast<std::streamoff>(size / 2));
+  file << std::string(size / 4, 'x');
+  file.close();
+  EXPECT_THAT([&] { Spool(folder.path()); },
+              ThrowsMessage<std::runtime_error>(AllOf(
+                  HasSubstr(database.string()), HasSubstr("damaged"), HasSubstr(".recover"))));
 }
 
-TEST(MailSpoolFile, RefusesAMailThatIsToNobody) {
-  Entry nobody = entry(1);
-  nobody.mail.to.clear();
-  EXPECT_THAT(from_file(to_file(nobody), "file").error(), HasSubstr("no sender or recipient"));
+TEST_F(MailSpool, NamesAFileThatIsNoDatabaseAndLeavesItAsItIs) {
+  const std::string text(5000, 'x');
+  std::ofstream(database) << text;
+  EXPECT_THAT([&] { Spool(folder.path()); },
+              ThrowsMessage<std::runtime_error>(
+                  AllOf(HasSubstr(database.string()), HasSubstr("no spool of a mail service"))));
+  std::ostringstream after;
+  after << std::ifstream(database).rdbuf();
+  EXPECT_EQ(after.str(), text);
 }
 
-TEST(MailSpoolFile, IsNamedByItsCall) {
-  EXPECT_EQ(file_name({.epoch = 0x5f, .number = 17}), "5f-17.mail");
+TEST_F(MailSpool, NamesADatabaseOfSomebodyElseAndOneOfANewerVersion) {
+  SQLite::Database(database.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+      .exec("CREATE TABLE other (x)");
+  EXPECT_THAT([&] { Spool(folder.path()); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("somebody else's database")));
+  SQLite::Database(database.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
+  EXPECT_THAT([&] { Spool(folder.path()); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("written by a newer millrace")));
+}
+
+TEST_F(MailSpool, WritesNothingToAFileThatIsNotTheSpoolAnyMore) {
+  Spool sut(folder.path() / "spool");
+  std::filesystem::remove_all(folder.path() / "spool");
+  EXPECT_THAT(sut.put(entry(1)).error(), HasSubstr("moved or removed"));
+}
+
+TEST_F(MailSpool, NamesWhatItCannotWrite) {
+  Spool sut(folder.path());
+  SQLite::Database other(database.string(), SQLite::OPEN_READWRITE);
+  other.exec("DROP TABLE mail");
+  EXPECT_THAT(sut.put(entry(1)).error(),
+              AllOf(HasSubstr(database.string()), HasSubstr("no such table")));
+}
+
+TEST(OldMailSpool, RefusesAMailThatIsToNobody) {
+  EXPECT_THAT(from_file("epoch: 1 number: 2 stage: WAITING made: 3 from: \"a@b\"", "file").error(),
+              HasSubstr("no sender or recipient"));
+}
+
+TEST(OldMailSpool, KnowsACallByTheNameOfItsFile) {
   EXPECT_EQ(call_of("5f-17.mail"), (fabric::CallId{.epoch = 0x5f, .number = 17}));
+  EXPECT_EQ(parse_call("5f-17"), (fabric::CallId{.epoch = 0x5f, .number = 17}));
+  EXPECT_EQ(parse_call("5f-"), std::nullopt);
 }
 
 }  // namespace
