@@ -88,7 +88,7 @@ Written write_recording(const fs::path& file, std::uint64_t bytes) {
   for (std::uint64_t number = 1; number <= 4096; ++number) {
     std::ranges::move(entries_of(number), std::back_inserter(entries));
   }
-  auto recording = recorder::RecordingFile::create(file, "millrace bench");
+  auto recording = recorder::RecordingFile::create(file, {.library = "millrace bench"});
   check(recording);
   Written written;
   const auto start = Clock::now();

@@ -52,7 +52,7 @@ void check(const Result& result) {
 }
 
 void write_recording(const fs::path& file, const std::vector<std::chrono::microseconds>& times) {
-  auto recording = recorder::RecordingFile::create(file, "millrace bench");
+  auto recording = recorder::RecordingFile::create(file, {.library = "millrace bench"});
   check(recording);
   const fabric::Time start(std::chrono::seconds(1772352000));
   const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";

@@ -6,7 +6,9 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { crc32 } from '@foxglove/crc';
-import { McapIndexedReader, McapStreamReader } from '@mcap/core';
+import unpackLz4 from '@foxglove/wasm-lz4';
+import zstd from '@foxglove/wasm-zstd';
+import { McapIndexedReader, McapStreamReader, McapWriter } from '@mcap/core';
 import protobuf from 'protobufjs';
 import 'protobufjs/ext/descriptor/index.js';
 
@@ -20,7 +22,9 @@ let folder;
 let file;
 let bytes;
 
-before(() => {
+before(async () => {
+  await unpackLz4.isLoaded;
+  await zstd.isLoaded;
   folder = mkdtempSync(join(tmpdir(), 'millrace-interop-'));
   file = join(folder, 'run.mcap');
   execFileSync(join(bin, '..', 'tests', 'write_recording'), [file, String(calls)]);
@@ -29,8 +33,14 @@ before(() => {
 
 after(() => rmSync(folder, { recursive: true }));
 
+const decompressHandlers = {
+  lz4: (packed, size) => unpackLz4(packed, Number(size)),
+  zstd: (packed, size) => zstd.decompress(packed, Number(size)),
+};
+
 const openIndexed = (buffer) =>
   McapIndexedReader.Initialize({
+    decompressHandlers,
     readable: {
       size: async () => BigInt(buffer.length),
       read: async (offset, size) => buffer.subarray(Number(offset), Number(offset + size)),
@@ -39,7 +49,7 @@ const openIndexed = (buffer) =>
 
 /** All records a stream reader finds, and the error that stopped it. */
 function stream(buffer) {
-  const reader = new McapStreamReader({ validateCrcs: true });
+  const reader = new McapStreamReader({ validateCrcs: true, decompressHandlers });
   reader.append(buffer);
   const records = [];
   try {
@@ -151,6 +161,68 @@ test('a cut file gives both readers the same messages, and repair makes it open'
   const reader = await openIndexed(repaired);
   assert.equal(reader.statistics.messageCount, BigInt(theirs));
   assert.equal(messagesOf(stream(repaired)).length, theirs);
+});
+
+for (const compression of ['lz4', 'zstd']) {
+  test(`what is compressed with ${compression} is read with its CRCs and by its index`, async () => {
+    const packedFile = join(folder, `${compression}.mcap`);
+    execFileSync(join(bin, '..', 'tests', 'write_recording'), [packedFile, String(calls), compression]);
+    const packed = readFileSync(packedFile);
+    assert.ok(packed.length < bytes.length / 2, `${packed.length} of ${bytes.length} bytes`);
+    const { records, error } = stream(packed);
+    assert.ifError(error);
+    const theirs = messagesOf({ records });
+    const plain = messagesOf(stream(bytes));
+    assert.deepEqual(theirs.map((message) => message.data), plain.map((message) => message.data));
+    const reader = await openIndexed(packed);
+    assert.ok(reader.chunkIndexes.every((chunk) => chunk.compression === compression));
+    const found = await collect(reader.readMessages({ topics: ['machine/cnc/2/request'] }));
+    assert.equal(found.length, calls / 2);
+  });
+}
+
+test('what others have compressed is read by log cat and named by log info', async () => {
+  const source = await openIndexed(bytes);
+  const parts = [];
+  let position = 0n;
+  const writer = new McapWriter({
+    writable: {
+      position: () => position,
+      write: async (buffer) => {
+        parts.push(Buffer.from(buffer));
+        position += BigInt(buffer.length);
+      },
+    },
+    chunkSize: 20_000,
+    compressChunk: (chunk) => ({ compression: 'zstd', compressedData: zstd.compress(chunk) }),
+  });
+  await writer.start({ profile: '', library: 'somebody else' });
+  const schemas = new Map();
+  for (const schema of source.schemasById.values()) {
+    schemas.set(schema.id, await writer.registerSchema(schema));
+  }
+  const channels = new Map();
+  for (const channel of source.channelsById.values()) {
+    channels.set(channel.id, await writer.registerChannel({ ...channel, schemaId: schemas.get(channel.schemaId) }));
+  }
+  for await (const message of source.readMessages()) {
+    await writer.addMessage({ ...message, channelId: channels.get(message.channelId) });
+  }
+  await writer.end();
+  const theirs = join(folder, 'theirs.mcap');
+  writeFileSync(theirs, Buffer.concat(parts));
+
+  const millrace = (...words) =>
+    spawnSync(join(bin, 'millrace'), ['log', ...words], { encoding: 'utf8', maxBuffer: 1 << 26 });
+  const info = millrace('info', theirs);
+  assert.equal(info.status, 0, info.stderr);
+  assert.match(info.stdout, /compression zstd: \d+ chunks/);
+  const lines = (path) => {
+    const cat = millrace('cat', '--json', path);
+    assert.equal(cat.status, 0, cat.stderr);
+    return cat.stdout.trimEnd().split('\n').sort();
+  };
+  assert.deepEqual(lines(theirs), lines(file));
 });
 
 test('log cat shows what the other reader decodes', async () => {

@@ -1,5 +1,6 @@
-// write_recording FILE CALLS: a recording of that many calls on two channels, for readers that
-// others wrote. Calls begin at 2026-03-01T07:00:00Z, one every 10 ms; a chunk holds 100.
+// write_recording FILE CALLS [COMPRESSION]: a recording of that many calls on two channels, for
+// readers that others wrote. Calls begin at 2026-03-01T07:00:00Z, one every 10 ms; a chunk holds
+// 100.
 #include <cstdio>
 #include <cstdlib>
 
@@ -41,12 +42,13 @@ void write(mcap::Writer& file, std::uint64_t calls) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "usage: write_recording FILE CALLS\n");
+  const auto compression = mcap::compression_of(argc > 3 ? argv[3] : "");
+  if (argc < 3 || argc > 4 || !compression) {
+    std::fprintf(stderr, "usage: write_recording FILE CALLS [lz4|zstd]\n");
     return 2;
   }
   auto sink = checked(mcap::FileSink::create(argv[1]));
-  mcap::Writer file(*sink, {.library = "write_recording"});
+  mcap::Writer file(*sink, {.library = "write_recording", .compression = *compression});
   checked(file.write(mcap::Metadata{"millrace.recorder", {{"host", "here"}}}));
   write(file, std::strtoull(argv[2], nullptr, 10));
   checked(file.write(mcap::Attachment{1, 1, "gateway.textproto", "text/plain", "machine {}"}));

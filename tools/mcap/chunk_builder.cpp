@@ -24,13 +24,21 @@ void ChunkBuilder::add(const Message& message) {
   append(records_, message);
 }
 
-ChunkIndex ChunkBuilder::finish(std::string& out, std::uint64_t base) {
+ChunkIndex ChunkBuilder::finish(std::string& out, std::uint64_t base, Compression compression) {
+  if (records_.size() > largest_uncompressed) {
+    compression = Compression::none;
+  }
   ChunkIndex place;
   place.start = start_;
   place.end = end_;
-  place.compressed_size = place.uncompressed_size = records_.size();
+  place.uncompressed_size = records_.size();
+  place.compression = name_of(compression);
   place.chunk_offset = base + out.size();
-  append(out, Chunk{start_, end_, records_.size(), crc32(records_), "", records_});
+  const std::string packed =
+      compression == Compression::none ? std::string() : compress(compression, records_);
+  const Bytes stored = compression == Compression::none ? Bytes(records_) : Bytes(packed);
+  place.compressed_size = stored.size();
+  append(out, Chunk{start_, end_, records_.size(), crc32(records_), place.compression, stored});
   const std::uint64_t indexes_start = base + out.size();
   place.chunk_length = indexes_start - place.chunk_offset;
   for (auto& [channel, index] : indexes_) {

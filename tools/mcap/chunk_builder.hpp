@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "tools/mcap/compression.hpp"
 #include "tools/mcap/records.hpp"
 
 namespace millrace::tools::mcap {
@@ -19,8 +20,9 @@ class ChunkBuilder {
   [[nodiscard]] std::size_t size() const { return records_.size(); }
 
   /// Appends the chunk and its message indexes to `out`, whose first byte is at `base` of the file,
-  /// and starts an empty one. The result tells where all of it is.
-  ChunkIndex finish(std::string& out, std::uint64_t base);
+  /// and starts an empty one. The result tells where all of it is. A chunk so large that no reader
+  /// would decompress it is not compressed.
+  ChunkIndex finish(std::string& out, std::uint64_t base, Compression compression);
 
  private:
   std::string records_;

@@ -1,5 +1,9 @@
 #include "tools/mcap/chunk_frame.hpp"
 
+#include <algorithm>
+#include <utility>
+
+#include "tools/mcap/compression.hpp"
 #include "tools/mcap/crc32.hpp"
 #include "tools/mcap/cursor.hpp"
 
@@ -53,10 +57,11 @@ Expected<ChunkFrame> read_chunk_frame(Source& source, std::uint64_t offset) {
 }
 
 Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::string& records) {
-  if (!frame.compression.empty()) {
+  const auto compression = compression_of(frame.compression);
+  if (!compression) {
     return problem(frame.offset, "the chunk is compressed with '" + frame.compression +
-                                     "', which millrace does not read; convert the file with "
-                                     "'mcap filter --output-compression none'");
+                                     "'; millrace reads lz4 and zstd: convert the file with "
+                                     "'mcap filter --output-compression zstd'");
   }
   if (frame.records_size > largest_chunk) {
     return problem(frame.offset,
@@ -66,6 +71,14 @@ Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::
   source.read(frame.records_offset, frame.records_size, records);
   if (records.size() != frame.records_size) {
     return problem(frame.offset, "the chunk cannot be read to its end");
+  }
+  if (*compression != Compression::none) {
+    const std::string packed = std::move(records);
+    if (const auto done = decompress(*compression, packed, frame.uncompressed_size, records);
+        !done) {
+      return problem(frame.offset, "the chunk is damaged: its " + frame.compression +
+                                       " data cannot be decompressed: " + done.error());
+    }
   }
   if (frame.crc != 0 && frame.crc != crc32(records)) {
     return problem(frame.offset, "the chunk is damaged: its CRC is wrong");
@@ -96,9 +109,12 @@ std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std:
         return std::nullopt;
       }
       patience -= frame->records_size;
+      records.clear();
       if (read_chunk_records(source, *frame, records)) {
         return frame->offset;
       }
+      // What was decompressed for nothing.
+      patience -= std::min<std::uint64_t>(patience, records.size());
     }
   }
   return std::nullopt;

@@ -31,8 +31,8 @@ struct ChunkFrame {
 /// choice).
 Expected<ChunkFrame> read_chunk_frame(Source& source, std::uint64_t offset);
 
-/// Puts the chunk's records into `records`. A compression that is not ours and a wrong CRC are
-/// problems.
+/// Puts the chunk's records into `records`, decompressed. A compression that is not ours, what does
+/// not decompress to the size that the frame gives, and a wrong CRC are problems.
 Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::string& records);
 
 /// The first place in [from, to) where a chunk with contents that fit its CRC begins; for files

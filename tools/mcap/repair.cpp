@@ -14,6 +14,10 @@ class Copier : public Visitor {
 
   void on_schema(const Schema& schema) override { writer_.define(schema); }
   void on_channel(const Channel& channel) override { writer_.define(channel); }
+  /// What was compressed stays so.
+  void on_chunk(const ChunkFrame& frame) override {
+    writer_.compress_with(compression_of(frame.compression).value_or(Compression::none));
+  }
   void on_message(const Channel&, const Message& message, std::uint64_t) override {
     keep(writer_.write(message));
   }

@@ -127,9 +127,12 @@ void Scanner::read_chunk() {
     return;
   }
   read_on(frame->records_offset - frame->offset, content_);
-  offset_ += frame->records_size;
-  if (data_crc_) {
-    data_crc_ = crc32(records_, *data_crc_);
+  if (!frame->compression.empty() && data_crc_) {
+    // Of the bytes as they are in the file.
+    read_on(frame->records_size, content_);
+  } else {
+    offset_ += frame->records_size;
+    data_crc_ = data_crc_ ? std::optional(crc32(records_, *data_crc_)) : std::nullopt;
   }
   visitor_.on_chunk(*frame);
   take_chunk_records(*frame);

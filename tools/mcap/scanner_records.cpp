@@ -22,9 +22,12 @@ void announce(Visitor& visitor, const Channel& channel) {
 }  // namespace
 
 void Scanner::take_chunk_records(const ChunkFrame& frame) {
+  // What was compressed has no places of its own in the file: the chunk's stands for all of them.
+  const bool here = frame.compression.empty();
+  const auto place = [&](std::uint64_t offset) { return here ? offset : frame.offset; };
   Cursor in(records_, frame.records_offset);
   while (!in.empty()) {
-    const std::uint64_t begin = in.offset();
+    const std::uint64_t begin = place(in.offset());
     const std::uint8_t opcode = in.u8();
     const Bytes content = in.take(in.u64());
     if (!in.ok()) {

@@ -2,6 +2,8 @@
 // damaged, from a scan.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "tools/mcap/definitions.hpp"
@@ -26,11 +28,22 @@ Expected<Header> read_header(Source& source);
 /// From the end of the file; reads nothing but header, summary and footer, and checks the CRC.
 Expected<Summary> read_summary(Source& source);
 
+/// Of all chunks with the same compression.
+struct ChunkSizes {
+  std::uint64_t chunks = 0;
+  /// Bytes of their records, in the file and as they are read.
+  std::uint64_t stored = 0;
+  std::uint64_t uncompressed = 0;
+  bool operator==(const ChunkSizes&) const = default;
+};
+
 struct Survey {
   /// After a scan: statistics and definitions of what can be read; the vectors are empty.
   Summary summary;
   /// Each metadata record, by name.
   std::vector<Metadata> metadata;
+  /// By compression, as chunks name it.
+  std::map<std::string, ChunkSizes> chunk_sizes;
   /// The summary was there and whole, so the rest of the file has not been read.
   bool from_summary = false;
   Problems problems;

@@ -7,6 +7,14 @@ namespace millrace::tools::mcap {
 
 namespace {
 
+void count(Survey& survey, const std::string& compression, std::uint64_t stored,
+           std::uint64_t uncompressed) {
+  ChunkSizes& sizes = survey.chunk_sizes[compression];
+  ++sizes.chunks;
+  sizes.stored += stored;
+  sizes.uncompressed += uncompressed;
+}
+
 /// Counts what a scan finds.
 class Counter : public Visitor {
  public:
@@ -19,7 +27,10 @@ class Counter : public Visitor {
     (void)survey_.summary.definitions.add(channel, 0);
     ++statistics().channels;
   }
-  void on_chunk(const ChunkFrame&) override { ++statistics().chunks; }
+  void on_chunk(const ChunkFrame& chunk) override {
+    ++statistics().chunks;
+    count(survey_, chunk.compression, chunk.records_size, chunk.uncompressed_size);
+  }
   void on_message(const Channel& channel, const Message& message, std::uint64_t) override {
     Statistics& all = statistics();
     all.start = all.messages == 0 ? message.log_time : std::min(all.start, message.log_time);
@@ -61,6 +72,9 @@ Survey survey(Source& source) {
   Survey result;
   result.from_summary = true;
   result.summary = std::move(*summary);
+  for (const ChunkIndex& chunk : result.summary.chunks) {
+    count(result, chunk.compression, chunk.compressed_size, chunk.uncompressed_size);
+  }
   for (const MetadataIndex& index : result.summary.metadata) {
     auto metadata = read_metadata(source, index);
     if (metadata) {

@@ -82,7 +82,7 @@ Writer::Result Writer::write(const Metadata& metadata) {
 
 Writer::Result Writer::close_chunk() {
   if (!chunk_.empty()) {
-    chunks_.push_back(chunk_.finish(pending_, written_));
+    chunks_.push_back(chunk_.finish(pending_, written_, options_.compression));
     ++statistics_.chunks;
   }
   return flush();

@@ -27,6 +27,7 @@ struct WriterOptions {
   std::string library{};
   /// A chunk is closed when its records have this many bytes.
   std::size_t chunk_size = std::size_t{256} * 1024;
+  Compression compression = Compression::none;
 };
 
 class Writer {
@@ -48,13 +49,17 @@ class Writer {
   Result write(const Attachment& attachment);
   Result write(const Metadata& metadata);
 
+  /// Of the chunk that is open and those after it.
+  void compress_with(Compression compression) { options_.compression = compression; }
+
   /// Ends the chunk if there is one, and hands everything to the sink.
   Result close_chunk();
   /// The rest of the file. Nothing may be written afterwards.
   Result close();
 
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
-  /// Bytes of the file so far, those of the open chunk included.
+  /// Bytes of the file so far, those of the open chunk included as they will be without
+  /// compression.
   [[nodiscard]] std::uint64_t size() const { return written_ + pending_.size() + chunk_.size(); }
 
  private:

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/mcap/compression.hpp"
 #include "tools/recording/filter.hpp"
 
 namespace millrace::tools::recorder {
@@ -50,6 +51,7 @@ struct Options {
   /// A chunk is closed, and safe from a cut, after this long.
   std::chrono::nanoseconds chunk_period = std::chrono::milliseconds(250);
   Sync sync = Sync::interval;
+  mcap::Compression compression = mcap::Compression::none;
   /// A new file is begun at this size or age; 0 = never.
   std::uint64_t rotate_size = 0;
   std::chrono::nanoseconds rotate_time{};

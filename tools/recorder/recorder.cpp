@@ -113,7 +113,8 @@ Recorder::Result Recorder::finish(std::uint64_t delivered, std::uint64_t lost, f
 Recorder::Result Recorder::begin_file(Moment now) {
   ++file_number_;
   const auto path = series_.numbered(file_number_);
-  auto file = RecordingFile::create(path, options_.library);
+  auto file = RecordingFile::create(
+      path, {.library = options_.library, .compression = options_.compression});
   if (!file) {
     return tl::unexpected(file.error());
   }

@@ -7,14 +7,14 @@
 namespace millrace::tools::recorder {
 
 tl::expected<std::unique_ptr<RecordingFile>, std::string> RecordingFile::create(
-    const std::filesystem::path& path, const std::string& library) {
+    const std::filesystem::path& path, const mcap::WriterOptions& options) {
   return mcap::FileSink::create(path).map([&](mcap::FileSink&& sink) {
-    return std::make_unique<RecordingFile>(std::move(sink), library);
+    return std::make_unique<RecordingFile>(std::move(sink), options);
   });
 }
 
-RecordingFile::RecordingFile(mcap::FileSink sink, const std::string& library)
-    : sink_(std::move(sink)), file_(sink_, {.library = library}), entries_(file_) {}
+RecordingFile::RecordingFile(mcap::FileSink sink, const mcap::WriterOptions& options)
+    : sink_(std::move(sink)), file_(sink_, options), entries_(file_) {}
 
 RecordingFile::Result RecordingFile::write(const recording::Entry& entry) {
   hops_.add(entry);

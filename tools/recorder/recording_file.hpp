@@ -26,9 +26,9 @@ class RecordingFile {
 
   /// Begins the file `path`, which grows as "PATH.part". Fails if it exists.
   static tl::expected<std::unique_ptr<RecordingFile>, std::string> create(
-      const std::filesystem::path& path, const std::string& library);
+      const std::filesystem::path& path, const mcap::WriterOptions& options);
 
-  RecordingFile(mcap::FileSink sink, const std::string& library);
+  RecordingFile(mcap::FileSink sink, const mcap::WriterOptions& options);
 
   Result write(const recording::Entry& entry);
   Result attach(const AttachedFile& file);

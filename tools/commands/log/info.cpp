@@ -29,6 +29,14 @@ std::string shown(const std::string& text) {
   return base::text::safe(print::utf8(text));
 }
 
+/// "zstd: 12 chunks, 1.5 MiB of 8.0 MiB"
+std::string compression_text(const std::string& compression, const mcap::ChunkSizes& sizes) {
+  const std::string size = print::size_text(sizes.uncompressed);
+  return fmt::format("{}: {} chunks, {}", compression.empty() ? "none" : shown(compression),
+                     sizes.chunks,
+                     compression.empty() ? size : print::size_text(sizes.stored) + " of " + size);
+}
+
 void print_text(const Options& options, std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
   fmt::print("{}: {}, {}\n", options.file.string(), print::size_text(size),
@@ -41,6 +49,9 @@ void print_text(const Options& options, std::uint64_t size, const mcap::Survey& 
   }
   fmt::print("messages    {} in {} chunks, {} channels\n", counts.messages, counts.chunks,
              counts.channels);
+  for (const auto& [compression, sizes] : survey.chunk_sizes) {
+    fmt::print("compression {}\n", compression_text(compression, sizes));
+  }
   for (const mcap::Metadata& metadata : survey.metadata) {
     fmt::print("{}\n", shown(metadata.name));
     for (const auto& [key, value] : metadata.values) {
@@ -65,6 +76,12 @@ boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
   out["chunks"] = counts.chunks;
   out["channels"] = counts.channels;
   out["schemas"] = counts.schemas;
+  boost::json::object compression;
+  for (const auto& [name, sizes] : survey.chunk_sizes) {
+    compression[name.empty() ? "none" : print::utf8(name)] = {
+        {"chunks", sizes.chunks}, {"stored", sizes.stored}, {"uncompressed", sizes.uncompressed}};
+  }
+  out["compression"] = std::move(compression);
   boost::json::object metadata;
   for (const mcap::Metadata& record : survey.metadata) {
     boost::json::object values;

@@ -310,6 +310,13 @@ void add_options(CLI::App& command, Options& options) {
   program::add_choice(command, "--sync", options.recorder.sync, policies,
                       "When the disk must hold it; interval is 4 times a second")
       ->default_str("interval");
+  static const std::map<std::string, mcap::Compression> compressions{
+      {"none", mcap::Compression::none},
+      {"lz4", mcap::Compression::lz4},
+      {"zstd", mcap::Compression::zstd}};
+  program::add_choice(command, "--compression", options.recorder.compression, compressions,
+                      "What chunks are compressed with")
+      ->default_str("none");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/mcap/sample_file.hpp"
+#include "tools/mcap/compression.hpp"
 #include "tools/mcap/encode.hpp"
 #include "tools/mcap/summary.hpp"
 
@@ -28,8 +29,17 @@ bool misses_at_most_one_chunk(const std::vector<Read>& part, const tests::Sample
   return false;
 }
 
-TEST(McapDamage, AFlippedBitCostsAtMostOneChunkAndIsReported) {
-  const auto sample = sample_file(4, 3);
+class McapDamageOf : public testing::TestWithParam<Compression> {};
+
+INSTANTIATE_TEST_SUITE_P(Each, McapDamageOf,
+                         testing::Values(Compression::none, Compression::lz4, Compression::zstd),
+                         [](const auto& of) {
+                           return of.param == Compression::none ? "none"
+                                                                : std::string(name_of(of.param));
+                         });
+
+TEST_P(McapDamageOf, AFlippedBitCostsAtMostOneChunkAndIsReported) {
+  const auto sample = sample_file(4, 3, GetParam());
   for (std::size_t bit = 0; bit < sample.bytes.size() * 8; ++bit) {
     std::string bytes = sample.bytes;
     bytes[bit / 8] = static_cast<char>(bytes[bit / 8] ^ (1 << (bit % 8)));
@@ -161,12 +171,55 @@ TEST(McapDamage, ReadsMessagesOutsideOfChunks) {
 TEST(McapDamage, NamesACompressionItDoesNotRead) {
   std::string bytes(magic);
   append(bytes, Header{"", "someone"});
-  append(bytes, Chunk{1, 2, 100, 7, "zstd", "compressed"});
+  append(bytes, Chunk{1, 2, 100, 7, "brotli", "compressed"});
   append(bytes, DataEnd{0});
   const auto scanned = scan_all(bytes);
   ASSERT_EQ(scanned.problems.size(), 1U);
-  EXPECT_NE(scanned.problems[0].text.find("compressed with 'zstd'"), std::string::npos);
+  EXPECT_NE(scanned.problems[0].text.find("compressed with 'brotli'"), std::string::npos);
   EXPECT_TRUE(scanned.closed);
+}
+
+TEST(McapDamage, NamesTheChunkThatCannotBeDecompressed) {
+  for (const char* compression : {"lz4", "zstd"}) {
+    std::string bytes(magic);
+    append(bytes, Header{"", "someone"});
+    const std::uint64_t place = bytes.size();
+    append(bytes, Chunk{1, 2, 100, 7, compression, "garbage"});
+    append(bytes, DataEnd{0});
+    const auto scanned = scan_all(bytes);
+    ASSERT_EQ(scanned.problems.size(), 1U);
+    EXPECT_EQ(scanned.problems[0].offset, place);
+    EXPECT_NE(scanned.problems[0].text.find(std::string("its ") + compression +
+                                            " data cannot be decompressed"),
+              std::string::npos);
+    EXPECT_TRUE(scanned.closed);
+  }
+}
+
+TEST(McapDamage, APromiseOfManyBytesAsksForNoMemory) {
+  constexpr std::uint64_t promised = std::uint64_t{1} << 62U;
+  for (const char* compression : {"lz4", "zstd"}) {
+    std::string bytes(magic);
+    append(bytes, Header{"", "someone"});
+    append(bytes, Chunk{1, 2, promised, 7, compression,
+                        compress(*compression_of(compression), std::string(100'000, 'x'))});
+    const auto scanned = scan_all(bytes);
+    EXPECT_FALSE(scanned.problems.empty());
+  }
+}
+
+TEST(McapDamage, AProblemInsideOfACompressedChunkHasTheChunksPlace) {
+  std::string records;
+  append(records, Message{9, 1, 10, 10, "{}"});
+  std::string bytes(magic);
+  append(bytes, Header{"", "someone"});
+  const std::uint64_t place = bytes.size();
+  append(bytes, Chunk{10, 10, records.size(), 0, "zstd", compress(Compression::zstd, records)});
+  append(bytes, DataEnd{0});
+  const auto scanned = scan_all(bytes);
+  ASSERT_EQ(scanned.problems.size(), 1U);
+  EXPECT_EQ(scanned.problems[0].offset, place);
+  EXPECT_NE(scanned.problems[0].text.find("belong to channel 9"), std::string::npos);
 }
 
 TEST(McapDamage, SkipsPrivateRecordsSilently) {

@@ -12,8 +12,17 @@ namespace {
 using tests::sample_file;
 using tests::scan_all;
 
-TEST(McapRepair, BringsBackEveryMessageOfEveryWholeChunkWhereverTheFileIsCut) {
-  const auto sample = sample_file(4, 3);
+class McapRepairOf : public testing::TestWithParam<Compression> {};
+
+INSTANTIATE_TEST_SUITE_P(Each, McapRepairOf,
+                         testing::Values(Compression::none, Compression::lz4, Compression::zstd),
+                         [](const auto& of) {
+                           return of.param == Compression::none ? "none"
+                                                                : std::string(name_of(of.param));
+                         });
+
+TEST_P(McapRepairOf, BringsBackEveryMessageOfEveryWholeChunkWhereverTheFileIsCut) {
+  const auto sample = sample_file(4, 3, GetParam());
   for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
     Memory damaged(sample.bytes.substr(0, size));
     Memory repaired;
@@ -29,6 +38,16 @@ TEST(McapRepair, BringsBackEveryMessageOfEveryWholeChunkWhereverTheFileIsCut) {
     ASSERT_TRUE(summary) << summary.error().to_string();
     ASSERT_EQ(summary->statistics, report->saved);
   }
+}
+
+TEST_P(McapRepairOf, LeavesWhatWasCompressedCompressed) {
+  Memory whole(sample_file(2, 300, GetParam()).bytes);
+  Memory repaired;
+  ASSERT_TRUE(repair(whole, repaired, "test"));
+  const auto found = survey(repaired);
+  EXPECT_EQ(found.summary.statistics.messages, 600U);
+  ASSERT_EQ(found.chunk_sizes.size(), 1U);
+  EXPECT_EQ(found.chunk_sizes.begin()->first, name_of(GetParam()));
 }
 
 TEST(McapRepair, LeavesAWholeFileWhole) {

@@ -39,10 +39,10 @@ std::vector<Read> SampleFile::messages_within(std::uint64_t size) const {
   return messages;
 }
 
-SampleFile sample_file(std::size_t chunks, std::size_t messages) {
+SampleFile sample_file(std::size_t chunks, std::size_t messages, Compression compression) {
   SampleFile sample;
   Memory file;
-  Writer writer(file, {.library = "sample"});
+  Writer writer(file, {.library = "sample", .compression = compression});
   (void)writer.write(Metadata{"origin", {{"host", "here"}}});
   writer.define(Schema{1, "Number", "jsonschema", "{}"});
   writer.define(Channel{1, 1, "odd", "json", {{"unit", "mm"}}});

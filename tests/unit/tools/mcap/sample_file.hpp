@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/mcap/compression.hpp"
 #include "tools/mcap/problem.hpp"
 #include "tools/mcap/records.hpp"
 #include "tools/mcap/sink.hpp"
@@ -31,7 +32,8 @@ struct SampleFile {
 };
 
 /// Two channels, a metadata record, an attachment, and `chunks` chunks of `messages` messages each.
-SampleFile sample_file(std::size_t chunks, std::size_t messages);
+SampleFile sample_file(std::size_t chunks, std::size_t messages,
+                       Compression compression = Compression::none);
 
 struct Scanned {
   std::vector<Read> messages;

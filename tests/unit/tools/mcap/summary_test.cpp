@@ -44,6 +44,20 @@ TEST(McapSurvey, TellsTheSameWithAndWithoutSummary) {
   EXPECT_EQ(by_scan.problems[0].text, "the summary is damaged: its CRC is wrong");
 }
 
+TEST(McapSurvey, TellsHowChunksAreCompressed) {
+  const auto sample = sample_file(3, 100, Compression::zstd);
+  Memory whole(sample.bytes);
+  const Survey by_summary = survey(whole);
+  ASSERT_EQ(by_summary.chunk_sizes.size(), 1U);
+  const ChunkSizes sizes = by_summary.chunk_sizes.at("zstd");
+  EXPECT_EQ(sizes.chunks, 3U);
+  EXPECT_LT(sizes.stored, sizes.uncompressed / 2);
+  EXPECT_LT(sample.bytes.size(), sample_file(3, 100).bytes.size());
+
+  Memory cut(sample.bytes.substr(0, sample.chunk_ends.back()));
+  EXPECT_EQ(survey(cut).chunk_sizes, by_summary.chunk_sizes);
+}
+
 TEST(McapSurvey, SaysOnceThatAFileWasNotClosed) {
   auto sample = sample_file(2, 5);
   sample.bytes.resize(sample.chunk_ends.back());

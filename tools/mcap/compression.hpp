@@ -1,0 +1,37 @@
+// What the records of a chunk are compressed with: nothing, an LZ4 frame or a Zstandard frame.
+//
+//   std::string packed = compress(Compression::zstd, records);
+//   auto done = decompress(Compression::zstd, packed, chunk.uncompressed_size, records);
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include <tl/expected.hpp>
+
+#include "tools/mcap/records.hpp"
+
+namespace millrace::tools::mcap {
+
+enum class Compression : std::uint8_t { none, lz4, zstd };
+
+/// As a Chunk record names it: "", "lz4", "zstd".
+std::string_view name_of(Compression compression);
+/// Nothing for a name that is none of these.
+std::optional<Compression> compression_of(std::string_view name);
+
+/// Chunks are some MB at most; one that would be larger than this when it is decompressed has a
+/// damaged size, or was made to use up a reader's memory.
+inline constexpr std::uint64_t largest_uncompressed = std::uint64_t{256} << 20U;
+
+std::string compress(Compression compression, Bytes records);
+
+/// Puts what `packed` holds into `records`, which must be exactly `size` bytes: otherwise, and if
+/// bytes are left over behind it, the error says what is wrong. Asks for memory as the bytes come,
+/// whatever `size` promises.
+tl::expected<void, std::string> decompress(Compression compression, Bytes packed,
+                                           std::uint64_t size, std::string& records);
+
+}  // namespace millrace::tools::mcap
