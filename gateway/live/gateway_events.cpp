@@ -141,13 +141,25 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
   if (!of_ours && !to_us) {
     return;
   }
+  if (const fabric::Outcome* done = done_commands.find(command.id)) {
+    // Said again, because the outcome was not heard.
+    tell(*done);
+    return;
+  }
   const control::Verdict verdict = obey(command);
   log->log(command.kind == fabric::CommandKind::ping ? spdlog::level::debug : spdlog::level::info,
            "{}: {} by {}: {}", to_us ? "this gateway" : command.key.to_string(),
            word_for(command.kind), command.issuer, verdict.detail);
-  const auto published = command_end.publish(
-      {own.id, command.id, verdict.done, fit_reason(verdict.detail), now().wall});
-  if (!published) {
+  const fabric::Outcome outcome{own.id, command.id, verdict.done, fit_reason(verdict.detail),
+                                now().wall};
+  if (command.kind != fabric::CommandKind::ping) {
+    done_commands.note(outcome, now().steady);
+  }
+  tell(outcome);
+}
+
+void Gateway::Impl::tell(const fabric::Outcome& outcome) {
+  if (const auto published = command_end.publish(outcome); !published) {
     log->warn("the outcome of a command cannot be told: {}", published.error());
   }
 }

@@ -20,6 +20,7 @@
 #include "gateway/control/call_control.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/channel_timer.hpp"
+#include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
@@ -93,6 +94,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   // What an operator wants. Commands for channels of others are theirs.
   void on_command(const fabric::Command& command) override;
   control::Verdict obey(const fabric::Command& command);
+  void tell(const fabric::Outcome& outcome);
 
   // What the call control decides.
   void carry_out(control::ChannelActions actions);
@@ -127,6 +129,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::dds::Participant participant;
   fabric::ends::CallEnd call_end;
   fabric::ends::CommandEnd command_end;
+  DoneCommands done_commands;
   fabric::ends::GatewayWatch watch;
   /// Of all links; before the machines, which have them.
   std::optional<machines::LinkGate> gate;

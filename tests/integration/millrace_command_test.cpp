@@ -7,6 +7,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/dds/participant.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/stuck_loop.hpp"
@@ -20,6 +24,14 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr const char* square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+int lines_with(const std::string& text, const std::string& part) {
+  int count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
+    ++count;
+  }
+  return count;
+}
 
 class TheCommand : public testing::Test {
  protected:
@@ -168,6 +180,45 @@ TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
   EXPECT_EQ(exit_code, 0);
   run({"answer", "cnc/9", "1.5"});
   EXPECT_EQ(exit_code, 1);
+  service.signal(SIGCONT);
+}
+
+// An operator's tool says it again until it hears the outcome; meanwhile another one pings a
+// hundred instances.
+TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
+  Process service = chain.square_root();
+  Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
+  Process gateway = chain.gateway({"--log-level", "debug"});
+  gateway.await_error("answered");
+  service.signal(SIGSTOP);
+
+  fabric::dds::Participant participant({.domain = chain.domain()});
+  std::map<fabric::InstanceId, std::string> outcomes;
+  fabric::wire::Writer<fabric::Command> commands(participant, "millrace");
+  fabric::wire::Reader<fabric::Outcome> heard(participant, "millrace", fabric::wire::Keep::all);
+  const auto told = [&](const fabric::Command& command) {
+    for (const auto& taken : heard.take()) {
+      outcomes.insert_or_assign(taken.value.command, taken.value.detail);
+    }
+    return outcomes.contains(command.id);
+  };
+  const auto for_gateway = [](fabric::CommandKind kind, const std::string& issuer) {
+    return fabric::Command{.id = fabric::InstanceId::random(),
+                           .kind = kind,
+                           .key = {.machine = "cnc", .channel = 1},
+                           .issuer = issuer};
+  };
+  const fabric::Command retry = for_gateway(fabric::CommandKind::retry, "tester");
+  await("the outcome", [&] { return commands.write(retry) && told(retry); });
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
+                                .kind = fabric::CommandKind::ping,
+                                .instance = fabric::InstanceId::random()}));
+  }
+  ASSERT_TRUE(commands.write(retry));
+  const fabric::Command last = for_gateway(fabric::CommandKind::ping, "tester");
+  await("an answer to what came last", [&] { return commands.write(last) && told(last); });
+  EXPECT_EQ(lines_with(gateway.error_output(), "retry by tester"), 1) << gateway.error_output();
   service.signal(SIGCONT);
 }
 
