@@ -16,6 +16,9 @@ using cnc::simulator::Variable;
 using cnc::simulator::Writer;
 using cnc::variables::ServiceVariable;
 
+/// For a gateway that does not read its answers.
+constexpr std::chrono::seconds drain_limit{1};
+
 cnc::simulator::Settings settings_for(const std::map<fabric::ChannelKey, std::uint32_t>& channels) {
   cnc::simulator::Settings settings;
   for (const auto& [recorded, number] : channels) {
@@ -113,6 +116,13 @@ void AsCnc::withdraw(std::size_t call, const std::string& reason) {
   open_.erase(channel);
   assign(variable(channel, ServiceVariable::request_state), 0.0);
   player_->ended(call, std::nullopt, reason);
+}
+
+void AsCnc::on_done() {
+  // It may be the gateway's last write that ends the last call: it is not answered yet, and a
+  // gateway whose connection ends before that does not know whether it has written.
+  boost::asio::post(executor_,
+                    [this] { server_.drain(drain_limit, [this](bool) { listener_.on_done(); }); });
 }
 
 void AsCnc::response_written(std::uint32_t channel) {

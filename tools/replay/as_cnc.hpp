@@ -53,7 +53,8 @@ class AsCnc : public Stage {
   void issue(std::size_t call) override;
   void withdraw(std::size_t call, const std::string& reason) override;
   void on_outcome(const Outcome& outcome) override { listener_.on_outcome(outcome); }
-  void on_done() override { listener_.on_done(); }
+  /// Once the gateway has the answer to its last write.
+  void on_done() override;
 
  private:
   /// Notes which channels are read.
