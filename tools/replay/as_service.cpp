@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include <boost/asio/post.hpp>
 #include <unistd.h>
@@ -27,6 +28,7 @@ AsService::AsService(fabric::dds::Participant& participant, asio::any_io_executo
       end_timer_(executor_) {
   open(participant);
   commands_.emplace(participant, executor_, *this);
+  heart_.emplace(participant, executor_, [this] { return loads(); });
 }
 
 void AsService::open(fabric::dds::Participant& participant) {
@@ -42,29 +44,31 @@ void AsService::open(fabric::dds::Participant& participant) {
                                       .version = options_.version,
                                       .host = options_.host,
                                       .pid = static_cast<std::uint32_t>(::getpid()),
-                                      .concurrency = static_cast<std::uint32_t>(keys.size())};
+                                      .concurrency = static_cast<std::uint32_t>(keys.size()),
+                                      .lease = participant.options().lease};
     for (const fabric::ChannelKey& key : keys) {
       identity.channels.push_back({key.machine, key.channel});
     }
     const fabric::InstanceId id = identity.id;
+    statuses_[id] = {.instance = id, .started = std::chrono::system_clock::now()};
     ends_.emplace(id, std::make_unique<fabric::ends::ReplyEnd>(participant, executor_,
                                                                std::move(identity), *this));
   }
 }
 
-std::vector<std::string> AsService::uuids() const {
-  std::vector<std::string> uuids;
+std::vector<fabric::InstanceIdentity> AsService::instances() const {
+  std::vector<fabric::InstanceIdentity> instances;
   for (const auto& [id, end] : ends_) {
-    uuids.push_back(end->identity().uuid);
+    instances.push_back(end->identity());
   }
-  std::ranges::sort(uuids);
-  return uuids;
+  return instances;
 }
 
 void AsService::on_request(const fabric::Request& request) {
   if (end_of(request.assigned) == nullptr) {
     return;
   }
+  statuses_[request.assigned].last_call = std::chrono::system_clock::now();
   const Match match = matcher_.on_request(request);
   if (const auto* matched = std::get_if<Matched>(&match)) {
     if (matched->repeated) {
@@ -127,6 +131,7 @@ void AsService::repeat(const fabric::Request& request) {
   pending.request = request;
   if (pending.said > 0 && pending.said == pending.script.size()) {
     pending.script.back().second.code = fabric::ServiceCode::repeated;
+    ++statuses_[request.assigned].repeated;
     --pending.said;
     publish(pending);
   }
@@ -164,6 +169,11 @@ void AsService::publish(Pending& pending) {
   reply.received = pending.received;
   reply.started = pending.received;
   reply.answered = std::chrono::system_clock::now();
+  if (reply.kind == fabric::ReplyKind::final && !std::exchange(pending.answered, true)) {
+    fabric::InstanceStatus& status = statuses_[reply.instance];
+    ++status.answered;
+    status.failed += reply.code == fabric::ServiceCode::failed ? 1U : 0U;
+  }
   if (const auto told = end_of(reply.instance)->publish(reply); !told) {
     listener_.on_mismatch(pending.request, told.error());
   }
@@ -175,6 +185,7 @@ void AsService::on_withdrawn(const fabric::RequestKey& key) {
     return;
   }
   const fabric::InstanceId instance = found->second.request.assigned;
+  statuses_[instance].cancelled += found->second.answered ? 0U : 1U;
   pending_.erase(found);
   look_for_the_end();
   leave_if_done(instance);
@@ -210,6 +221,25 @@ std::optional<std::uint32_t> AsService::running(const fabric::InstanceId& instan
   }));
 }
 
+std::vector<fabric::InstanceLoad> AsService::loads() const {
+  std::map<fabric::InstanceId, fabric::InstanceLoad> loads;
+  for (const auto& [id, end] : ends_) {
+    loads[id].status = statuses_.at(id);
+  }
+  for (const auto& [key, pending] : pending_) {
+    const auto load = loads.find(pending.request.assigned);
+    if (!pending.answered && load != loads.end()) {
+      load->second.calls.push_back(pending.request.call);
+      ++load->second.status.running;
+    }
+  }
+  std::vector<fabric::InstanceLoad> all;
+  for (auto& [id, load] : loads) {
+    all.push_back(std::move(load));
+  }
+  return all;
+}
+
 void AsService::on_drain(const fabric::InstanceId& instance, const std::string& issuer) {
   fabric::ends::ReplyEnd& end = *ends_.at(instance);
   end.set_draining(true);
@@ -240,6 +270,7 @@ void AsService::leave_if_done(const fabric::InstanceId& instance) {
     std::erase_if(pending_,
                   [&](const auto& one) { return one.second.request.assigned == instance; });
     ends_.erase(instance);
+    heart_->forget(instance);
     draining_.erase(instance);
     if (ends_.empty() && !complete_) {
       complete_ = true;

@@ -18,6 +18,7 @@
 #include "fabric/dds/participant.hpp"
 #include "fabric/ends/instance_commands.hpp"
 #include "fabric/ends/reply_end.hpp"
+#include "tools/replay/heart.hpp"
 #include "tools/replay/matcher.hpp"
 #include "tools/replay/scheduler.hpp"
 
@@ -62,8 +63,8 @@ class AsService : public fabric::ends::ReplyEndListener,
             const Plan& plan, AsServiceOptions options, AsServiceListener& listener);
 
   [[nodiscard]] const Matcher& matcher() const { return matcher_; }
-  /// The UUIDs it answers for, canonical.
-  [[nodiscard]] std::vector<std::string> uuids() const;
+  /// One for each UUID that it answers for.
+  [[nodiscard]] std::vector<fabric::InstanceIdentity> instances() const;
 
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::RequestKey& key) override;
@@ -82,6 +83,8 @@ class AsService : public fabric::ends::ReplyEndListener,
     std::vector<std::pair<nanoseconds, fabric::Reply>> script{};
     std::size_t said = 0;
     std::unique_ptr<boost::asio::steady_timer> timer{};
+    /// A final answer was given. What nobody answered in the recording never gets one.
+    bool answered = false;
   };
 
   void open(fabric::dds::Participant& participant);
@@ -90,6 +93,8 @@ class AsService : public fabric::ends::ReplyEndListener,
   void repeat(const fabric::Request& request);
   void say_next(const fabric::RequestKey& key);
   void publish(Pending& pending);
+  /// What gateways are told of the instances.
+  [[nodiscard]] std::vector<fabric::InstanceLoad> loads() const;
   void look_for_the_end();
   /// Ends a draining instance that has nothing left to say.
   void leave_if_done(const fabric::InstanceId& instance);
@@ -106,9 +111,11 @@ class AsService : public fabric::ends::ReplyEndListener,
   bool complete_ = false;
   boost::asio::steady_timer end_timer_;
   std::map<fabric::InstanceId, std::unique_ptr<fabric::ends::ReplyEnd>> ends_;
+  std::map<fabric::InstanceId, fabric::InstanceStatus> statuses_;
   /// Of the instances that drain: from then on they leave as soon as they are done.
   std::map<fabric::InstanceId, boost::asio::steady_timer> draining_;
   std::optional<fabric::ends::InstanceCommands> commands_;
+  std::optional<Heart> heart_;
 };
 
 }  // namespace millrace::tools::replay

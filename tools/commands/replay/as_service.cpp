@@ -2,6 +2,7 @@
 #include "tools/replay/as_service.hpp"
 
 #include <csignal>
+#include <set>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -83,8 +84,12 @@ class StandIn : public tools::replay::AsServiceListener {
   int serve(fabric::dds::Participant& participant) {
     tools::replay::AsService service(participant, io_.get_executor(), plan_,
                                      settings_of(options_, plan_), *this);
-    const std::string what = fmt::format("answering for {} from {}",
-                                         fmt::join(service.uuids(), ", "), options_.file.string());
+    std::set<std::string> uuids;
+    for (const fabric::InstanceIdentity& instance : service.instances()) {
+      uuids.insert(instance.uuid);
+    }
+    const std::string what =
+        fmt::format("answering for {} from {}", fmt::join(uuids, ", "), options_.file.string());
     // Standard output is for JSON then.
     if (options_.json) {
       fmt::print(stderr, "ready: {}\n", what);
