@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "base/program/completion.hpp"
+#include "base/program/man_page.hpp"
 #include "base/program/supervisor.hpp"
 #include "base/text/quoted.hpp"
 
@@ -27,6 +30,25 @@ void tell(const std::string& name, std::string_view why) {
              text::safe(why, "\n"));
 }
 
+/// What a package is made with: its man page for --man-page, a script for --completion SHELL.
+/// Nothing if it is not asked for; looked for before the line is parsed, which may need other
+/// words.
+std::string page_of(const CLI::App& app, const std::string& name, int argc, char** argv) {
+  const std::vector<std::string_view> words(argv, argv + argc);
+  // Commands that a program takes off the line before have a name of their own.
+  const auto tree = [&] {
+    return command_tree(app, app.get_name().empty() ? name : app.get_name());
+  };
+  if (words.size() == 2 && words[1] == "--man-page") {
+    return man_page(tree(), MILLRACE_VERSION);
+  }
+  if (words.size() == 3 && words[1] == "--completion") {
+    const auto shell = parse_shell(words[2]);
+    return shell ? completion_script(tree(), *shell) : "";
+  }
+  return "";
+}
+
 /// What <CLI/CLI.hpp> adds to <CLI/App.hpp> is the formatter and the configuration reader, which
 /// each source that includes them compiles, 3 s each time. Here is the one that does, and that uses
 /// them, so that Clang keeps them too.
@@ -39,6 +61,10 @@ void tell(const std::string& name, std::string_view why) {
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const std::string name = program_name(argc > 0 ? argv[0] : nullptr);
   app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
+  if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
+    fmt::print("{}", page);
+    return exit_done;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

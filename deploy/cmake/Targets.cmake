@@ -1,4 +1,5 @@
 # How a millrace target is made: one interface target for what all share, two functions.
+include(GNUInstallDirs)
 
 add_library(millrace_options INTERFACE)
 target_compile_features(millrace_options INTERFACE cxx_std_20)
@@ -53,14 +54,32 @@ function(millrace_add_library name)
   endif()
 endfunction()
 
-# millrace_add_program(NAME SOURCES … LINK lib …): an executable in BUILD/bin, installed with the package of the room
-# it lives in (Packages.cmake).
+# millrace_add_program(NAME SOURCES … LINK lib … [COMMANDS word …]): an executable in BUILD/bin, installed with the
+# package of the room it lives in (Packages.cmake), with its man page and its completion in bash. Each of COMMANDS is the
+# first word of a command line of its own, which gets a man page, too.
 function(millrace_add_program name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK;COMMANDS" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE millrace_options ${arg_LINK})
   cmake_path(RELATIVE_PATH CMAKE_CURRENT_SOURCE_DIR BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE room)
   string(REGEX REPLACE "/.*" "" room ${room})
   install(TARGETS ${name} COMPONENT ${room})
+  # Where a sanitizer is, no package is made.
+  if(NOT PROJECT_IS_TOP_LEVEL OR MILLRACE_SANITIZE OR MILLRACE_FUZZ)
+    return()
+  endif()
+  set(folder ${CMAKE_BINARY_DIR}/pages/${name})
+  set(pages ${folder}/man1/${name}.1.gz)
+  foreach(command IN LISTS arg_COMMANDS)
+    list(APPEND pages ${folder}/man1/${name}-${command}.1.gz)
+  endforeach()
+  add_custom_command(OUTPUT ${pages} ${folder}/completions/${name}
+    COMMAND ${PROJECT_SOURCE_DIR}/deploy/package/pages $<TARGET_FILE:${name}> ${folder} ${arg_COMMANDS}
+    DEPENDS ${name} ${PROJECT_SOURCE_DIR}/deploy/package/pages
+    VERBATIM)
+  add_custom_target(${name}-pages ALL DEPENDS ${pages} ${folder}/completions/${name})
+  install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT ${room})
+  install(FILES ${folder}/completions/${name} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+    COMPONENT ${room})
 endfunction()

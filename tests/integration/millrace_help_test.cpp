@@ -1,5 +1,7 @@
 // The manners of the operator's command: help and completion of every subcommand there is.
 
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
@@ -9,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/support/terminal.hpp"
 
 namespace millrace::tests::integration {
@@ -84,7 +87,17 @@ const std::map<std::string, Help>& all_help() {
   return all;
 }
 
-/// What a bash that has been told to complete `millrace` offers for a line that is not finished.
+/// The programs of the packages.
+const Words programs{"millrace",          "millrace-gateway",    "millrace-cnc",
+                     "millrace-archiver", "millrace-batch",      "millrace-dial-gauge",
+                     "millrace-mail",     "millrace-square-root"};
+
+/// What completes a program, as it comes with its package.
+std::string completion_of(const std::string& program) {
+  return program == "millrace" ? "completion bash" : "--completion bash";
+}
+
+/// What a bash that has been told to complete a program offers for a line that is not finished.
 Words offered(const std::string& line) {
   std::istringstream words_in(line + "|");
   Words words;
@@ -96,16 +109,30 @@ Words offered(const std::string& line) {
   for (const std::string& word : words) {
     array += "'" + word + "' ";
   }
-  const std::string script = "source <('" + binary("millrace") +
-                             "' completion bash); COMP_WORDS=(" + array +
+  const std::string& program = words.front();
+  const std::string script = "source <('" + binary(program) + "' " + completion_of(program) +
+                             "); COMP_WORDS=(" + array +
                              "); COMP_CWORD=" + std::to_string(words.size() - 1) +
-                             "; _millrace; printf '%s\\n' \"${COMPREPLY[@]}\"";
+                             "; _${COMP_WORDS[0]//-/_}; printf '%s\\n' \"${COMPREPLY[@]}\"";
   std::istringstream lines(output_of({"/bin/bash", "--norc", "--noprofile", "-c", script}));
   Words found;
   for (std::string word; std::getline(lines, word);) {
     found.push_back(word);
   }
   return found;
+}
+
+/// The options that a help names.
+Words options_in(const std::string& help) {
+  Words options;
+  std::istringstream lines(help);
+  std::smatch found;
+  for (std::string line; std::getline(lines, line);) {
+    if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z-]+)"))) {
+      options.push_back(found[1]);
+    }
+  }
+  return options;
 }
 
 TEST(TheHelp, OfEverySubcommandShowsAnExample) {
@@ -143,6 +170,61 @@ TEST(TheCompletion, OffersTheWordsThatAnArgumentMayBe) {
   EXPECT_THAT(offered("millrace vars cnc list --family V."), IsSupersetOf({"V.E", "V.G"}));
   EXPECT_THAT(offered("millrace log cat --kind re"),
               testing::UnorderedElementsAre("request", "reply"));
+}
+
+TEST(TheCompletion, OffersTheOptionsOfEveryProgram) {
+  for (const std::string& program : programs) {
+    const Words options = options_in(output_of({binary(program), "--help"}));
+    EXPECT_THAT(options, Contains("--version")) << program;
+    EXPECT_THAT(offered(program + " --"), IsSupersetOf(options)) << program;
+  }
+  EXPECT_THAT(offered("millrace-gateway --log-level w"), testing::ElementsAre("warn"));
+  EXPECT_THAT(offered("millrace-mail --delivery "),
+              testing::UnorderedElementsAre("at-least-once", "at-most-once"));
+}
+
+/// The man page of a program as `man` shows it, without a word of complaint.
+std::string shown_by_man(const Words& program) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "page.1";
+  Words command = program;
+  command.front() = binary(command.front());
+  command.emplace_back("--man-page");
+  std::ofstream(file) << output_of(command);
+  Process man(
+      {"/usr/bin/env", "MANWIDTH=100", "LC_ALL=C.UTF-8", "man", "--warnings", "-l", file.string()});
+  EXPECT_EQ(man.wait(), 0) << man.error_output();
+  EXPECT_EQ(man.error_output(), "") << joined(program);
+  return man.output();
+}
+
+TEST(TheManPage, OfEveryProgramHasItsOptions) {
+  if (!std::filesystem::exists("/usr/bin/man")) {
+    GTEST_SKIP() << "man is not installed (deploy/install-deps)";
+  }
+  for (const std::string& program : programs) {
+    const std::string page = shown_by_man({program});
+    EXPECT_THAT(page, testing::ContainsRegex("NAME\n +" + program + " - .")) << page;
+    EXPECT_THAT(page, HasSubstr("EXIT STATUS"));
+    for (const std::string& option : options_in(output_of({binary(program), "--help"}))) {
+      EXPECT_THAT(page, HasSubstr(option)) << program;
+    }
+  }
+  EXPECT_THAT(shown_by_man({"millrace-archiver", "query"}),
+              testing::ContainsRegex("NAME\n +millrace-archiver query - .*(.|\n)*--limit"));
+}
+
+TEST(TheManPage, HasEverySubcommandWithItsOptions) {
+  if (!std::filesystem::exists("/usr/bin/man")) {
+    GTEST_SKIP() << "man is not installed (deploy/install-deps)";
+  }
+  const std::string page = shown_by_man({"millrace"});
+  for (const auto& [words, help] : all_help()) {
+    EXPECT_THAT(page, HasSubstr(words.empty() ? "millrace" : "millrace " + words));
+    for (const std::string& option : help.options) {
+      EXPECT_THAT(page, HasSubstr(option)) << words;
+    }
+  }
 }
 
 TEST(TheCompletion, CompletesWhatIsTypedIntoARealBash) {

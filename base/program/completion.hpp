@@ -1,0 +1,24 @@
+// Scripts that complete a command in a shell.
+//
+//   fmt::print("{}", completion_script(command_tree(app, "millrace"), Shell::bash));
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/program/command_tree.hpp"
+
+namespace millrace::base::program {
+
+enum class Shell : std::uint8_t { bash, zsh, fish };
+
+/// "bash", "zsh" or "fish".
+std::optional<Shell> parse_shell(std::string_view word);
+
+/// Offers subcommands, options, and the words that an argument or an option's value may be; what is
+/// none of them is left to the shell, which knows files.
+std::string completion_script(const Command& command, Shell shell);
+
+}  // namespace millrace::base::program
