@@ -336,6 +336,37 @@ TEST_F(Mail, ChecksItsConfiguration) {
   EXPECT_THAT(not_served.error_output(), HasSubstr("cannot read the password"));
 }
 
+TEST_F(Mail, SendsWhatAnEarlierVersionHasLeftInItsSpoolOnce) {
+  const fs::path spool = folder.path() / "mail.spool";
+  fs::create_directories(spool);
+  write(spool / "5f-1.mail",
+        "epoch: 95 number: 1 stage: WAITING made: 1 attempts: 1 from: \"press1@example.com\""
+        " to: \"eva@example.com\" message: \"Subject: left over\\r\\n\\r\\nx\\r\\n\"");
+  start();
+  EXPECT_THAT(await_mail(1), HasSubstr("Subject: left over"));
+  EXPECT_FALSE(fs::exists(spool / "5f-1.mail"));
+  sut->await_error("the mail server has its mail: 250");
+  sut->terminate();
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  start_service();
+  EXPECT_EQ(call("done program=B parts=2").state, 1U);
+  EXPECT_EQ(accepted(), 2U);
+}
+
+TEST_F(Mail, EndsWithTheNameOfADatabaseThatIsDamaged) {
+  const fs::path database = folder.path() / "mail.spool" / "spool.db";
+  fs::create_directories(database.parent_path());
+  write(database, std::string(5000, 'x'));
+  open_server();
+  configure();
+  Process damaged({binary("millrace-mail"), "--config", config.string(), "--domain",
+                   std::to_string(domain.number())});
+  EXPECT_EQ(damaged.wait(), 1);
+  EXPECT_THAT(damaged.error_output(),
+              AllOf(HasSubstr(database.string()), HasSubstr("no spool of a mail service")));
+}
+
 TEST_F(Mail, SharesItsSpoolWithNobody) {
   start();
   Process second({binary("millrace-mail"), "--config", config.string(), "--domain",
