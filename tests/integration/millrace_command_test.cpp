@@ -208,7 +208,14 @@ TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
                            .key = {.machine = "cnc", .channel = 1},
                            .issuer = issuer};
   };
-  const fabric::Command retry = for_gateway(fabric::CommandKind::retry, "tester");
+  // Which call it is says the refusal of a command that names another one.
+  const fabric::Command other = for_gateway(fabric::CommandKind::retry, "somebody");
+  await("a refusal", [&] { return commands.write(other) && told(other); });
+  const std::string refusal = outcomes.at(other.id);
+  const std::string pending = refusal.substr(refusal.rfind(' ') + 1);
+  fabric::Command retry = for_gateway(fabric::CommandKind::retry, "tester");
+  retry.call = {.epoch = std::stoull(pending, nullptr, 16),
+                .number = std::stoull(pending.substr(pending.find('-') + 1))};
   await("the outcome", [&] { return commands.write(retry) && told(retry); });
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
@@ -219,6 +226,7 @@ TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
   const fabric::Command last = for_gateway(fabric::CommandKind::ping, "tester");
   await("an answer to what came last", [&] { return commands.write(last) && told(last); });
   EXPECT_EQ(lines_with(gateway.error_output(), "retry by tester"), 1) << gateway.error_output();
+  EXPECT_THAT(gateway.error_output(), Not(HasSubstr("retry by tester: another call")));
   service.signal(SIGCONT);
 }
 
