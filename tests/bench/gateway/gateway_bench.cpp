@@ -11,6 +11,8 @@
 //   gateway_bench scaling      1, 4, 16 and 64 instances of one UUID, against raw Cyclone
 //   gateway_bench presence     10 to 200 idle service processes, against raw Cyclone
 //   gateway_bench presence --uuids 1000   one process with so many UUIDs
+//   gateway_bench scale        instances, UUIDs, channels, machines, gateways, observers and hosts
+//                              each grown alone; hosts need root (network namespaces)
 //
 // Exit code 1 if a goal is missed. Results of a run: docs/benchmarks.md.
 #include <atomic>
@@ -30,6 +32,7 @@
 #include "tests/bench/gateway/presence.hpp"
 #include "tests/bench/gateway/raw_dds.hpp"
 #include "tests/bench/gateway/rows.hpp"
+#include "tests/bench/gateway/scale.hpp"
 #include "tests/bench/gateway/scaling.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
@@ -318,6 +321,8 @@ void serve_peer(const PeerOptions& options) {
     serve_polling(options);
   } else if (options.kind == "grpc") {
     serve_grpc(options);
+  } else if (options.kind == "gateway") {
+    serve_gateway(options);
   } else if (options.kind == "lcm") {
     serve_lcm(options);
   } else {
@@ -332,11 +337,12 @@ int run(int argc, char** argv) {
   std::vector<std::uint32_t> instances;
   ScalingOptions scaling;
   PresenceOptions presence;
+  ScaleOptions scale;
   bool row = false;
   PeerOptions peer;
   app.add_option(
       "what", what,
-      "call, throughput, cost, program, load, idle, takeover, alarm, scaling or presence");
+      "call, throughput, cost, program, load, idle, takeover, alarm, scaling, presence or scale");
   app.add_option("seconds", seconds, "of alarm");
   app.add_option("--instances", instances, "scaling, presence: one row for each number, N,N,…")
       ->delimiter(',')
@@ -347,12 +353,17 @@ int run(int argc, char** argv) {
   app.add_option("--rounds", scaling.rounds, "scaling: of each row")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  app.add_option("--idle", presence.idle_seconds, "presence: seconds of each row without a call")
-      ->check(CLI::Range(1, 3600))
-      ->capture_default_str();
+  std::uint32_t idle_seconds = 0;
+  app.add_option("--idle", idle_seconds,
+                 "presence, scale: seconds of each row without a call; 24 and 8 if not given")
+      ->check(CLI::Range(1, 3600));
   app.add_option("--uuids", presence.uuids, "presence: one process with so many UUIDs instead")
       ->check(CLI::Range(1, 100'000));
   app.add_flag("--no-raw", presence.without_raw, "presence: leave raw Cyclone out");
+  app.add_option("--of", scale.of, "scale: what is grown, WORD,WORD,…; all if not given")
+      ->delimiter(',')
+      ->check(CLI::IsMember(dimensions()));
+  app.add_option("--sizes", scale.sizes, "scale: one row for each, N,N,…")->delimiter(',');
   app.add_flag("--row", row)->group("");
   app.add_option("--peer", peer.kind)->group("");
   app.add_option("--domain", peer.domain)->group("");
@@ -362,10 +373,22 @@ int run(int argc, char** argv) {
   app.add_option("--channels", peer.channels)->group("");
   app.add_option("--period", peer.period_ms)->group("");
   app.add_option("--port", peer.port)->group("");
+  app.add_option("--machines", peer.machines)->group("");
+  app.add_option("--of-uuids", peer.uuids)->group("");
+  app.add_option("--interface", peer.interface)->group("");
   CLI11_PARSE(app, argc, argv);
   if (!peer.kind.empty()) {
-    serve_peer(peer);
-    return 0;
+    try {
+      serve_peer(peer);
+      return 0;
+    } catch (const std::exception& error) {
+      remark(error.what());
+      return 1;
+    }
+  }
+  if (idle_seconds != 0) {
+    presence.idle_seconds = idle_seconds;
+    scale.idle_seconds = idle_seconds;
   }
   if (!instances.empty()) {
     scaling.instances = instances;
@@ -373,7 +396,9 @@ int run(int argc, char** argv) {
   }
   if (row) {
     try {
-      what == "scaling" ? measure_scaling_row(scaling) : measure_presence_row(presence);
+      what == "scaling" ? measure_scaling_row(scaling)
+      : what == "scale" ? measure_scale_row(scale)
+                        : measure_presence_row(presence);
       return 0;
     } catch (const std::exception& error) {
       remark(error.what());
@@ -390,7 +415,8 @@ int run(int argc, char** argv) {
       {"takeover", measure_takeover},
       {"alarm", [&] { return measure_alarms(std::chrono::seconds(seconds)); }},
       {"scaling", [&] { return measure_scaling(scaling); }},
-      {"presence", [&] { return measure_presence(presence); }}};
+      {"presence", [&] { return measure_presence(presence); }},
+      {"scale", [&] { return measure_scale(scale); }}};
   const auto found = measurements.find(what);
   if (found == measurements.end()) {
     fmt::print(stderr, "{}", app.help());

@@ -36,22 +36,37 @@ Moment moment_now() {
 }  // namespace
 
 struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
-  Impl(std::uint32_t domain, std::size_t channels, std::size_t the_active,
-       std::chrono::milliseconds idle)
-      : journal(journal::in_memory(io.get_executor())),
-        core({.paces = {{"cnc", Pace{.idle = idle}}}}, journal->ledger()),
-        active(the_active),
-        places(channels + 1),
+  explicit Impl(const MemoryPlant& own_plant)
+      : plant(own_plant),
+        journal(journal::in_memory(io.get_executor())),
+        core({.paces = paces_of(plant)}, journal->ledger()),
+        places(plant.machines.size() * plant.channels + 1),
         timer(io),
-        participant({.domain = domain}),
+        participant({.domain = plant.domain, .configuration = dds_configuration(plant.interface)}),
         end(participant, io.get_executor(), *this) {
-    std::vector<std::uint16_t> numbers(channels);
+    std::vector<std::uint16_t> numbers(plant.channels);
     std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
-    for (std::size_t i = 0; i <= channels; ++i) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
       wakes.emplace_back(io.get_executor());
     }
     on_readers(false, false);
-    carry_out(core.on_link_up("cnc", numbers, moment_now()));
+    for (std::size_t i = 0; i < plant.machines.size(); ++i) {
+      before[plant.machines[i]] = i * plant.channels;
+      carry_out(core.on_link_up(plant.machines[i], numbers, moment_now()));
+    }
+  }
+
+  static std::map<std::string, Pace> paces_of(const MemoryPlant& plant) {
+    std::map<std::string, Pace> paces;
+    for (const std::string& machine : plant.machines) {
+      paces[machine] = Pace{.idle = plant.idle};
+    }
+    return paces;
+  }
+
+  /// Its place among the channels of all machines, from 1.
+  [[nodiscard]] std::size_t index_of(const fabric::ChannelKey& key) const {
+    return key.channel + (plant.machines.size() == 1 ? 0 : before.at(key.machine));
   }
 
   struct Place {
@@ -68,7 +83,8 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     --to_start;
     Place& place = places[channel];
     place.asked = Clock::now();
-    place.variables.call({bench_uuid, "2.0000000000", ++place.number});
+    const std::string& uuid = plant.uuids == 0 ? bench_uuid : uuids[channel % plant.uuids];
+    place.variables.call({uuid, "2.0000000000", ++place.number});
   }
 
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
@@ -89,7 +105,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   void on_reply(const fabric::Reply& reply) override {
     const auto now = Clock::now();
     if (reply.kind == fabric::ReplyKind::final) {
-      result.replied.add(now - places[reply.key.channel].seen);
+      result.replied.add(now - places[index_of(reply.key)].seen);
     }
     carry_out(core.on_reply(reply, moment_now()));
   }
@@ -107,23 +123,24 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   }
   void carry_out(const fabric::ChannelKey& key, const Read& action) {
     asio::post(io, [this, key, look = action.look] {
-      carry_out(core.on_read(key, places[key.channel].variables.read(look), moment_now()));
+      carry_out(core.on_read(key, places[index_of(key)].variables.read(look), moment_now()));
     });
   }
   void carry_out(const fabric::ChannelKey& key, const Write& action) {
     asio::post(io, [this, key, action] {
-      Place& place = places[key.channel];
+      Place& place = places[index_of(key)];
       place.variables.write(action.variable, action.value);
       if (action.variable == Variable::response_state) {
         result.released.add(Clock::now() - place.asked);
         ++finished;
-        ask(key.channel);
+        ask(index_of(key));
       }
       carry_out(core.on_write(key, WriteOutcome::written, "", moment_now()));
     });
   }
   void carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
-    wakes[key.channel].set(action.at, [this, key] { carry_out(core.on_wake(key, moment_now())); });
+    wakes[index_of(key)].set(action.at,
+                             [this, key] { carry_out(core.on_wake(key, moment_now())); });
   }
   void carry_out(const fabric::ChannelKey& key, const Record& action) {
     if (action.ticket == 0) {
@@ -132,7 +149,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     }
     if (std::holds_alternative<DispatchedEntry>(action.entry)) {
       // In the same step as its acceptance.
-      places[key.channel].seen = Clock::now();
+      places[index_of(key)].seen = Clock::now();
     }
     journal->append(action.entry, [this, key, ticket = action.ticket] {
       carry_out(core.on_recorded(key, ticket, moment_now()));
@@ -194,10 +211,14 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     return reached;
   }
 
+  MemoryPlant plant;
+  std::size_t calling_machines = plant.machines.size();
+  const std::vector<std::string> uuids = numbered_uuids(plant.uuids);
+  /// Channels of the machines before each.
+  std::map<std::string, std::size_t> before;
   asio::io_context io{1};
   std::unique_ptr<journal::Journal> journal;
   control::CallControl core;
-  std::size_t active;
   bool attentive = true;
   live::SpinAfterPublish spin;
   std::vector<Place> places;
@@ -216,9 +237,11 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   fabric::ends::CallEnd end;
 };
 
+MemoryGateway::MemoryGateway(const MemoryPlant& plant) : impl_(std::make_unique<Impl>(plant)) {}
 MemoryGateway::MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active,
                              std::chrono::milliseconds idle)
-    : impl_(std::make_unique<Impl>(domain, channels, active, idle)) {}
+    : MemoryGateway(
+          MemoryPlant{.domain = domain, .channels = channels, .active = active, .idle = idle}) {}
 MemoryGateway::~MemoryGateway() = default;
 
 void MemoryGateway::await_instances(std::size_t count) {
@@ -229,9 +252,17 @@ void MemoryGateway::begin(std::size_t calls) {
   impl_->result = {};
   impl_->finished = 0;
   impl_->to_start = calls;
-  for (std::size_t channel = 1; channel <= impl_->active; ++channel) {
-    impl_->ask(channel);
+  const MemoryPlant& plant = impl_->plant;
+  for (std::size_t machine = 0; machine < impl_->calling_machines; ++machine) {
+    for (std::size_t channel = 1; channel <= plant.active; ++channel) {
+      impl_->ask(machine * plant.channels + channel);
+    }
   }
+}
+
+void MemoryGateway::call_on_one_channel() {
+  impl_->calling_machines = 1;
+  impl_->plant.active = 1;
 }
 
 void MemoryGateway::doze() {

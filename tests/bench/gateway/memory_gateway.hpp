@@ -7,14 +7,32 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "fabric/messages.hpp"
 #include "tests/bench/gateway/series.hpp"
 
 namespace millrace::bench {
 
+/// What a gateway serves, and where.
+struct MemoryPlant {
+  std::uint32_t domain = 0;
+  /// Of each machine, 1 to this; so many of them call as fast as they can.
+  std::size_t channels = 1;
+  std::size_t active = 1;
+  /// Between two looks at a channel that is idle or waits.
+  std::chrono::milliseconds idle{10};
+  std::vector<std::string> machines{"cnc"};
+  /// The channels call so many UUIDs in turn, those of the peers "uuids"; 0: the one of the others.
+  std::uint32_t uuids = 0;
+  /// The network interface; empty: the loopback.
+  std::string interface {};
+};
+
 class MemoryGateway {
  public:
+  explicit MemoryGateway(const MemoryPlant& plant);
   /// Channels 1 to `channels`, whose programs call as fast as they can, `active` of them. `idle` is
   /// the time between two looks at a channel that is idle or waits.
   MemoryGateway(std::uint32_t domain, std::size_t channels, std::size_t active,
@@ -33,6 +51,8 @@ class MemoryGateway {
     /// Processor time of this process for each call.
     double microseconds_per_call = 0;
   };
+  /// From now on the first channel of the first machine calls, and no other.
+  void call_on_one_channel();
   /// From now on the gateway's thread sleeps at once while it waits for an answer.
   void doze();
   /// Runs so many calls.

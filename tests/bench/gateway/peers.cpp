@@ -33,20 +33,45 @@ struct RawEcho {
   }
 };
 
-/// A UUID of its own for each `number`.
-std::string numbered_uuid(std::uint32_t number) {
-  return fmt::format("be4c4000-0000-4000-8001-{:012x}", number);
-}
-
 }  // namespace
 
+std::vector<std::string> numbered_uuids(std::uint32_t count) {
+  std::vector<std::string> uuids;
+  for (std::uint32_t number = 0; number < count; ++number) {
+    uuids.push_back(fmt::format("be4c4000-0000-4000-8001-{:012x}", number));
+  }
+  return uuids;
+}
+
+std::string dds_configuration(const std::string& interface) {
+  return interface.empty()
+             ? std::string()
+             : fmt::format(
+                   R"(<General><Interfaces><NetworkInterface name="{}"/></Interfaces></General>)",
+                   interface);
+}
+
+std::vector<std::string> peer_arguments(const PeerOptions& options) {
+  std::vector<std::string> arguments{"--peer",        options.kind,
+                                     "--domain",      std::to_string(options.domain),
+                                     "--number",      std::to_string(options.number),
+                                     "--count",       std::to_string(options.count),
+                                     "--concurrency", std::to_string(options.concurrency),
+                                     "--channels",    std::to_string(options.channels),
+                                     "--period",      std::to_string(options.period_ms),
+                                     "--port",        std::to_string(options.port),
+                                     "--machines",    std::to_string(options.machines),
+                                     "--of-uuids",    std::to_string(options.uuids)};
+  if (!options.interface.empty()) {
+    arguments.insert(arguments.end(), {"--interface", options.interface});
+  }
+  return arguments;
+}
+
 tests::Process launch_peer(const PeerOptions& options) {
-  return tests::Process(
-      {"/proc/self/exe", "--peer", options.kind, "--domain", std::to_string(options.domain),
-       "--number", std::to_string(options.number), "--count", std::to_string(options.count),
-       "--concurrency", std::to_string(options.concurrency), "--channels",
-       std::to_string(options.channels), "--period", std::to_string(options.period_ms), "--port",
-       std::to_string(options.port)});
+  std::vector<std::string> command = peer_arguments(options);
+  command.insert(command.begin(), "/proc/self/exe");
+  return tests::Process(std::move(command));
 }
 
 tests::Process start_peer(const PeerOptions& options) {
@@ -72,11 +97,14 @@ void serve_sdk(const PeerOptions& options) {
   // That a prompt handler has lost its place changes what is measured.
   const auto log = base::program::make_log("bench", spdlog::level::warn);
   const auto member = std::make_shared<services::sdk::Member>(
-      fabric::dds::ParticipantOptions{.domain = options.domain}, log);
+      fabric::dds::ParticipantOptions{.domain = options.domain,
+                                      .configuration = dds_configuration(options.interface)},
+      log);
+  const std::vector<std::string> own = numbered_uuids(uuids ? options.count : 0);
   std::vector<std::unique_ptr<services::sdk::Service>> services;
   for (std::uint32_t number = 0; number < options.count; ++number) {
     services.push_back(std::make_unique<services::sdk::Service>(
-        services::sdk::ServiceOptions{.uuid = uuids ? numbered_uuid(number) : bench_uuid,
+        services::sdk::ServiceOptions{.uuid = uuids ? own[number] : bench_uuid,
                                       .name = "bench",
                                       .concurrency = options.concurrency,
                                       .prompt = uuids || options.kind == "prompt",

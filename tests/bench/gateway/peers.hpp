@@ -23,7 +23,17 @@ struct PeerOptions {
   std::uint32_t channels = 1;
   std::uint32_t period_ms = 2;
   std::uint16_t port = 0;
+  /// gateway: how many machines and UUIDs.
+  std::uint32_t machines = 1;
+  std::uint32_t uuids = 0;
+  /// services of the library, gateway: the network interface; empty: the loopback.
+  std::string interface {};
 };
+
+/// The UUIDs of the services of a peer of the kind "uuids".
+std::vector<std::string> numbered_uuids(std::uint32_t count);
+/// What makes a participant use the network interface; nothing if it is empty.
+std::string dds_configuration(const std::string& interface);
 
 /// `count` services of the library that answer at once, from a thread of their own (kind "service")
 /// or from the one that receives ("prompt"; "uuids": each of a UUID of its own), or after a minute
@@ -37,6 +47,11 @@ void serve_polling(const PeerOptions& options);
 void serve_grpc(const PeerOptions& options);
 void serve_lcm(const PeerOptions& options);
 
+/// A gateway with its controllers in memory (kind "gateway"): scale.hpp.
+void serve_gateway(const PeerOptions& options);
+
+/// What starts one, behind the name of this program.
+std::vector<std::string> peer_arguments(const PeerOptions& options);
 /// Starts one and waits until it is ready.
 tests::Process start_peer(const PeerOptions& options);
 /// Starts one; it says "ready" some time later.
