@@ -19,6 +19,9 @@ class AnAtMostOnceCallOfAHost : public Scenario {
                   {"--delivery", "at-most-once", "--work", "600", "--channel", "cnc/1"});
     sut().service("service-2", "second", {"--delivery", "at-most-once"});
     sut().gateway();
+    // It finds each at that one's next announcement.
+    sut().task("gateway").await_log("is ready: first");
+    sut().task("gateway").await_log("is ready: second");
     sut().cnc({.channels = 1, .calls = 5});
     sut().task("first").await_log("call .* attempt 1");
   }
