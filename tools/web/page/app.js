@@ -1,0 +1,248 @@
+// The page: its frame with the views, the connection, and what is shown when.
+import { assess } from './attention.js';
+import { element, replace, setAttribute, setText } from './dom.js';
+import { Model } from './model.js';
+import { shape } from './shapes.js';
+import { listen } from './stream.js';
+import { age, clock } from './time.js';
+import { language, words } from './words.js';
+import { makeSession } from './session.js';
+import { callView } from './views/call.js';
+import { callsView } from './views/calls.js';
+import { doctorView } from './views/doctor.js';
+import { plantView } from './views/plant.js';
+import { recordingsView, recordingView } from './views/recordings.js';
+import { servicesView } from './views/services.js';
+
+const parameters = new URLSearchParams(location.search);
+const themes = ['auto', 'light', 'dark'];
+const isDark = matchMedia('(prefers-color-scheme: dark)');
+/** On a wall nobody closes a notice. */
+const wallNoticeMs = 60_000;
+
+const app = {
+  model: new Model(),
+  isWall: parameters.has('wall'),
+  now: () => app.model.now(Date.now()),
+  /** Times of the server less this are times of the browser: clocks on the page are the reader's. */
+  clockOffset: () => app.model.offset,
+  changed: () => schedule(),
+};
+app.session = makeSession(app);
+
+// --- the frame
+
+const main = element('main', { id: 'content', tabindex: '-1' });
+const fabric = element('span', { class: 'fabric' });
+const liveText = element('span', { class: 'live-text' });
+const live = element('p', { class: 'live', role: 'status' }, element('span', { class: 'live-dot', 'aria-hidden': 'true' }), liveText);
+const time = element('time', { class: 'clock' });
+const lost = element('div', { class: 'lost', role: 'alert', hidden: true });
+const again = element('div', { class: 'again', role: 'status', hidden: true });
+const tabs = new Map();
+const nav = element('nav', { class: 'tabs', 'aria-label': words.tabsLabel }, ['plant', 'services', 'calls', 'recordings', 'doctor'].map((name) => {
+  const count = element('span', { class: 'tab-count', hidden: true });
+  const link = element('a', { href: `#/${name}`, 'data-tab': name }, element('span', {}, words.tabs[name]), count);
+  tabs.set(name, { link, count });
+  return link;
+}));
+const account = element('div', { class: 'account' });
+const theme = element('select', { 'aria-label': words.theme.label, onchange: () => chooseTheme(theme.value) },
+  themes.map((name) => element('option', { value: name }, words.theme[name])));
+const wallLink = element('a', { class: 'wall-link', href: '/?wall', title: words.wallTitle }, words.wall);
+
+function build() {
+  document.documentElement.lang = language;
+  document.documentElement.classList.toggle('wall', app.isWall);
+  document.body.replaceChildren(
+    element('a', { class: 'skip', href: '#content', onclick: (event) => { event.preventDefault(); main.focus(); } }, words.skip),
+    element('header', { class: 'top' },
+      element('p', { class: 'brand' }, element('img', { src: '/icon.svg', alt: '', width: 28, height: 28 }), element('strong', {}, words.title), ' ', fabric),
+      app.isWall ? element('a', { class: 'wall-link', href: '/#/plant' }, words.wallLeave) : nav,
+      element('div', { class: 'side' }, live, time, !app.isWall && account, !app.isWall && theme, !app.isWall && wallLink)),
+    lost, again, main);
+}
+
+function chooseTheme(name) {
+  const known = themes.includes(name) ? name : 'auto';
+  theme.value = known;
+  try {
+    localStorage.setItem('theme', known);
+  } catch {
+    // Who keeps no storage chooses again next time.
+  }
+  setAttribute(document.documentElement, 'data-theme', known === 'auto' ? (isDark.matches ? 'dark' : 'light') : known);
+  view?.themeChanged?.();
+}
+
+function storedTheme() {
+  try {
+    return parameters.get('theme') ?? localStorage.getItem('theme') ?? 'auto';
+  } catch {
+    return parameters.get('theme') ?? 'auto';
+  }
+}
+
+// --- which view
+
+let view = null;
+
+function route() {
+  const [path, query = ''] = location.hash.replace(/^#\/?/, '').split('?');
+  const asked = new URLSearchParams(query);
+  const parts = path.split('/').map((part) => {
+    try {
+      return decodeURIComponent(part);
+    } catch {
+      return part;
+    }
+  });
+  const [tab, id, inner] = app.isWall ? ['plant'] : parts;
+  switch (tab) {
+    case 'services':
+      return { tab, view: servicesView(app) };
+    case 'calls':
+      return {
+        tab,
+        view: id ? callView(app, id, ['calls', id], { href: '#/calls', text: words.call.back }) : callsView(app, asked),
+      };
+    case 'recordings':
+      if (inner) {
+        const back = { href: `#/recordings/${encodeURIComponent(id)}`, text: id };
+        return { tab, view: callView(app, inner, ['recordings', id, 'calls', inner], back) };
+      }
+      return { tab, view: id ? recordingView(app, id, asked) : recordingsView(app) };
+    case 'doctor':
+      return { tab, view: doctorView(app) };
+    default:
+      return { tab: 'plant', view: plantView(app) };
+  }
+}
+
+function showRoute(isFirst) {
+  const next = route();
+  view?.leave?.();
+  view = next.view;
+  for (const [name, { link }] of tabs) {
+    setAttribute(link, 'aria-current', name === next.tab ? 'page' : null);
+  }
+  setAttribute(document.body, 'data-tab', next.tab);
+  replace(main, view.node);
+  update();
+  view.enter?.();
+  if (!isFirst) {
+    scrollTo(0, 0);
+    // Who reads with ears hears where he is now.
+    main.querySelector('h1')?.focus({ preventScroll: true });
+  }
+}
+
+// --- what changes
+
+let scheduled = false;
+
+/** Everything that comes within one frame is shown at once. */
+function schedule() {
+  if (!scheduled) {
+    scheduled = true;
+    requestAnimationFrame(() => {
+      scheduled = false;
+      update();
+    });
+  }
+}
+
+/** How many channels need somebody: in the title of the window, where it is seen behind others, and at the tab. */
+function tellState(level, count) {
+  const { count: badge } = tabs.get('plant');
+  badge.hidden = !(count > 0);
+  setText(badge, String(count));
+  const mark = level === 'person' ? `(${count}) ` : level === 'unknown' ? '(?) ' : '';
+  const title = `${mark}${view?.title() ?? ''} – ${words.title}`;
+  if (document.title !== title) {
+    document.title = title;
+  }
+}
+
+function update() {
+  const { model } = app;
+  updateConnection();
+  // What needs somebody is told wherever the reader is.
+  const { level, counts } = assess(model.plant(), app.now());
+  tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.person + counts.machines);
+  tabs.get('recordings').link.hidden = !model.about?.recordings;
+  updateAccount();
+  view?.update();
+}
+
+function updateConnection() {
+  const { model } = app;
+  const isKnown = model.about !== null;
+  setText(fabric, isKnown ? model.about.fabric : '');
+  setText(time, clock(Date.now()));
+  setText(liveText, !isKnown || model.isLost ? words.link.connecting : words.link.live);
+  setAttribute(live, 'data-live', isKnown && !model.isLost);
+  setAttribute(document.body, 'data-lost', model.isLost);
+  if (lost.hidden === model.isLost) {
+    lost.hidden = !model.isLost;
+    replace(lost, model.isLost && [shape('unknown'), element('div', {},
+      element('p', { class: 'lost-title' }, isKnown ? words.link.lost(clock(model.lastHeard)) : words.link.never),
+      element('p', {}, isKnown ? words.link.lostWhat : words.link.neverWhat))]);
+  }
+  if (app.isWall && model.gap && Date.now() - model.gap.to > wallNoticeMs) {
+    model.gap = null;
+  }
+  const { gap } = model;
+  const wanted = gap && !model.isLost ? `${gap.from}-${gap.to}` : '';
+  if (again.dataset.gap !== wanted) {
+    again.dataset.gap = wanted;
+    again.hidden = wanted === '';
+    replace(again, wanted !== '' && [
+      element('p', {}, (gap.otherServer ? words.link.otherServer : words.link.again)(clock(gap.from), clock(gap.to), age(gap.to - gap.from))),
+      element('button', { type: 'button', onclick: () => { model.gap = null; update(); } }, words.link.dismiss)]);
+  }
+}
+
+let shownAccount = '';
+
+function updateAccount() {
+  const fresh = JSON.stringify(app.session.describe());
+  if (fresh === shownAccount) {
+    return;
+  }
+  shownAccount = fresh;
+  replace(account, app.session.actions && (app.session.user
+    ? [element('span', { class: 'account-user' }, words.actions.loggedIn(app.session.user)),
+      element('button', { type: 'button', onclick: () => app.session.logout() }, words.actions.logout)]
+    : element('button', { type: 'button', onclick: () => app.session.login() }, words.actions.login)));
+}
+
+build();
+chooseTheme(storedTheme());
+showRoute(true);
+addEventListener('hashchange', () => showRoute(false));
+isDark.addEventListener('change', () => chooseTheme(theme.value));
+setInterval(update, 1000);
+listen({
+  snapshot(data) {
+    const isNew = app.model.about?.started !== data.about.started;
+    app.model.takeSnapshot(data, Date.now());
+    if (isNew) {
+      app.session.refresh();
+    }
+    document.documentElement.dataset.ready = 'true';
+    schedule();
+  },
+  changes(data) {
+    app.model.takeChanges(data, Date.now());
+    schedule();
+  },
+  lost() {
+    app.model.lose(Date.now());
+    update();
+  },
+  bye() {
+    app.model.lose(Date.now());
+    update();
+  },
+});

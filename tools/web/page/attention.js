@@ -1,0 +1,136 @@
+// What needs a person, in the order in which somebody should look at it. Pure.
+//
+//   const { concerns, level } = assess(model.plant(), now);
+import { milliseconds } from './time.js';
+
+/** A program that was just started may wait a moment for its service; after this time somebody is told. */
+const unservedGraceMs = 2000;
+/** A queue that lasts this long is worth a look; from the second time on somebody has to do something. */
+const waitingLookMs = 5000;
+const waitingPersonMs = 60_000;
+
+const rank = { held: 0, gone: 1, 'link down': 2, unserved: 3, stuck: 4, waiting: 5 };
+
+/** The shape of each state or kind of concern, in shapes.js. */
+export const shapeOf = {
+  idle: 'idle', running: 'running', answering: 'answering', waiting: 'waiting', unserved: 'unserved', held: 'held',
+  'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown',
+};
+
+/** What a channel shows: its state, or what is said of it instead. */
+export function stateOf(channel) {
+  if (channel.link === 'gone') {
+    return 'gone';
+  }
+  if (channel.link === 'down') {
+    return 'link down';
+  }
+  // A gateway gives a reason for a call that runs only when its time is up and the program waits on.
+  if (channel.channel_state === 'running' && channel.reason) {
+    return 'stuck';
+  }
+  return channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
+}
+
+/** How a state looks from afar: "fine", "look" or "person". */
+export function levelOf(state, ageMs = Infinity) {
+  switch (state) {
+    case 'held':
+    case 'gone':
+    case 'link down':
+    case 'unserved':
+      return 'person';
+    case 'waiting':
+      return ageMs < waitingLookMs ? 'fine' : ageMs < waitingPersonMs ? 'look' : 'person';
+    case 'stuck':
+    case 'unknown':
+      return 'look';
+    default:
+      return 'fine';
+  }
+}
+
+/** Since when, in milliseconds; a link that is down or a gateway that is gone knows it better than the channel. */
+export function sinceOf(channel, state, links) {
+  if (state === 'gone' || state === 'link down') {
+    const times = links.filter((link) => !link.connected).map((link) => milliseconds(link.since)).filter(Number.isFinite);
+    if (times.length > 0) {
+      return Math.max(...times);
+    }
+  }
+  return milliseconds(channel.since);
+}
+
+function concernOf(machine, channel, now) {
+  const state = stateOf(channel);
+  const since = sinceOf(channel, state, machine.links);
+  const age = Number.isFinite(since) ? now - since : Infinity;
+  const level = levelOf(state, age);
+  if (level === 'fine' || (state === 'unserved' && age < unservedGraceMs)) {
+    return null;
+  }
+  const link = machine.links.find((each) => !each.connected && each.reason);
+  const reason = (state === 'gone' || state === 'link down') ? link?.reason || channel.reason : channel.reason;
+  return { machine: machine.name, channels: [channel], kind: state, level, since, reason: reason ?? '' };
+}
+
+/** A machine of which no channel is known yet, since no gateway has ever reached it. */
+function concernOfMachine(machine) {
+  const down = machine.links.filter((link) => !link.connected);
+  if (machine.channels.length > 0 || down.length === 0 || down.length < machine.links.length) {
+    return null;
+  }
+  const kind = down.every((link) => !link.gateway_host) ? 'gone' : 'link down';
+  return {
+    machine: machine.name, channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: down[0].reason ?? '',
+  };
+}
+
+/**
+ * The concerns of the whole plant (Model.plant()), and how many channels each level has. What a whole machine has in
+ * common, a link that is down or a gateway that is gone, is one concern with all its channels.
+ */
+export function assess(plant, now) {
+  const concerns = [];
+  const counts = { person: 0, look: 0, machines: 0 };
+  for (const machine of plant) {
+    const alone = concernOfMachine(machine);
+    if (alone) {
+      concerns.push(alone);
+      counts.machines += 1;
+    }
+    const common = new Map();
+    for (const channel of machine.channels) {
+      const concern = concernOf(machine, channel, now);
+      if (!concern) {
+        continue;
+      }
+      counts[concern.level] += 1;
+      const shared = (concern.kind === 'gone' || concern.kind === 'link down') && common.get(concern.kind);
+      if (shared) {
+        shared.channels.push(channel);
+        continue;
+      }
+      common.set(concern.kind, concern);
+      concerns.push(concern);
+    }
+  }
+  const order = (concern) => [concern.level === 'person' ? 0 : 1, rank[concern.kind] ?? 9, concern.since];
+  concerns.sort((a, b) => {
+    const [left, right] = [order(a), order(b)];
+    const i = left.findIndex((value, at) => value !== right[at]);
+    return i < 0 ? 0 : left[i] - right[i];
+  });
+  const level = concerns.some((concern) => concern.level === 'person') ? 'person' : concerns.length > 0 ? 'look' : 'fine';
+  return { concerns, counts, level };
+}
+
+/** Stays the same while a concern lasts. */
+export function concernKey(concern) {
+  return [concern.machine, concern.kind, concern.channels[0]?.channel ?? '', concern.channels[0]?.call ?? ''].join('\u0000');
+}
+
+/** What it concerns, as it is named everywhere: "cnc/1", or "cnc" for all of a machine. */
+export function concernName(concern) {
+  return concern.channels.length === 1 ? `${concern.machine}/${concern.channels[0].channel}` : concern.machine;
+}

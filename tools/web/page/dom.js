@@ -1,0 +1,108 @@
+// Elements of the page. Text goes in as text and never as markup, so whatever a program, a service or an operator has
+// written is shown as it is.
+//
+//   element('p', { class: 'why' }, 'The gateway says: ', element('q', {}, reason))
+
+const svgSpace = 'http://www.w3.org/2000/svg';
+
+/** Adds children: nodes as they are, everything else as text; null, undefined and false are left out. */
+export function append(parent, children) {
+  for (const child of children.flat(Infinity)) {
+    if (child !== null && child !== undefined && child !== false) {
+      parent.append(child instanceof Node ? child : document.createTextNode(String(child)));
+    }
+  }
+  return parent;
+}
+
+/**
+ * A new element. `properties` are attributes; `onclick` and the like take functions; true sets an empty attribute,
+ * false, null and undefined set none. There is no `style`: the page's policy allows none.
+ */
+export function element(tag, properties = {}, ...children) {
+  return append(dress(document.createElement(tag), properties), children);
+}
+
+/** The same for a drawing. */
+export function drawing(tag, properties = {}, ...children) {
+  return append(dress(document.createElementNS(svgSpace, tag), properties), children);
+}
+
+function dress(node, properties) {
+  for (const [name, value] of Object.entries(properties)) {
+    if (typeof value === 'function') {
+      node.addEventListener(name.slice(2), value);
+    } else if (value !== false && value !== null && value !== undefined) {
+      node.setAttribute(name, value === true ? '' : value);
+    }
+  }
+  return node;
+}
+
+/** Puts `children` in the place of what stood in `parent`. */
+export function replace(parent, ...children) {
+  parent.replaceChildren();
+  return append(parent, children);
+}
+
+/** Sets the text of a node unless it is there already: what does not change keeps the reader's selection. */
+export function setText(node, text) {
+  if (node.textContent !== text) {
+    node.textContent = text;
+  }
+}
+
+/** Sets an attribute unless it is there already. */
+export function setAttribute(node, name, value) {
+  if (value === null || value === undefined || value === false) {
+    node.removeAttribute(name);
+  } else if (node.getAttribute(name) !== String(value)) {
+    node.setAttribute(name, String(value));
+  }
+}
+
+/**
+ * Keeps a list on the page in step with data without building anew what is there: keyboard focus, selection and
+ * scroll position stay where they are.
+ *
+ *   const tiles = new Keyed(grid, (machine) => machineTile(machine));
+ *   tiles.show(machines, (machine) => machine.name);     // in this order
+ *
+ * `make` returns { node, update(datum) }.
+ */
+export class Keyed {
+  #parent;
+  #make;
+  #parts = new Map();
+
+  constructor(parent, make) {
+    this.#parent = parent;
+    this.#make = make;
+  }
+
+  show(data, keyOf) {
+    const keep = new Set();
+    let before = this.#parent.firstElementChild;
+    for (const datum of data) {
+      const key = keyOf(datum);
+      keep.add(key);
+      let part = this.#parts.get(key);
+      if (!part) {
+        part = this.#make(datum);
+        this.#parts.set(key, part);
+      }
+      part.update(datum);
+      if (part.node === before) {
+        before = before.nextElementSibling;
+      } else {
+        this.#parent.insertBefore(part.node, before);
+      }
+    }
+    for (const [key, part] of this.#parts) {
+      if (!keep.has(key)) {
+        part.node.remove();
+        this.#parts.delete(key);
+      }
+    }
+  }
+}

@@ -1,0 +1,205 @@
+// What the page knows of the plant: a snapshot, then changes. Pure: it knows no document, no connection and no clock of
+// its own.
+//
+//   const model = new Model();
+//   model.takeSnapshot(data, Date.now());
+//   model.takeChanges(data, Date.now());
+//   model.now(Date.now())                     // by the server's clock, which is the one times are compared with
+import { milliseconds } from './time.js';
+
+/** Calls that are kept for the list. */
+export const keptCalls = 400;
+/** An instance that is gone stays on the page this long, so that somebody sees that it is. */
+export const keptGoneMs = 15 * 60_000;
+
+/** The key of a channel or of anything else that is named by a machine and something in it. */
+export const keyOf = (machine, part) => `${machine}\u0000${part}`;
+
+/** "cnc/1", as everywhere in millrace. */
+export const channelName = (channel) => `${channel.machine}/${channel.channel}`;
+
+export class Model {
+  /** Nothing until the first snapshot. */
+  about = null;
+  totals = null;
+  machines = new Map();
+  channels = new Map();
+  /** Instances; those that are gone have `goneAt`, in milliseconds. */
+  services = new Map();
+  /**
+   * Newest first: calls, and between them what the list lacks: { skipped: number } or { gap: { from, to } }, which are
+   * milliseconds.
+   */
+  calls = [];
+  /** The last time without data: { from, to, otherServer }; null if there was none, or nobody needs to know any more. */
+  gap = null;
+
+  #offset = 0;
+  #lastHeard = NaN;
+  #lostAt = NaN;
+
+  /** The server's time; where the connection is lost, the time of the last word: what was then is all that is known. */
+  now(browserTime) {
+    return (Number.isFinite(this.#lostAt) ? this.#lastHeard : browserTime) + this.#offset;
+  }
+
+  /** By how much the server's clock is ahead of the browser's, in milliseconds. */
+  get offset() {
+    return this.#offset;
+  }
+
+  /** When the server was heard last, by the browser's clock; NaN if never. */
+  get lastHeard() {
+    return this.#lastHeard;
+  }
+
+  /** True from the loss of the connection to the next snapshot. */
+  get isLost() {
+    return Number.isFinite(this.#lostAt);
+  }
+
+  lose(browserTime) {
+    if (!this.isLost) {
+      this.#lostAt = browserTime;
+    }
+  }
+
+  takeSnapshot(data, browserTime) {
+    const again = this.about !== null;
+    const otherServer = again && this.about.started !== data.about.started;
+    const gap = again ? { from: this.#lastHeard, to: browserTime, otherServer } : null;
+    if (again && (this.isLost || otherServer)) {
+      this.gap = gap;
+    }
+    this.#hear(data.about.time, browserTime);
+    this.#lostAt = NaN;
+    this.about = data.about;
+    this.totals = data.totals;
+    this.machines = new Map();
+    this.channels = new Map();
+    const instances = new Set((data.services ?? []).map((service) => service.instance));
+    for (const [id, service] of this.services) {
+      if (!instances.has(id) && service.goneAt === undefined) {
+        this.services.set(id, { ...service, goneAt: this.now(browserTime) });
+      }
+    }
+    this.#merge(data, browserTime);
+    this.#mergeCalls(data.calls ?? [], gap);
+  }
+
+  takeChanges(data, browserTime) {
+    this.#hear(data.time, browserTime);
+    this.totals = data.totals ?? this.totals;
+    this.#merge(data, browserTime);
+    for (const id of data.gone?.services ?? []) {
+      const known = this.services.get(id);
+      if (known && known.goneAt === undefined) {
+        this.services.set(id, { ...known, goneAt: this.now(browserTime) });
+      }
+    }
+    if (data.skipped > 0) {
+      if (this.calls[0]?.skipped) {
+        this.calls[0] = { skipped: this.calls[0].skipped + data.skipped };
+      } else {
+        this.calls.unshift({ skipped: data.skipped });
+      }
+    }
+    this.calls.unshift(...[...(data.calls ?? [])].reverse());
+    this.calls.length = Math.min(this.calls.length, keptCalls);
+  }
+
+  /** The channels of a machine, by their number. */
+  channelsOf(machine) {
+    return [...this.channels.values()].filter((channel) => channel.machine === machine)
+      .sort((a, b) => a.channel - b.channel);
+  }
+
+  /** Every machine by its name, with the links of the gateways that serve it and its channels. */
+  plant() {
+    const names = new Set([...this.machines.values()].map((machine) => machine.machine));
+    for (const channel of this.channels.values()) {
+      names.add(channel.machine);
+    }
+    return [...names].sort(byName).map((name) => ({
+      name,
+      links: linksOf([...this.machines.values()].filter((machine) => machine.machine === name)),
+      channels: this.channelsOf(name),
+    }));
+  }
+
+  /** Instances by UUID, those that are there before those that are gone; services without a living instance first. */
+  servicesByUuid() {
+    const groups = new Map();
+    for (const service of this.services.values()) {
+      const group = groups.get(service.uuid) ?? { uuid: service.uuid, name: '', instances: [] };
+      group.instances.push(service);
+      groups.set(service.uuid, group);
+    }
+    for (const group of groups.values()) {
+      group.instances.sort((a, b) => (a.goneAt ?? 0) - (b.goneAt ?? 0) || byName(a.name ?? '', b.name ?? '')
+        || byName(a.instance, b.instance));
+      group.name = commonName(group.instances.map((service) => service.name ?? ''));
+      group.here = group.instances.filter((service) => service.goneAt === undefined).length;
+    }
+    return [...groups.values()].sort((a, b) => (b.here === 0) - (a.here === 0) || byName(a.name, b.name) || byName(a.uuid, b.uuid));
+  }
+
+  #hear(serverTime, browserTime) {
+    const time = milliseconds(serverTime);
+    if (Number.isFinite(time)) {
+      this.#offset = time - browserTime;
+    }
+    this.#lastHeard = browserTime;
+  }
+
+  #merge(data, browserTime) {
+    for (const machine of data.machines ?? []) {
+      this.machines.set(keyOf(machine.machine, machine.gateway), machine);
+    }
+    for (const channel of data.channels ?? []) {
+      this.channels.set(keyOf(channel.machine, channel.channel), channel);
+    }
+    for (const service of data.services ?? []) {
+      this.services.set(service.instance, service);
+    }
+    for (const [id, service] of this.services) {
+      if (service.goneAt !== undefined && this.now(browserTime) - service.goneAt > keptGoneMs) {
+        this.services.delete(id);
+      }
+    }
+  }
+
+  /** Puts the calls of a snapshot above those that are known, and says so where some between them are missing. */
+  #mergeCalls(fresh, gap) {
+    const known = new Set(this.calls.map((call) => call.call).filter(Boolean));
+    const unknown = fresh.filter((call) => !known.has(call.call));
+    const overlap = unknown.length < fresh.length;
+    if (gap !== null && this.calls.length > 0 && (gap.otherServer || !overlap)) {
+      this.calls.unshift({ gap: { from: gap.from, to: gap.to } });
+    }
+    this.calls.unshift(...unknown);
+    this.calls.length = Math.min(this.calls.length, keptCalls);
+  }
+}
+
+/** What instances are called together: "square root 1" and "square root 2" are "square root". */
+function commonName(names) {
+  let common = names[0];
+  for (const name of names) {
+    while (!name.startsWith(common)) {
+      common = common.slice(0, -1).replace(/[\s\d_-]+$/, '');
+    }
+  }
+  return common.length > 2 ? common : names[0];
+}
+
+/** A gateway that is gone is of no interest as soon as another one has its machine: it was started anew. */
+function linksOf(links) {
+  const present = links.filter((link) => link.gateway_host);
+  return present.length > 0 ? present : links;
+}
+
+/** Compares names as people sort them: m2 before m10. */
+export function byName(a, b) {
+  return a.localeCompare(b, undefined, { numeric: true });
+}

@@ -1,0 +1,110 @@
+// A machine: its link, and a row for each of its channels with state, since when, and the call under way.
+import { levelOf, sinceOf, stateOf } from '../attention.js';
+import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { shape } from '../shapes.js';
+import { age, duration } from '../time.js';
+import { perSecond, words } from '../words.js';
+import { stateMark, visible } from './marks.js';
+
+/** A call shorter than this is not worth its text: at ten calls a second nobody can read it. */
+const readableMs = 700;
+
+function linkText(link) {
+  if (!link.gateway_host) {
+    return words.plant.linkGone;
+  }
+  return link.connected
+    ? words.plant.linkUp(duration(link.round_trip_ms), duration(link.poll_ms))
+    : words.plant.linkDown;
+}
+
+/** What there is to say of a channel beside its state. */
+function detailOf(channel, state, lasting) {
+  const service = visible(channel.service || channel.uuid || '');
+  const isUnderWay = Boolean(channel.call) && state !== 'idle';
+  if (isUnderWay && (lasting > readableMs || levelOf(state) !== 'fine')) {
+    const by = [channel.name !== channel.service && channel.name, channel.host && `@ ${channel.host}`].filter(Boolean).map(visible).join(' ');
+    const request = channel.request === undefined ? '' : ` “${visible(channel.request)}”`;
+    return `${service}${request}${by && ` ${by}`}`;
+  }
+  if (channel.calls_per_second > 0) {
+    return `${words.plant.rate(perSecond(channel.calls_per_second))} · ${duration(channel.recent_mean_ms)}`;
+  }
+  return state === 'idle' && !(channel.calls > 0) ? words.plant.quiet : '';
+}
+
+function channelRow() {
+  const mark = stateMark('span', 'state');
+  const number = element('span', { class: 'channel-number' });
+  const detail = element('span', { class: 'channel-detail' });
+  const since = element('span', { class: 'channel-since' });
+  const link = element('a', { class: 'channel' }, number, mark.node, detail, since);
+  const node = element('li', {}, link);
+  return {
+    node,
+    update({ channel, links, now }) {
+      const state = stateOf(channel);
+      const lasting = now - sinceOf(channel, state, links);
+      const level = levelOf(state, lasting);
+      mark.update(state, level);
+      setAttribute(link, 'data-level', level);
+      setAttribute(link, 'data-state', state);
+      setAttribute(link, 'data-channel', `${channel.machine}/${channel.channel}`);
+      setAttribute(link, 'href', channel.call && state !== 'idle' ? `#/calls/${encodeURIComponent(channel.call)}`
+        : `#/calls?machine=${encodeURIComponent(channel.machine)}&channel=${channel.channel}`);
+      setText(number, `${words.plant.channelShort} ${channel.channel}`);
+      setText(detail, detailOf(channel, state, lasting));
+      // A busy channel turns from idle to running and back all the time; how long this one lasts means nothing.
+      const isBusy = level === 'fine' && channel.calls_per_second > 0 && lasting < 10_000;
+      setText(since, isBusy ? '' : age(lasting));
+    },
+  };
+}
+
+function levelOfMachine(machine, now) {
+  const levels = machine.channels.map((channel) => levelOf(stateOf(channel), now - sinceOf(channel, stateOf(channel), machine.links)));
+  if (machine.links.length > 0 && !machine.links.some((link) => link.connected)) {
+    return 'person';
+  }
+  return levels.includes('person') ? 'person' : levels.includes('look') ? 'look' : 'fine';
+}
+
+export function machineTile() {
+  const name = element('h2', { class: 'machine-name' });
+  const mark = element('span', { class: 'machine-shape' });
+  const links = element('ul', { class: 'links' });
+  const channels = element('ul', { class: 'channels' });
+  const node = element('article', { class: 'machine' }, element('header', {}, element('div', { class: 'machine-title' }, mark, name), links), channels);
+  const rows = new Keyed(channels, () => channelRow());
+  const linkRows = new Keyed(links, () => {
+    const text = element('span', { class: 'link-text' });
+    const gateway = element('span', { class: 'link-gateway' });
+    const item = element('li', {}, text, gateway);
+    return {
+      node: item,
+      update({ link, several }) {
+        setText(text, linkText(link));
+        setAttribute(item, 'data-level', link.connected ? 'fine' : 'person');
+        const host = visible(link.gateway_host ?? '');
+        setText(gateway, host && several ? words.plant.gateway(host, link.gateway_version) : '');
+        setAttribute(item, 'title', [visible(link.address), host && words.plant.gateway(host, link.gateway_version),
+          visible(link.reason)].filter(Boolean).join(' · '));
+      },
+    };
+  });
+  return {
+    node,
+    update({ machine, now, density }) {
+      setText(name, visible(machine.name));
+      setAttribute(node, 'data-machine', machine.name);
+      const level = levelOfMachine(machine, now);
+      if (node.dataset.level !== level) {
+        setAttribute(node, 'data-level', level);
+        replace(mark, shape({ person: 'held', look: 'look', fine: 'well' }[level]));
+      }
+      setAttribute(node, 'data-density', density);
+      linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1 })), ({ link }) => link.gateway);
+      rows.show(machine.channels.map((channel) => ({ channel, links: machine.links, now })), ({ channel }) => channel.channel);
+    },
+  };
+}

@@ -1,0 +1,58 @@
+// Small things that stand in several views: a state with its shape and word, a text of the fabric, a line of facts.
+import { shapeOf } from '../attention.js';
+import { element, setAttribute, setText } from '../dom.js';
+import { shape } from '../shapes.js';
+import { words } from '../words.js';
+
+/** A state by shape, colour and word; { node, update(state, level) }. */
+export function stateMark(tag = 'span', className = 'state') {
+  const icon = element('span', { class: 'state-shape' });
+  const word = element('span', { class: 'state-word' });
+  const node = element(tag, { class: className }, icon, word);
+  let shown = '';
+  return {
+    node,
+    update(state, level) {
+      if (state !== shown) {
+        shown = state;
+        icon.replaceChildren(shape(shapeOf[state] ?? 'unknown'));
+        setText(word, words.states[state] ?? state);
+        setAttribute(node, 'data-state', state);
+      }
+      setAttribute(node, 'data-level', level);
+    },
+  };
+}
+
+/** A text that a program, a service or a gateway has written; a gateway's words are English. */
+export function said(text, properties = {}) {
+  return element('q', { class: 'said', ...properties }, visible(text));
+}
+
+/** Control characters, and marks that turn the direction of what follows, as the command prints them: \x1b. */
+export function visible(text) {
+  return String(text ?? '').replace(/[\p{Cc}\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu,
+    (char) => (char.charCodeAt(0) < 256 ? `\\x${char.charCodeAt(0).toString(16).padStart(2, '0')}` : `\\u${char.charCodeAt(0).toString(16)}`));
+}
+
+/** A description list: pairs of a term and what stands for it; pairs without a value are left out. */
+export function facts(className, pairs) {
+  return element('dl', { class: `facts ${className}` }, pairs.filter(([, value]) => value !== null && value !== undefined && value !== '')
+    .map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value))));
+}
+
+/** The head of a table: a cell for each column, named by `texts`, with the class cell-COLUMN. */
+export function tableHead(columns, texts) {
+  return element('thead', {}, element('tr', {}, columns.map((column) => element('th', { scope: 'col', class: `cell-${column}` }, texts[column]))));
+}
+
+/** A part of the page that scrolls by itself, also by keyboard. */
+export function scrolling(label, ...content) {
+  return element('div', { class: 'scroll', tabindex: '0', role: 'region', 'aria-label': label }, content);
+}
+
+/** A notice in the place of something that is not there. */
+export function notice(kind, title, text) {
+  return element('div', { class: 'notice', 'data-kind': kind }, element('p', { class: 'notice-title' }, title),
+    text && element('p', {}, text));
+}

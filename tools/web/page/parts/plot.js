@@ -1,0 +1,125 @@
+// Lines over time: large ones drawn by dygraphs, which is loaded when the first is shown, and small ones in a table.
+import { drawing, element, setAttribute, setText } from '../dom.js';
+import { number, words } from '../words.js';
+import { clock } from '../time.js';
+
+let library = null;
+
+function load() {
+  library ??= new Promise((resolve, reject) => {
+    document.head.append(element('script', {
+      src: '/lib/dygraph.min.js', onload: () => resolve(withoutLegend(globalThis.Dygraph)), onerror: () => reject(new Error('dygraph.min.js')),
+    }));
+  });
+  return library;
+}
+
+/** Its legend measures a letter with a style attribute, which the page's policy forbids; the page has its own legend. */
+function withoutLegend(Dygraph) {
+  Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
+  return Dygraph;
+}
+
+const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const lineColours = ['--line-1', '--line-2'];
+/** The second line is dashed, so that the two are told apart without colours. */
+const patterns = [null, [6, 4]];
+
+/** What a line says, for who cannot see it. */
+function inWords(title, values) {
+  const known = values.filter((value) => value !== null && value !== undefined);
+  if (known.length === 0) {
+    return `${title}: ${words.services.noPlot}`;
+  }
+  return words.services.plotSays(title, number(known.at(-1), 2), number(Math.min(...known), 2), number(Math.max(...known), 2));
+}
+
+/**
+ * A plot of one or two lines; { node, update(times, lines) }: times in milliseconds, lines an array of values for each
+ * label, null where there is none.
+ */
+export function plot(title, labels) {
+  const area = element('div', { class: 'plot-area', 'aria-hidden': 'true' });
+  const says = element('p', { class: 'for-readers' });
+  const legend = element('span', { class: 'plot-legend', 'aria-hidden': 'true' }, labels.map((label, i) => element('span', { 'data-line': i + 1 },
+    drawing('svg', { viewBox: '0 0 24 6', class: 'plot-key' }, drawing('path', { d: i === 0 ? 'M0 3h24' : 'M0 3h7M10 3h7M20 3h4' })), label)));
+  const node = element('figure', { class: 'plot' }, element('figcaption', {}, title, legend), area, says);
+  let graph = null;
+  let wanted = null;
+
+  const options = () => ({
+    colors: lineColours.map(colour).slice(0, labels.length),
+    gridLineColor: colour('--grid'),
+    axisLineColor: colour('--grid'),
+  });
+  const draw = async () => {
+    const Dygraph = await load();
+    if (!node.isConnected || wanted === null || wanted.length === 0) {
+      return;
+    }
+    if (graph !== null) {
+      graph.updateOptions({ file: wanted, ...options() });
+      return;
+    }
+    graph = new Dygraph(area, wanted, {
+      labels: [words.services.plotLabels.time, ...labels],
+      series: Object.fromEntries(labels.map((label, i) => [label, { strokePattern: patterns[i] }])),
+      strokeWidth: 1.8,
+      includeZero: true,
+      drawPoints: true,
+      drawPointCallback: alonePoint,
+      pointSize: 2,
+      highlightCircleSize: 0,
+      legend: 'never',
+      interactionModel: {},
+      rightGap: 8,
+      axes: {
+        x: { axisLabelFormatter: (time) => clock(Number(time)).replace(/:00$/, ''), pixelsPerLabel: 75, axisLabelWidth: 60 },
+        y: { axisLabelFormatter: (value) => number(value, 2), axisLabelWidth: 40, pixelsPerLabel: 26 },
+      },
+      ...options(),
+    });
+  };
+  return {
+    node,
+    update(times, lines) {
+      wanted = times.map((time, i) => [new Date(time), ...lines.map((line) => line[i] ?? null)]);
+      setText(says, lines.map((line, i) => inWords(`${title}, ${labels[i]}`, line)).join('. '));
+      draw().catch(() => setText(area, words.failure.unreachable));
+    },
+  };
+}
+
+/** A value between two that are missing would be no line at all. */
+function alonePoint(graph, series, context, x, y, fill, radius) {
+  context.beginPath();
+  context.fillStyle = fill;
+  context.arc(x, y, Math.min(radius, 1.2), 0, 2 * Math.PI);
+  context.fill();
+}
+
+/** A line in a table's cell, without axes; { node, update(values) }. */
+export function sparkline(title) {
+  const path = drawing('path', { class: 'spark-line', d: '' });
+  const node = drawing('svg', { class: 'spark', viewBox: '0 0 100 24', preserveAspectRatio: 'none', role: 'img' }, path);
+  return {
+    node,
+    update(values) {
+      const known = values.filter((value) => value !== null && value !== undefined);
+      const top = Math.max(...known, 1e-9);
+      const step = 100 / Math.max(values.length - 1, 1);
+      let pen = 'M';
+      const d = values.map((value, i) => {
+        if (value === null || value === undefined) {
+          pen = 'M';
+          return '';
+        }
+        const point = `${pen}${(i * step).toFixed(1)} ${(22 - (20 * value) / top).toFixed(1)}`;
+        pen = 'L';
+        return point;
+      }).join('');
+      setAttribute(path, 'd', d);
+      setAttribute(node, 'aria-label', inWords(title, values));
+    },
+  };
+}

@@ -1,0 +1,105 @@
+// The waterfall of a call: a lane for the gateway, one for each attempt, on one axis of time; under it every step in a
+// table, the same as `millrace log timeline` prints.
+import { element } from '../dom.js';
+import { duration, fineClock, milliseconds } from '../time.js';
+import { layOut, ticks } from '../waterfall.js';
+import { words } from '../words.js';
+import { scrolling, tableHead, visible } from './marks.js';
+
+const text = words.call;
+/** A bar below this share of the width has no room for its words; the legend has them. */
+const roomForWords = 0.14;
+
+function place(node, from, to, start, total) {
+  node.style.left = `${(100 * (from - start)) / total}%`;
+  if (to !== undefined) {
+    node.style.width = `${(100 * (to - from)) / total}%`;
+  }
+  return node;
+}
+
+function barNode(bar, start, total) {
+  const took = duration(bar.to - bar.from);
+  const name = text.parts[bar.part];
+  const share = (bar.to - bar.from) / total;
+  const node = element('div', { class: 'bar', 'data-part': bar.part, title: `${name}: ${took}` },
+    share > roomForWords && element('span', {}, `${name} ${took}`));
+  return place(node, bar.from, bar.to, start, total);
+}
+
+function laneNode(lane, start, total, nameOf) {
+  const title = lane.number === 0 ? text.gatewayLane : text.attemptLane(lane.number);
+  const who = lane.instance ? nameOf(lane.instance) : '';
+  return element('div', { class: 'lane', 'data-attempt': lane.number },
+    element('div', { class: 'lane-title' }, element('strong', {}, title), who && element('span', {}, visible(who))),
+    element('div', { class: 'lane-bars' },
+      lane.bars.map((bar) => barNode(bar, start, total)),
+      lane.marks.map((mark) => place(element('i', { class: 'lane-mark', 'data-hop': mark.hop, title: text.hops[mark.hop] }), mark.at, undefined, start, total))));
+}
+
+function axis(start, total) {
+  return element('div', { class: 'axis' }, element('div', { class: 'lane-title' }), element('div', { class: 'lane-bars' },
+    ticks(total).map((tick) => place(element('span', { class: 'axis-tick' }, tick === 0 ? '0' : duration(tick)), start + tick, undefined, start, total))));
+}
+
+/** What each sort of bar that occurs stands for, and how long all of them took. */
+function legend(lanes) {
+  const sums = new Map();
+  for (const bar of lanes.flatMap((lane) => lane.bars)) {
+    sums.set(bar.part, (sums.get(bar.part) ?? 0) + bar.to - bar.from);
+  }
+  return element('ul', { class: 'legend' }, [...sums].map(([part, sum]) => element('li', {},
+    element('span', { class: 'bar', 'data-part': part }), `${text.parts[part]} `, element('span', { class: 'legend-time' }, duration(sum)))));
+}
+
+function whatOf(step) {
+  const parts = [];
+  if (step.text_size !== undefined) {
+    parts.push(text.size(step.text_size));
+  } else if (step.text !== undefined) {
+    parts.push(element('span', { class: 'said' }, `“${visible(step.text)}”`), ` ${text.stateOf(step.state)}`);
+  }
+  if (step.detail) {
+    parts.push(parts.length > 0 ? '  ' : '', element('span', { lang: 'en' }, visible(step.detail)));
+  }
+  return parts;
+}
+
+function table(timeline, nameOf) {
+  const first = milliseconds(timeline.steps[0].time);
+  const rows = timeline.steps.map((step) => {
+    const at = milliseconds(step.time);
+    return element('tr', { 'data-hop': step.hop, 'data-attempt': step.attempt },
+      element('td', { 'data-label': text.columns.time }, fineClock(at)),
+      element('td', { 'data-label': text.columns.after, class: 'cell-number' }, duration(at - first)),
+      element('td', { 'data-label': text.columns.attempt, class: 'cell-number' }, step.attempt || ''),
+      element('th', { scope: 'row', 'data-label': text.columns.hop }, text.hops[step.hop] ?? step.hop,
+        step.by_service && element('span', { class: 'by-service', title: text.byService }, ' *'),
+        step.instance && element('span', { class: 'step-instance' }, ` ${visible(nameOf(step.instance))}`)),
+      element('td', { 'data-label': text.columns.what }, whatOf(step)));
+  });
+  if (timeline.steps[0].hop === 'seen by the gateway') {
+    rows.unshift(element('tr', { class: 'untimed' }, element('td', { 'data-label': text.columns.time }), element('td', { 'data-label': text.columns.after }),
+      element('td', { 'data-label': text.columns.attempt }),
+      element('th', { scope: 'row', 'data-label': text.columns.hop }, text.written), element('td', { 'data-label': text.columns.what }, text.writtenWhat)));
+  }
+  const { columns } = text;
+  return element('table', { class: 'steps' }, element('caption', {}, text.table),
+    tableHead(['time', 'after', 'attempt', 'hop', 'what'], columns),
+    element('tbody', {}, rows));
+}
+
+/** `nameOf(instance)` is what people call an instance; `now` the end of a call that has none yet. */
+export function waterfallChart(timeline, nameOf, now) {
+  const { start, end, lanes, ended } = layOut(timeline, now);
+  const total = Math.max(end - start, 1e-3);
+  const attempts = lanes.length - 1;
+  return element('div', { class: 'timeline' },
+    element('div', { class: 'timeline-sum' }, element('span', { class: 'timeline-total' }, text.total(duration(end - start))),
+      !ended && element('span', { class: 'timeline-open' }, text.underWay),
+      timeline.replayed && element('span', {}, text.replayed)),
+    element('div', { class: 'waterfall', role: 'img', 'aria-label': text.chartSays(attempts, duration(end - start)) },
+      axis(start, total), lanes.map((lane) => laneNode(lane, start, total, nameOf)), legend(lanes)),
+    timeline.clock_difference_ms !== 0 && element('p', { class: 'clocks' }, text.clocks(duration(Math.abs(timeline.clock_difference_ms)))),
+    scrolling(text.table, table(timeline, nameOf)));
+}

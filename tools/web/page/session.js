@@ -1,0 +1,153 @@
+// Who is logged in and what he may do; the buttons that act, and the dialogs that ask before they do.
+import { get, post } from './api.js';
+import { channelName, keyOf } from './model.js';
+import { element } from './dom.js';
+import { ask, tell } from './parts/dialog.js';
+import { said, visible } from './parts/marks.js';
+import { words } from './words.js';
+
+const text = words.actions;
+
+/** `app` has the model and is told by `app.changed()` when somebody has logged in or out. */
+export function makeSession(app) {
+  let state = { actions: false };
+
+  const keep = (fresh) => {
+    state = fresh;
+    app.changed();
+  };
+  const may = (action) => state.actions && (!state.user || (state.may ?? []).includes(action));
+
+  /** Asks for name and password; true if somebody is logged in at the end. */
+  async function login() {
+    const user = element('input', { name: 'user', autocomplete: 'username', required: true, autocapitalize: 'none' });
+    const password = element('input', { name: 'password', type: 'password', autocomplete: 'current-password', required: true });
+    const done = await ask({
+      title: text.loginTitle,
+      body: [element('p', {}, text.loginWhat),
+        element('label', {}, element('span', {}, text.user), user),
+        element('label', {}, element('span', {}, text.password), password)],
+      act: text.login,
+      perform: async () => keep(await post(['login'], { user: user.value, password: password.value })),
+    });
+    return done && Boolean(state.user);
+  }
+
+  async function logout() {
+    try {
+      await post(['logout'], {}, state.token);
+    } finally {
+      keep({ actions: state.actions });
+    }
+  }
+
+  /** Carries out an action that was confirmed; what the other side said is the end of it, done or refused. */
+  async function perform(action, body) {
+    try {
+      const outcome = await post(['actions', action], body, state.token);
+      return outcome.done ? text.done(outcome.detail) : { refused: text.refused(outcome.detail) };
+    } catch (problem) {
+      if (problem.status === 401) {
+        keep({ actions: state.actions });
+        throw new Error(text.sessionOver, { cause: problem });
+      }
+      throw problem;
+    }
+  }
+
+  async function confirmed(dialog, action, body) {
+    if (!state.user && !(await login())) {
+      return;
+    }
+    if (!may(action)) {
+      await tell(words.failure.title, text.refused(action));
+      return;
+    }
+    await ask({ ...dialog, act: dialog.act, consequence: dialog.consequence, perform: () => perform(action, body()) });
+  }
+
+  /** Throws if the call that the dialog names is not the one that waits by now. */
+  function mustBePending(channel) {
+    const current = app.model.channels.get(keyOf(channel.machine, channel.channel));
+    if (current?.call !== channel.call) {
+      throw new Error(text.over);
+    }
+  }
+
+  const pairsOf = (channel) => [
+    [text.channel, visible(channelName(channel))],
+    [text.call, channel.call],
+    [text.service, visible(channel.service || channel.uuid)],
+    [text.request, channel.request === undefined ? null : said(channel.request)],
+  ];
+
+  function answer(channel) {
+    const response = element('input', { name: 'response', maxlength: 127, autocomplete: 'off', 'aria-describedby': 'response-hint' });
+    const number = element('input', {
+      name: 'state', type: 'number', min: 1, max: 4294967295, step: 1, required: true, autocomplete: 'off', 'aria-describedby': 'state-hint',
+    });
+    return confirmed({
+      title: text.answerTitle(visible(channelName(channel))),
+      pairs: pairsOf(channel),
+      body: [
+        element('label', {}, element('span', {}, text.response), response, element('small', { id: 'response-hint' }, text.responseHint)),
+        element('label', {}, element('span', {}, text.state), number, element('small', { id: 'state-hint' }, text.stateHint)),
+      ],
+      consequence: text.answerDoes,
+      act: text.doAnswer(visible(channelName(channel))),
+    }, 'answer', () => {
+      mustBePending(channel);
+      return {
+        machine: channel.machine, channel: channel.channel, call: channel.call, response: response.value, state: Number(number.value),
+      };
+    });
+  }
+
+  function retry(channel) {
+    return confirmed({
+      title: text.retryTitle(visible(channelName(channel))),
+      pairs: pairsOf(channel),
+      consequence: text.retryDoes,
+      act: text.doRetry(visible(channelName(channel))),
+    }, 'retry', () => {
+      mustBePending(channel);
+      return { machine: channel.machine, channel: channel.channel, call: channel.call };
+    });
+  }
+
+  function drain(service) {
+    const name = visible(service.name || service.instance);
+    return confirmed({
+      title: text.drainTitle(name),
+      pairs: [[text.instance, service.instance], [text.service, service.uuid],
+        [words.services.columns.host, `${visible(service.host)}, ${words.services.pid(service.pid)}`]],
+      consequence: text.drainDoes,
+      act: text.doDrain(name),
+    }, 'drain', () => ({ instance: service.instance }));
+  }
+
+  const button = (action, label, act) => may(action) && !app.isWall
+    && element('button', { type: 'button', class: 'act', 'data-action': action, onclick: act }, label);
+
+  return {
+    /** Asks the server who is logged in; without actions there is nobody. */
+    async refresh() {
+      keep(app.model.about?.actions ? await get(['session']).catch(() => ({ actions: false })) : { actions: false });
+    },
+    get user() {
+      return state.user ?? '';
+    },
+    get actions() {
+      return Boolean(state.actions);
+    },
+    /** Stays the same as long as the same buttons are to be shown. */
+    describe: () => [state.actions, state.user, state.may],
+    buttonsFor: (channel) => [
+      button('answer', text.answer, () => answer(channel)),
+      button('retry', text.retry, () => retry(channel)),
+    ].filter(Boolean),
+    drainButton: (service) => button('drain', text.drain, () => drain(service)) || null,
+    login,
+    logout,
+  };
+}

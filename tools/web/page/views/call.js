@@ -1,0 +1,99 @@
+// One call over every hop: what it was, and its waterfall. While it is under way the view follows it.
+import { get } from '../api.js';
+import { element, replace } from '../dom.js';
+import { facts, notice, said, stateMark, visible } from '../parts/marks.js';
+import { levelOf, stateOf } from '../attention.js';
+import { waterfallChart } from '../parts/waterfall_chart.js';
+import { words } from '../words.js';
+
+const text = words.call;
+const followMs = 1000;
+
+/** `path` is where the timeline lies below /api; `back` a link to where the reader came from. */
+export function callView(app, id, path, back) {
+  const content = element('div', { class: 'call' }, element('p', {}, words.showing));
+  const channelPart = element('div', { class: 'call-channel', hidden: true });
+  const node = element('div', {},
+    element('nav', { class: 'back', 'aria-label': back.text }, element('a', { href: back.href }, `← ${back.text}`)),
+    element('h1', { tabindex: '-1' }, text.title(id)), channelPart, content);
+  const mark = stateMark('span', 'state');
+  let timer = 0;
+  let shownChannel = '';
+  let shown = null;
+  let shownNames = '';
+
+  const nameOf = (instance) => {
+    const known = app.model.services.get(instance);
+    // Of one that is gone the gateway's word to the attempt says who it was.
+    return known?.name ? `${known.name} @ ${known.host}`
+      : shown?.steps.find((step) => step.hop === 'dispatched' && step.instance === instance && step.detail)?.detail ?? instance;
+  };
+  const ended = (timeline) => timeline.steps.some((step) => step.hop === 'written back' || step.hop === 'withdrawn by the program');
+
+  const namesIn = (timeline) => timeline.steps.map((step) => step.instance && nameOf(step.instance)).join('\n');
+
+  function show(timeline) {
+    shown = timeline;
+    shownNames = namesIn(timeline);
+    const first = timeline.steps.find((step) => step.text !== undefined && step.hop === 'seen by the gateway')
+      ?? timeline.steps.find((step) => step.text !== undefined);
+    const service = [...app.model.services.values()].find((each) => each.uuid === timeline.uuid.toLowerCase());
+    replace(content,
+      facts('call-facts', [
+        [words.calls.channel, element('a', { href: `#/calls?machine=${encodeURIComponent(timeline.machine)}&channel=${timeline.channel}` },
+          visible(`${timeline.machine}/${timeline.channel}`))],
+        [words.plant.service, service?.name ? `${visible(service.name)} (${visible(timeline.uuid)})` : visible(timeline.uuid)],
+        [words.plant.request, first && said(first.text)],
+      ]),
+      waterfallChart(timeline, nameOf, app.now()));
+  }
+
+  /** The channel in which this call stands now, with what can be done about it. */
+  function showChannel() {
+    const channel = [...app.model.channels.values()].find((each) => each.call === id && stateOf(each) !== 'idle');
+    channelPart.hidden = !channel || path[0] === 'recordings';
+    if (!channel) {
+      return;
+    }
+    const state = stateOf(channel);
+    mark.update(state, levelOf(state));
+    const fresh = JSON.stringify([state, channel.reason, channel.attempt, app.session.describe()]);
+    if (fresh !== shownChannel) {
+      shownChannel = fresh;
+      replace(channelPart, mark.node, channel.reason && said(channel.reason, { lang: 'en' }),
+        element('div', { class: 'buttons' }, app.session.buttonsFor(channel)));
+    }
+  }
+
+  async function ask() {
+    try {
+      const timeline = await get(path);
+      if (!node.isConnected) {
+        return;
+      }
+      show(timeline);
+      if (!ended(timeline) && path[0] !== 'recordings') {
+        timer = setTimeout(ask, followMs);
+      }
+    } catch (problem) {
+      replace(content, problem.status === 404 ? notice('missing', text.notKept, path[0] === 'recordings' ? problem.message : text.notKeptWhat)
+        : notice('failure', words.failure.title, problem.message));
+    }
+  }
+
+  return {
+    node,
+    title: () => text.title(id),
+    update() {
+      showChannel();
+      // The names of instances may become known after the timeline.
+      if (shown && namesIn(shown) !== shownNames) {
+        show(shown);
+      }
+    },
+    enter: ask,
+    leave() {
+      clearTimeout(timer);
+    },
+  };
+}

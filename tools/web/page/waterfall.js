@@ -1,0 +1,121 @@
+// Where the steps of a call stand beside each other in time. Pure: a timeline, as `log timeline --json` gives it, becomes
+// lanes with bars; one lane for the gateway, one for each attempt.
+//
+//   const { start, end, lanes } = layOut(timeline);
+import { milliseconds } from './time.js';
+
+const endsAttempt = new Set(['reply at the gateway', 'late reply dropped', 'reply refused', 'instance lost', 'withdrawn by the program', 'written back']);
+
+/** The steps with `at` in milliseconds by the gateway's clock: a service's step stands where it must have been. */
+export function placed(steps) {
+  return steps.map((step) => {
+    const own = milliseconds(step.time);
+    if (!step.by_service) {
+      return { ...step, at: own };
+    }
+    let from = -Infinity;
+    let to = Infinity;
+    for (const other of steps) {
+      if (other.by_service || other.attempt !== step.attempt) {
+        continue;
+      }
+      const at = milliseconds(other.time);
+      if (other.hop === 'dispatched') {
+        from = at;
+      } else if (other.hop === 'reply at the gateway' || other.hop === 'late reply dropped') {
+        to = Math.min(to, at);
+      }
+    }
+    return { ...step, at: Math.min(Math.max(own, from), Math.max(from, to)) };
+  });
+}
+
+/** The part of the way that begins with a step of an attempt. */
+const partAfter = {
+  dispatched: 'toService',
+  'received by the instance': 'queue',
+  'handler started': 'work',
+  'answered by the instance': 'toGateway',
+};
+
+function attemptLane(number, steps, end) {
+  const own = steps.filter((step) => step.attempt === number);
+  const bars = [];
+  let open = null;
+  const close = (at, ended) => {
+    if (open !== null) {
+      // Who never answered did not tell when he began: all of it is waiting.
+      const part = ended && open.part === 'toService' ? 'wait' : open.part;
+      bars.push({ part, from: open.at, to: at });
+      open = null;
+    }
+  };
+  for (const step of own) {
+    if (partAfter[step.hop]) {
+      close(step.at, false);
+      open = { part: partAfter[step.hop], at: step.at };
+    } else if (endsAttempt.has(step.hop)) {
+      close(step.at, true);
+    }
+  }
+  close(end, true);
+  const marks = own.filter((step) => ['interim state shown', 'reply refused', 'instance lost', 'late reply dropped'].includes(step.hop))
+    .map((step) => ({ at: step.at, hop: step.hop }));
+  return { number, instance: own.find((step) => step.instance)?.instance ?? '', bars, marks };
+}
+
+/** What the gateway itself does or waits for between the attempts. */
+function gatewayLane(steps, end) {
+  const bars = [];
+  const marks = [];
+  let open = null;
+  const close = (at) => {
+    if (open !== null) {
+      bars.push({ part: open.part, from: open.at, to: at });
+      open = null;
+    }
+  };
+  const begin = { 'seen by the gateway': 'find', 'no instance serves it': 'unserved', 'instance lost': 'find', 'held for an operator': 'held', 'reply at the gateway': 'writeBack' };
+  for (const step of steps) {
+    if (begin[step.hop]) {
+      close(step.at);
+      open = { part: begin[step.hop], at: step.at };
+    } else if (step.hop === 'dispatched' || step.hop === 'written back' || step.hop === 'withdrawn by the program') {
+      close(step.at);
+    }
+    if (['seen by the gateway', 'written back', 'withdrawn by the program'].includes(step.hop)) {
+      marks.push({ at: step.at, hop: step.hop });
+    }
+  }
+  close(end);
+  return { number: 0, instance: '', bars, marks };
+}
+
+/**
+ * Times in milliseconds since 1970. A call that has not ended reaches to `now`, if given. Lanes are empty if there are
+ * no steps.
+ */
+export function layOut(timeline, now = NaN) {
+  const steps = placed(timeline.steps ?? []).filter((step) => Number.isFinite(step.at));
+  if (steps.length === 0) {
+    return { start: NaN, end: NaN, steps, lanes: [], ended: false };
+  }
+  const ended = steps.some((step) => step.hop === 'written back' || step.hop === 'withdrawn by the program');
+  const start = Math.min(...steps.map((step) => step.at));
+  const last = Math.max(...steps.map((step) => step.at));
+  const end = !ended && now > last ? now : last;
+  const numbers = [...new Set(steps.map((step) => step.attempt).filter((attempt) => attempt > 0))].sort((a, b) => a - b);
+  const lanes = [gatewayLane(steps, end), ...numbers.map((number) => attemptLane(number, steps, end))];
+  return { start, end, steps, lanes, ended };
+}
+
+/** Round steps of an axis from 0 to `total` milliseconds, at most `count` of them. */
+export function ticks(total, count = 5) {
+  if (!(total > 0)) {
+    return [0];
+  }
+  const rough = total / count;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((each) => each >= rough);
+  return Array.from({ length: Math.floor(total / step + 1e-9) + 1 }, (_, i) => i * step);
+}
