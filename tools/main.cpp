@@ -10,6 +10,7 @@
 #include "tools/commands/replay/replay.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/commands/watch/watch.hpp"
+#include "tools/commands/web/web.hpp"
 
 int main(int argc, char** argv) {
   using namespace millrace::tools;
@@ -29,6 +30,7 @@ int main(int argc, char** argv) {
   commands::operate::add_answer(app, chosen);
   commands::operate::add_retry(app, chosen);
   commands::watch::add_watch(app, chosen);
+  commands::web::add_web(app, chosen);
   commands::vars::add_vars(app, chosen);
   commands::record::add_record(app, chosen);
   commands::replay::add_replay(app, chosen);

@@ -23,6 +23,8 @@ class Fd {
 
   explicit operator bool() const { return fd_ >= 0; }
   [[nodiscard]] int get() const { return fd_; }
+  /// For who closes it himself from now on.
+  [[nodiscard]] int release() { return std::exchange(fd_, -1); }
   void close();
 
  private:

@@ -14,6 +14,10 @@ pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4>=1.9)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd>=1.5)
 find_package(SQLiteCpp REQUIRED)
 find_package(CURL 7.88 REQUIRED)
+find_package(OpenSSL 3.0 REQUIRED)
+find_package(prometheus-cpp REQUIRED CONFIG)
+# The lines over time of `millrace web`; it goes into the program.
+find_path(MILLRACE_DYGRAPHS dygraph.min.js PATHS /usr/share/javascript/dygraphs REQUIRED)
 
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(JEMALLOC REQUIRED IMPORTED_TARGET jemalloc)

@@ -5,7 +5,7 @@
 # millrace-common   fabric.textproto, profiles, the target that all units belong to
 # millrace-gateway  the gateway, its unit and configuration
 # millrace-services the services that come with millrace, the unit of a service, example configurations
-# millrace-tools    the operator's command, the recorder's unit
+# millrace-tools    the operator's command, the units of recorder and web page, alerts for Prometheus
 # millrace-cnc      the virtual CNC and the demo
 # libmillrace-sdk   the service library; millrace-sdk-dev is what services are compiled with
 #
@@ -48,8 +48,11 @@ install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_sh
 # Where units look for the flags of each instance.
 install(DIRECTORY DESTINATION ${millrace_etc}/services COMPONENT services)
 
-install(FILES ${millrace_deploy}/systemd/millrace-recorder.service DESTINATION ${millrace_units} COMPONENT tools)
+install(FILES ${millrace_deploy}/systemd/millrace-recorder.service ${millrace_deploy}/systemd/millrace-web.service
+  DESTINATION ${millrace_units} COMPONENT tools)
 install(FILES ${millrace_deploy}/systemd/millrace-recorder.conf DESTINATION lib/tmpfiles.d COMPONENT tools)
+# For a Prometheus and a Grafana, wherever they are.
+install(DIRECTORY ${millrace_deploy}/prometheus DESTINATION ${millrace_share} COMPONENT tools)
 
 install(PROGRAMS ${millrace_deploy}/demo DESTINATION ${millrace_share} COMPONENT cnc)
 install(DIRECTORY ${millrace_deploy}/nc DESTINATION ${millrace_share} COMPONENT cnc)
@@ -107,7 +110,8 @@ set(CPACK_COMPONENT_GATEWAY_DESCRIPTION "millrace gateway: the Service Interface
 set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, mail
  Programs that answer calls of NC programs, and the systemd unit of a service.")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "millrace: the operator's command
- Looks at a fabric, acts on it, records what happens and reads recordings.")
+ Looks at a fabric, acts on it, records what happens and reads recordings; shows
+ it in a browser and to Prometheus.")
 set(CPACK_COMPONENT_CNC_DESCRIPTION "millrace virtual CNC: runs NC programs without a machine
  An interpreter of NC programs behind an ADS server, for tests and trials.")
 set(CPACK_COMPONENT_SDK_DESCRIPTION "millrace service library
@@ -126,7 +130,7 @@ set(scripts ${PROJECT_BINARY_DIR}/packaging)
 set(units_common millrace.target)
 set(units_gateway millrace-gateway.service)
 set(units_services "'millrace-service@*.service'")
-set(units_tools millrace-recorder.service)
+set(units_tools "millrace-recorder.service millrace-web.service")
 set(conffiles_common "/etc/millrace/fabric.textproto\n")
 set(conffiles_gateway "/etc/millrace/gateway.textproto\n")
 foreach(component IN ITEMS common gateway services tools)

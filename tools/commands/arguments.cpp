@@ -1,11 +1,9 @@
 #include "tools/commands/arguments.hpp"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
-#include "base/text/number.hpp"
 #include "base/text/times.hpp"
+#include "fabric/call_id_text.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::commands {
@@ -13,16 +11,12 @@ namespace millrace::tools::commands {
 namespace {
 
 fabric::CallId parse_call(const std::string& text) {
-  using base::text::parse_number;
-  const auto dash = std::min(text.find('-'), text.size());
-  const auto epoch = parse_number<std::uint64_t>(std::string_view(text).substr(0, dash), 16);
-  const auto number =
-      parse_number<std::uint64_t>(std::string_view(text).substr(std::min(dash + 1, text.size())));
-  if (!epoch || !number) {
+  const auto call = fabric::parse_call_id(text);
+  if (!call) {
     throw CLI::ValidationError(
         fmt::format("'{}' is no call id; expected one as in 5f3a9c0112d4-17", text));
   }
-  return {.epoch = *epoch, .number = *number};
+  return *call;
 }
 
 /// An option whose text `parse` turns into a value or an error.

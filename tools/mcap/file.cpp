@@ -35,6 +35,11 @@ tl::expected<FileSource, std::string> FileSource::open(const std::filesystem::pa
   if (descriptor < 0) {
     return failure("read", path);
   }
+  return adopt(descriptor, path);
+}
+
+tl::expected<FileSource, std::string> FileSource::adopt(int descriptor,
+                                                        const std::filesystem::path& path) {
   FileSource source(descriptor, 0);
   struct stat status {};
   if (::fstat(descriptor, &status) != 0) {

@@ -15,6 +15,10 @@ class FileSource : public Source {
  public:
   /// The error says which file and why not.
   static tl::expected<FileSource, std::string> open(const std::filesystem::path& path);
+  /// The same for a file that is open already; `descriptor` is the source's from now on, also if it
+  /// fails. `name` is for messages.
+  static tl::expected<FileSource, std::string> adopt(int descriptor,
+                                                     const std::filesystem::path& name);
   ~FileSource() override;
   FileSource(FileSource&& other) noexcept;
   FileSource& operator=(FileSource&&) = delete;

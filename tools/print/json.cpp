@@ -81,6 +81,26 @@ void put_channel(boost::json::object& out, const fabric::ChannelStatus& status) 
   out["failed"] = status.failed;
 }
 
+boost::json::object json_of(const fabric::ChannelStatus& status) {
+  boost::json::object out{{"machine", utf8(status.key.machine)}, {"channel", status.key.channel}};
+  if (status.call != fabric::CallId{}) {
+    out["call"] = status.call.to_string();
+    out["uuid"] = utf8(status.uuid);
+  }
+  put_channel(out, status);
+  return out;
+}
+
+boost::json::object json_of(const fabric::InstanceIdentity& identity,
+                            const std::optional<fabric::InstanceStatus>& status) {
+  boost::json::object out;
+  put_identity(out, identity);
+  if (status) {
+    put_status(out, *status);
+  }
+  return out;
+}
+
 std::string text_json(std::string_view cp1252) {
   return base::text::to_utf8(cp1252);
 }

@@ -1,6 +1,7 @@
 // Values of the fabric in JSON, the same in every `--json`.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -20,6 +21,11 @@ void put_status(boost::json::object& out, const fabric::InstanceStatus& status);
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status);
 /// The state and counters of a channel, without its key.
 void put_channel(boost::json::object& out, const fabric::ChannelStatus& status);
+/// As `millrace channels --json` has it: its key, its call and put_channel.
+boost::json::object json_of(const fabric::ChannelStatus& status);
+/// As `millrace services --json` has it.
+boost::json::object json_of(const fabric::InstanceIdentity& identity,
+                            const std::optional<fabric::InstanceStatus>& status);
 /// A text of the controller: CP1252 as UTF-8.
 std::string text_json(std::string_view cp1252);
 /// A text of the fabric; bytes that are no UTF-8 are taken as CP1252, so that the output is JSON.

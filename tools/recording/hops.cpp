@@ -2,17 +2,6 @@
 
 namespace millrace::tools::recording {
 
-namespace {
-
-/// Counts the way between two times if both are known.
-void measure(HopHistograms& hops, Hop hop, fabric::Time from, fabric::Time to) {
-  if (from != fabric::Time{} && to != fabric::Time{}) {
-    hops.at(static_cast<std::size_t>(hop)).add(to - from);
-  }
-}
-
-}  // namespace
-
 std::string_view name_of(Hop hop) {
   constexpr std::array<std::string_view, hop_count> names{
       "dispatch", "to service", "queue", "work", "to gateway", "write back", "total"};
@@ -90,14 +79,25 @@ void HopStatistics::count(const Open& call) {
   if (call.written == fabric::Time{} || call.uuid.empty()) {
     return;
   }
-  HopHistograms& hops = services_[call.uuid];
-  measure(hops, Hop::dispatch, call.seen, call.dispatched);
-  measure(hops, Hop::to_service, call.dispatched, call.received);
-  measure(hops, Hop::queue, call.received, call.started);
-  measure(hops, Hop::work, call.started, call.answered);
-  measure(hops, Hop::to_gateway, call.answered, call.replied);
-  measure(hops, Hop::write_back, call.replied, call.written);
-  measure(hops, Hop::total, call.seen, call.written);
+  measure(call.uuid, Hop::dispatch, call.seen, call.dispatched);
+  measure(call.uuid, Hop::to_service, call.dispatched, call.received);
+  measure(call.uuid, Hop::queue, call.received, call.started);
+  measure(call.uuid, Hop::work, call.started, call.answered);
+  measure(call.uuid, Hop::to_gateway, call.answered, call.replied);
+  measure(call.uuid, Hop::write_back, call.replied, call.written);
+  measure(call.uuid, Hop::total, call.seen, call.written);
+}
+
+/// Counts the way between two times if both are known.
+void HopStatistics::measure(const std::string& uuid, Hop hop, fabric::Time from, fabric::Time to) {
+  if (from == fabric::Time{} || to == fabric::Time{}) {
+    return;
+  }
+  if (use_) {
+    use_(uuid, hop, to - from);
+  } else {
+    services_[uuid].at(static_cast<std::size_t>(hop)).add(to - from);
+  }
 }
 
 }  // namespace millrace::tools::recording

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <map>
 #include <string>
 #include <string_view>
@@ -44,6 +45,13 @@ using HopHistograms = std::array<Histogram, hop_count>;
 /// The samples of a call come from several writers, so they may be recorded out of order.
 class HopStatistics {
  public:
+  /// Told of each hop of each call that counts, by its canonical UUID.
+  using Use = std::function<void(const std::string&, Hop, std::chrono::nanoseconds)>;
+
+  HopStatistics() = default;
+  /// `use` counts instead; services() stays empty.
+  explicit HopStatistics(Use use) : use_(std::move(use)) {}
+
   void add(const Entry& entry);
   /// Counts the calls that are answered but whose reply was not recorded, too. Call it at the end.
   void close();
@@ -67,10 +75,12 @@ class HopStatistics {
   void add(const fabric::Event& event, const std::string& uuid);
   void finish_if_whole(fabric::CallId id);
   void count(const Open& call);
+  void measure(const std::string& uuid, Hop hop, fabric::Time from, fabric::Time to);
   void forget_oldest();
 
   std::map<fabric::CallId, Open> open_;
   std::map<std::string, HopHistograms> services_;
+  Use use_;
 };
 
 }  // namespace millrace::tools::recording

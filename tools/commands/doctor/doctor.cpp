@@ -1,20 +1,14 @@
 #include "tools/commands/doctor/doctor.hpp"
 
-#include <cstdlib>
-
-#include <boost/json/array.hpp>
-#include <boost/json/object.hpp>
 #include <fmt/format.h>
 
-#include "base/configuration/config_file.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/profile/command_line.hpp"
-#include "fabric/profile/profile.hpp"
-#include "idl/fabric.pb.h"
 #include "tools/commands/arguments.hpp"
-#include "tools/commands/version.hpp"
+#include "tools/commands/doctor/joining.hpp"
 #include "tools/doctor/diagnose.hpp"
 #include "tools/doctor/examine.hpp"
+#include "tools/doctor/report_json.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 
@@ -35,23 +29,6 @@ struct Options {
   std::chrono::nanoseconds wait = std::chrono::seconds(2);
   bool json = false;
 };
-
-Joining joining_of(const Options& options, const fabric::dds::ParticipantOptions& join) {
-  Joining joining{.fabric = join.fabric,
-                  .domain = join.domain,
-                  .cyclone_uri = std::getenv("CYCLONEDDS_URI") != nullptr,
-                  .version = MILLRACE_VERSION};
-  if (!options.fabric.file().empty()) {
-    const auto profile = base::configuration::read_config<config::Fabric>(options.fabric.file());
-    if (!profile) {
-      throw program::UsageError(profile.error());
-    }
-    joining.interface = profile->interface();
-    joining.multicast = profile->multicast();
-    joining.peers.assign(profile->peers().begin(), profile->peers().end());
-  }
-  return joining;
-}
 
 std::string role_of(const Program& program) {
   std::string role = program.self ? "this command" : program.is_gateway ? "gateway" : "";
@@ -98,47 +75,11 @@ void print_text(const Findings& found, const std::vector<Diagnosis>& diagnoses) 
   }
 }
 
-boost::json::object json_of(const Findings& found, const std::vector<Diagnosis>& diagnoses) {
-  boost::json::array programs;
-  for (const Program& each : found.programs) {
-    programs.push_back(boost::json::object{
-        {"name", print::utf8(each.name)},
-        {"host", print::utf8(each.host)},
-        {"pid", print::utf8(each.pid)},
-        {"addresses", print::utf8(each.addresses)},
-        {"fabrics", boost::json::array(each.fabrics.begin(), each.fabrics.end())},
-        {"gateway", each.is_gateway},
-        {"serves", boost::json::array(each.serves.begin(), each.serves.end())},
-        {"self", each.self}});
-  }
-  const auto milliseconds = [](std::chrono::nanoseconds time) {
-    return std::chrono::duration<double, std::milli>(time).count();
-  };
-  boost::json::array clocks;
-  for (const HostClock& each : found.clocks) {
-    clocks.push_back(boost::json::object{{"host", print::utf8(each.host)},
-                                         {"asked", print::utf8(each.program)},
-                                         {"ahead_ms", milliseconds(each.difference.ahead)},
-                                         {"error_ms", milliseconds(each.difference.error)}});
-  }
-  boost::json::array said;
-  for (const Diagnosis& each : diagnoses) {
-    said.push_back(boost::json::object{{"severity", name_of(each.severity)},
-                                       {"what", print::utf8(each.what)},
-                                       {"advice", print::utf8(each.advice)}});
-  }
-  return {
-      {"healthy", is_healthy(diagnoses)},     {"fabric", print::utf8(found.joining.fabric)},
-      {"domain", found.joining.domain},       {"interface", print::utf8(found.joining.interface)},
-      {"multicast", found.joining.multicast}, {"programs", std::move(programs)},
-      {"clocks", std::move(clocks)},          {"diagnoses", std::move(said)}};
-}
-
 int examine_and_tell(const Options& options) {
   const fabric::dds::ParticipantOptions join = options.fabric.options();
   const Findings found =
       examine({.join = join,
-               .joining = joining_of(options, join),
+               .joining = joining_of(options.fabric, join),
                .listen = std::chrono::ceil<std::chrono::milliseconds>(options.wait)});
   const std::vector<Diagnosis> diagnoses = diagnose(found);
   if (options.json) {

@@ -1,12 +1,12 @@
 // millrace log info: what a recording holds, from its summary.
-#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
-#include "tools/commands/log/hop_report.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/mcap/summary.hpp"
+#include "tools/print/hop_report.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/survey_json.hpp"
 #include "tools/print/units.hpp"
 #include "tools/recording/reader.hpp"
 
@@ -64,46 +64,6 @@ void print_text(const Options& options, std::uint64_t size, const mcap::Survey& 
   }
 }
 
-boost::json::object json_of(std::uint64_t size, const mcap::Survey& survey) {
-  const mcap::Statistics& counts = survey.summary.statistics;
-  boost::json::object out;
-  out["size"] = size;
-  out["closed"] = survey.from_summary;
-  out["library"] = print::utf8(survey.summary.header.library);
-  print::put_time(out, "start", time_of(counts.start));
-  print::put_time(out, "end", time_of(counts.end));
-  out["messages"] = counts.messages;
-  out["chunks"] = counts.chunks;
-  out["channels"] = counts.channels;
-  out["schemas"] = counts.schemas;
-  boost::json::object compression;
-  for (const auto& [name, sizes] : survey.chunk_sizes) {
-    compression[name.empty() ? "none" : print::utf8(name)] = {
-        {"chunks", sizes.chunks}, {"stored", sizes.stored}, {"uncompressed", sizes.uncompressed}};
-  }
-  out["compression"] = std::move(compression);
-  boost::json::object metadata;
-  for (const mcap::Metadata& record : survey.metadata) {
-    boost::json::object values;
-    for (const auto& [key, value] : record.values) {
-      values[print::utf8(key)] = print::utf8(value);
-    }
-    metadata[print::utf8(record.name)] = std::move(values);
-  }
-  out["metadata"] = std::move(metadata);
-  boost::json::array attachments;
-  for (const mcap::AttachmentIndex& attachment : survey.summary.attachments) {
-    attachments.push_back({{"name", print::utf8(attachment.name)}, {"size", attachment.data_size}});
-  }
-  out["attachments"] = std::move(attachments);
-  boost::json::array problems;
-  for (const mcap::Problem& problem : survey.problems) {
-    problems.push_back({{"offset", problem.offset}, {"text", print::utf8(problem.text)}});
-  }
-  out["problems"] = std::move(problems);
-  return out;
-}
-
 int info(const Options& options) {
   mcap::FileSource source = open(options.file);
   const mcap::Survey survey = mcap::survey(source);
@@ -113,15 +73,15 @@ int info(const Options& options) {
     hops.close();
   }
   if (options.json) {
-    boost::json::object out = json_of(source.size(), survey);
+    boost::json::object out = print::json_of(source.size(), survey);
     if (options.hops) {
-      out["hops"] = hops_json(hops);
+      out["hops"] = print::hops_json(hops);
     }
     print::print_json(out);
   } else {
     print_text(options, source.size(), survey);
     if (options.hops) {
-      fmt::print("\n{}", hops_text(hops));
+      fmt::print("\n{}", print::hops_text(hops));
     }
   }
   return report(options.file, survey.problems);

@@ -1,7 +1,6 @@
 // millrace log timeline: one call over every hop.
 #include "tools/recording/timeline.hpp"
 
-#include <boost/json/array.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
@@ -10,6 +9,7 @@
 #include "tools/commands/log/log.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
+#include "tools/print/timeline_json.hpp"
 #include "tools/print/units.hpp"
 #include "tools/recording/reader.hpp"
 
@@ -65,42 +65,6 @@ void print_text(const Timeline& timeline) {
   fmt::print("\n");
 }
 
-boost::json::object json_of(const TimelineStep& step) {
-  boost::json::object out;
-  print::put_time(out, "time", step.at);
-  out["hop"] = name_of(step.stage);
-  out["attempt"] = step.attempt;
-  out["by_service"] = step.by_service;
-  if (step.instance != fabric::InstanceId{}) {
-    out["instance"] = step.instance.to_string();
-  }
-  if (step.withheld) {
-    out["text_size"] = *step.withheld;
-  } else if (!step.text.empty() || step.state != 0) {
-    out["text"] = print::text_json(step.text);
-    out["state"] = step.state;
-  }
-  if (!step.detail.empty()) {
-    out["detail"] = print::utf8(step.detail);
-  }
-  return out;
-}
-
-boost::json::object json_of(const Timeline& timeline) {
-  boost::json::array steps;
-  for (const TimelineStep& step : timeline.steps) {
-    steps.push_back(json_of(step));
-  }
-  return {{"call", timeline.call.to_string()},
-          {"machine", print::utf8(timeline.key.machine)},
-          {"channel", timeline.key.channel},
-          {"uuid", print::utf8(timeline.uuid)},
-          {"replayed", timeline.replayed},
-          {"clock_difference_ms",
-           std::chrono::duration<double, std::milli>(timeline.clock_difference).count()},
-          {"steps", std::move(steps)}};
-}
-
 int show(const Options& options) {
   mcap::FileSource source = open(options.file);
   recording::TimelineBuilder builder(options.call);
@@ -113,7 +77,7 @@ int show(const Options& options) {
     return base::program::exit_failed;
   }
   if (options.json) {
-    print::print_json(json_of(timeline));
+    print::print_json(print::json_of(timeline));
   } else {
     print_text(timeline);
   }

@@ -47,13 +47,7 @@ void print_text(const bus::Live& live) {
 boost::json::array json_of(const bus::Live& live) {
   boost::json::array out;
   for (const auto& [key, status] : live.channels()) {
-    boost::json::object object{{"machine", print::utf8(key.machine)}, {"channel", key.channel}};
-    if (status.call != fabric::CallId{}) {
-      object["call"] = status.call.to_string();
-      object["uuid"] = print::utf8(status.uuid);
-    }
-    print::put_channel(object, status);
-    out.push_back(std::move(object));
+    out.push_back(print::json_of(status));
   }
   return out;
 }

@@ -51,12 +51,7 @@ void print_text(const std::vector<const bus::LiveInstance*>& instances) {
 boost::json::array json_of(const std::vector<const bus::LiveInstance*>& instances) {
   boost::json::array out;
   for (const bus::LiveInstance* instance : instances) {
-    boost::json::object object;
-    print::put_identity(object, instance->identity);
-    if (instance->status) {
-      print::put_status(object, *instance->status);
-    }
-    out.push_back(std::move(object));
+    out.push_back(print::json_of(instance->identity, instance->status));
   }
   return out;
 }

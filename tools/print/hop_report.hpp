@@ -7,9 +7,9 @@
 
 #include "tools/recording/hops.hpp"
 
-namespace millrace::tools::commands::log {
+namespace millrace::tools::print {
 
 std::string hops_text(const recording::HopStatistics& hops);
 boost::json::array hops_json(const recording::HopStatistics& hops);
 
-}  // namespace millrace::tools::commands::log
+}  // namespace millrace::tools::print

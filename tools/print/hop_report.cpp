@@ -1,10 +1,10 @@
-#include "tools/commands/log/hop_report.hpp"
+#include "tools/print/hop_report.hpp"
 
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
-namespace millrace::tools::commands::log {
+namespace millrace::tools::print {
 
 namespace {
 
@@ -29,17 +29,16 @@ void for_each_hop(const recording::HopStatistics& hops, Use use) {
 }  // namespace
 
 std::string hops_text(const recording::HopStatistics& hops) {
-  using print::Align;
-  print::Table table({{"SERVICE"},
-                      {"HOP"},
-                      {"CALLS", Align::right},
-                      {"P50", Align::right},
-                      {"P99", Align::right},
-                      {"MAX", Align::right}});
+  Table table({{"SERVICE"},
+               {"HOP"},
+               {"CALLS", Align::right},
+               {"P50", Align::right},
+               {"P99", Align::right},
+               {"MAX", Align::right}});
   for_each_hop(hops, [&](const std::string& uuid, std::string_view hop, const Histogram& times) {
-    table.add({print::utf8(uuid), std::string(hop), std::to_string(times.count()),
-               print::duration_text(times.percentile(0.5)),
-               print::duration_text(times.percentile(0.99)), print::duration_text(times.max())});
+    table.add({utf8(uuid), std::string(hop), std::to_string(times.count()),
+               duration_text(times.percentile(0.5)), duration_text(times.percentile(0.99)),
+               duration_text(times.max())});
   });
   return table.empty() ? "no call was answered in this recording\n" : table.text();
 }
@@ -47,7 +46,7 @@ std::string hops_text(const recording::HopStatistics& hops) {
 boost::json::array hops_json(const recording::HopStatistics& hops) {
   boost::json::array out;
   for_each_hop(hops, [&](const std::string& uuid, std::string_view hop, const Histogram& times) {
-    out.push_back({{"uuid", print::utf8(uuid)},
+    out.push_back({{"uuid", utf8(uuid)},
                    {"hop", hop},
                    {"calls", times.count()},
                    {"p50_ms", milliseconds(times.percentile(0.5))},
@@ -57,4 +56,4 @@ boost::json::array hops_json(const recording::HopStatistics& hops) {
   return out;
 }
 
-}  // namespace millrace::tools::commands::log
+}  // namespace millrace::tools::print

@@ -1,0 +1,177 @@
+// Acting through the page: only who may, only after a question that names channel, call and consequence, and only on the
+// call that the question named.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, test } from 'node:test';
+import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
+import { Plant, slowUuid, until } from './plant.mjs';
+
+const plant = await Plant.start();
+let browser;
+let web;
+let cnc;
+
+const program = `%held
+N10 V.G.SERVICE.UUID = "${slowUuid}"
+N20 V.G.SERVICE.REQUEST = "turn the table"
+N30 V.G.SERVICE.REQUEST_STATE = 1
+N40 #FLUSH CONTINUE
+N50 #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0
+N60 #MSG ["answered: state %u, %s", V.G.SERVICE.RESPONSE_STATE, V.G.SERVICE.RESPONSE]
+N70 M30
+`;
+
+before(async () => {
+  browser = await Browser.start();
+  const slow = await plant.slowService();
+  // Before the call, so that it has seen the request.
+  web = await plant.web({ flags: ['--allow-actions', await plant.users('anna', 'a good password')] });
+  cnc = await plant.cnc('--run', `1=${plant.file('held.nc', program)}`, '--exit-when-idle');
+  await plant.gateway();
+  const page = await browser.open(web.url);
+  await page.waitForSelector('[data-channel="cnc/1"][data-state="running"]');
+  await slow.stop('SIGKILL');
+  await page.close();
+});
+
+after(async () => {
+  await browser?.stop();
+  await plant.stop();
+});
+
+afterEach(() => {
+  // The browser writes each answer of 401 into its console.
+  const complaints = browser.complaints.filter((each) => !/status of 401/.test(each));
+  browser.complaints = [];
+  assert.deepEqual(complaints, []);
+});
+
+async function logIn(page, password) {
+  await page.waitForSelector('dialog input[name="user"]');
+  await page.$eval('dialog input[name="user"]', (input) => (input.value = ''));
+  await page.type('dialog input[name="user"]', 'anna');
+  await page.type('dialog input[name="password"]', password);
+  await page.click('dialog [data-confirm]');
+}
+
+test('a held call stands first, with what to do and who', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await awaitText(page, '.concern[data-kind="held"] .concern-name', /^cnc\/1$/);
+  await awaitText(page, '.headline h1', /1 channel needs somebody/);
+  assert.match(await textOf(page, '.concern .who'), /Operator/);
+  assert.match(await textOf(page, '.concern .reason'), /must not run twice/);
+  assert.match(await textOf(page, '.concern-call'), /turn the table/);
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'held');
+  await page.close();
+});
+
+test('on a wall nobody acts', async () => {
+  const page = await browser.open(web.url, { query: '?wall', dark: true, width: 1920, height: 1080 });
+  await awaitText(page, '.concern-name', /^cnc\/1$/);
+  assert.equal((await page.$$('[data-action], .account button')).length, 0);
+  assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'wall-held');
+  await page.close();
+});
+
+test('a wrong password does nothing and says so', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await page.waitForSelector('.account button');
+  await page.click('.account button');
+  await logIn(page, 'guess');
+  await awaitText(page, '.dialog-said[data-kind="refused"]', /./);
+  assert.deepEqual(await violations(page), []);
+  await page.keyboard.press('Escape');
+  await page.waitForFunction(() => !document.querySelector('dialog'));
+  assert.match(await textOf(page, '.account'), /Log in/);
+  await page.close();
+});
+
+test('a held call that is given out again through the page is run again', async () => {
+  const lost = await plant.slowService();
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await plant.request(2, slowUuid, 'once more');
+  await page.waitForSelector('[data-channel="cnc/2"][data-state="running"]');
+  await lost.stop('SIGKILL');
+  await page.waitForSelector('[data-channel="cnc/2"][data-state="held"]');
+  const next = await plant.slowService({ seconds: 0 });
+  const card = await page.waitForFunction(() => [...document.querySelectorAll('.concern[data-kind="held"]')]
+    .find((each) => each.querySelector('.concern-name').textContent === 'cnc/2')?.querySelector('[data-action="retry"]'));
+  await card.click();
+  await logIn(page, 'a good password');
+  await awaitText(page, 'dialog', /Give the call of cnc\/2 out again\?[\s\S]*it runs twice/);
+  await page.click('dialog [data-confirm]');
+  await awaitText(page, '.dialog-said[data-kind="done"]', /Done/);
+  const call = await until(async () => (await (await fetch(`${web.url}/api/calls`)).json()).calls.find((each) => each.request === 'once more'), 'the answer');
+  assert.equal(call.response, 'once more');
+  assert.equal(call.attempt, 2);
+  await page.goto(`${web.url}/#/calls/${call.call}`);
+  await page.reload();
+  await page.waitForSelector('.lane[data-attempt="2"]');
+  assert.deepEqual(await page.$$eval('.lane', (lanes) => lanes.map((lane) => lane.dataset.attempt)), ['0', '1', '2']);
+  await next.stop();
+  await page.close();
+});
+
+test('an instance that is drained through the page leaves', async () => {
+  const root = await plant.squareRoot('--name', 'leaving');
+  const page = await browser.open(web.url, { view: '#/services' });
+  await page.waitForSelector('article[data-level="fine"] [data-action="drain"]');
+  await page.click('article[data-level="fine"] [data-action="drain"]');
+  await logIn(page, 'a good password');
+  await awaitText(page, 'dialog', /Drain leaving\?[\s\S]*Somebody has to start it again/);
+  assert.ok(!root.hasEnded);
+  await page.click('dialog [data-confirm]');
+  await awaitText(page, '.dialog-said[data-kind="done"]', /Done/);
+  await until(() => root.hasEnded, 'the end of the drained instance');
+  await page.click('dialog button');
+  await awaitText(page, 'tr[data-state="gone"] .instance-name', /leaving/);
+  await page.close();
+});
+
+test('a question about a call that is over sends nothing', async () => {
+  const lost = await plant.slowService();
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await plant.request(3, slowUuid, 'never mind');
+  await page.waitForSelector('[data-channel="cnc/3"][data-state="running"]');
+  await lost.stop('SIGKILL');
+  const card = await page.waitForFunction(() => [...document.querySelectorAll('.concern[data-kind="held"]')]
+    .find((each) => each.querySelector('.concern-name').textContent === 'cnc/3')?.querySelector('[data-action="retry"]'));
+  await card.click();
+  await logIn(page, 'a good password');
+  await awaitText(page, 'dialog h2', /cnc\/3/);
+  await plant.withdraw(3);
+  await page.waitForSelector('[data-channel="cnc/3"][data-state="idle"]');
+  await page.click('dialog [data-confirm]');
+  await awaitText(page, '.dialog-said[data-kind="refused"]', /not pending any more/);
+  await page.close();
+});
+
+test('a held call that is answered through the page ends the program', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await page.waitForSelector('.concern[data-kind="held"] [data-action="answer"]');
+  await page.click('[data-action="answer"]');
+  await logIn(page, 'a good password');
+  await page.waitForSelector('dialog input[name="response"]');
+  const question = await textOf(page, 'dialog');
+  const held = (await (await fetch(`${web.url}/api/channels`)).json()).find((each) => each.channel_state === 'held');
+  assert.match(question, /cnc\/1/);
+  assert.ok(question.includes(held.call), `${question} names ${held.call}`);
+  assert.match(question, /the machine may move/);
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'answer');
+  // Without a state nothing is sent.
+  await page.type('dialog input[name="response"]', 'turned by hand');
+  await page.click('dialog [data-confirm]');
+  assert.ok(await page.$('dialog input:invalid'));
+  await page.type('dialog input[name="state"]', '1');
+  await page.click('dialog [data-confirm]');
+  await awaitText(page, '.dialog-said[data-kind="done"]', /Done/);
+  await until(() => cnc.hasEnded, 'the end of the program');
+  assert.equal(await cnc.ended, 0);
+  assert.match(cnc.output, /answered: state 1, turned by hand/);
+  await page.click('dialog button');
+  await page.waitForFunction(() => !document.querySelector('.concern[data-kind="held"]'));
+  await page.close();
+});

@@ -1,0 +1,100 @@
+// Debian's Chromium without a screen. Whatever a page complains about, and each request that goes anywhere but to its own
+// server, is kept, and is a failure of the test that looks (Browser.complaints).
+//
+//   const browser = await Browser.start();
+//   const page = await browser.open(web.url, { view: '#/calls' });
+import { mkdirSync, readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { join } from 'node:path';
+import puppeteer from 'puppeteer-core';
+
+const axeSource = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const pictures = process.env.MILLRACE_SCREENSHOTS;
+
+export class Browser {
+  /** "error: …", in the order in which they came. */
+  complaints = [];
+  #browser;
+
+  static async start() {
+    const browser = new Browser();
+    browser.#browser = await puppeteer.launch({
+      executablePath: '/usr/bin/chromium',
+      args: [
+        // Nothing leaves this host: no name is resolved, and what is not for it goes to a proxy that is not there.
+        '--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1', '--proxy-server=http://127.0.0.1:9',
+        '--proxy-bypass-list=127.0.0.1', '--disable-gpu', '--force-color-profile=srgb',
+        ...(process.getuid() === 0 ? ['--no-sandbox'] : []),
+      ],
+    });
+    return browser;
+  }
+
+  /** A new tab at a view of the page, shown when the page has its first data. */
+  async open(url, { view = '', query = '', language = 'en', dark = false, width = 1440, height = 900 } = {}) {
+    const context = await this.#browser.createBrowserContext();
+    const page = await context.newPage();
+    await page.setViewport({ width, height });
+    await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }]);
+    // What the browser says of itself, as a reader's settings would.
+    await page.evaluateOnNewDocument((tag) => {
+      Object.defineProperty(navigator, 'languages', { get: () => [tag] });
+    }, language);
+    page.on('console', (message) => {
+      if (['error', 'warn', 'warning'].includes(message.type())) {
+        this.complaints.push(`${message.type()}: ${message.text()}`);
+      }
+    });
+    page.on('pageerror', (error) => this.complaints.push(`error: ${error.message}`));
+    page.on('dialog', (dialog) => {
+      this.complaints.push(`dialog: ${dialog.message()}`);
+      dialog.dismiss();
+    });
+    page.on('request', (request) => {
+      if (new URL(request.url()).origin !== url) {
+        this.complaints.push(`request to ${request.url()}`);
+      }
+    });
+    await page.goto(`${url}/${query}${view}`);
+    await page.waitForSelector('html[data-ready]');
+    return page;
+  }
+
+  /** While a server is away the browser itself complains that it cannot be reached; that is what it should do. */
+  forgetUnreachable() {
+    this.complaints = this.complaints.filter((each) => !/net::ERR_(CONNECTION_REFUSED|INCOMPLETE_CHUNKED_ENCODING|CONNECTION_RESET|EMPTY_RESPONSE)/.test(each));
+  }
+
+  async stop() {
+    await this.#browser?.close();
+  }
+}
+
+/** The text of the first element that fits, or nothing. */
+export const textOf = (page, selector) => page.$eval(selector, (node) => node.textContent).catch(() => undefined);
+
+/** Waits until an element that fits has a text in which `pattern` is found. */
+export async function awaitText(page, selector, pattern, timeout = 20_000) {
+  try {
+    await page.waitForFunction((wanted, source, flags) => [...document.querySelectorAll(wanted)]
+      .some((node) => new RegExp(source, flags).test(node.textContent)), { timeout, polling: 50 }, selector, pattern.source, pattern.flags);
+  } catch (error) {
+    const found = await page.$$eval(selector, (nodes) => nodes.map((node) => node.textContent)).catch(() => []);
+    throw new Error(`no ${selector} with ${pattern} came; there is ${JSON.stringify(found)}`, { cause: error });
+  }
+}
+
+/** What axe-core finds, one line each. */
+export async function violations(page) {
+  await page.evaluate(axeSource);
+  return page.evaluate(async () => (await globalThis.axe.run(document, { resultTypes: ['violations'] })).violations
+    .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 160)} (${node.failureSummary})`)));
+}
+
+/** Leaves a picture where MILLRACE_SCREENSHOTS says, if it says so. */
+export async function picture(page, name) {
+  if (pictures) {
+    mkdirSync(pictures, { recursive: true });
+    await page.screenshot({ path: join(pictures, `${name}.png`) });
+  }
+}

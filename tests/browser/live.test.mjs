@@ -1,0 +1,248 @@
+// The page beside a plant that works: what happens there is on the page at once, as it is.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, test } from 'node:test';
+import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
+import { Plant, slowUuid, squareRootUuid, until } from './plant.mjs';
+
+const plant = await Plant.start();
+let browser;
+let web;
+let recording;
+
+before(async () => {
+  browser = await Browser.start();
+  await plant.cnc();
+  await plant.gateway();
+  await plant.squareRoot('--name', 'root one');
+  web = await plant.web();
+});
+
+after(async () => {
+  await browser?.stop();
+  await plant.stop();
+});
+
+afterEach(() => {
+  const { complaints } = browser;
+  browser.complaints = [];
+  assert.deepEqual(complaints, []);
+});
+
+/** What the row shows whose request has this text in it, once it is there. */
+async function rowWith(page, text) {
+  const handle = await page.waitForFunction((wanted) => [...document.querySelectorAll('tr[data-call]')]
+    .find((each) => each.querySelector('.cell-request').textContent.includes(wanted)), { polling: 50 }, text);
+  return handle.evaluate((node) => ({
+    call: node.dataset.call, failed: node.dataset.failed, text: node.textContent, markup: node.querySelectorAll('img, script, b').length,
+  }));
+}
+
+/** Makes a call on a channel and resolves with what its row shows. */
+async function callShown(page, channel, text) {
+  await plant.request(channel, squareRootUuid, text);
+  return rowWith(page, `“${text}” 1`);
+}
+
+test('the page is ready within a second, with less than 300 kB in all', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  const loaded = await page.evaluate(() => {
+    const [navigation] = performance.getEntriesByType('navigation');
+    const files = performance.getEntriesByType('resource').filter((each) => !each.name.includes('/api/'));
+    return { size: [navigation, ...files].reduce((all, each) => all + each.decodedBodySize, 0), count: files.length };
+  });
+  assert.ok(loaded.count > 10, `${loaded.count} files`);
+  const withPlots = await (await fetch(`${web.url}/lib/dygraph.min.js`)).text();
+  assert.ok(loaded.size + withPlots.length <= 300_000, `${loaded.size} + ${withPlots.length}`);
+  // The best of several, since other things run on the host of a test, too.
+  const times = [];
+  for (let i = 0; i < 5; i += 1) {
+    await page.reload();
+    await page.waitForSelector('html[data-ready]');
+    times.push(await page.evaluate(() => performance.now()));
+  }
+  assert.ok(Math.min(...times) < 1000, `${times}`);
+  await page.close();
+});
+
+test('a call is on the page within a second of its end', async () => {
+  const page = await browser.open(web.url, { view: '#/calls' });
+  await page.evaluate(() => {
+    globalThis.arrivals = {};
+    new MutationObserver((changes) => {
+      for (const node of changes.flatMap((change) => [...change.addedNodes])) {
+        if (node.dataset?.call) {
+          globalThis.arrivals[node.dataset.call] = Date.now();
+        }
+      }
+    }).observe(document.querySelector('table.calls tbody'), { childList: true });
+  });
+  const delays = [];
+  for (const number of [21, 22, 23]) {
+    const { call } = await callShown(page, 1, String(number));
+    const { calls } = await (await fetch(`${web.url}/api/calls`)).json();
+    const ended = Date.parse(calls.find((each) => each.call === call).ended);
+    delays.push(await page.evaluate((id) => globalThis.arrivals[id], call) - ended);
+  }
+  assert.ok(Math.min(...delays) < 1000, `${delays} ms`);
+  await page.close();
+});
+
+test('HTML and escapes in a request are text', async () => {
+  const page = await browser.open(web.url, { view: '#/calls' });
+  await plant.request(1, squareRootUuid, '<img src=x onerror=alert(1)><b>\u001b[31m', 7);
+  const shown = await rowWith(page, '<b>\\x1b[31m” 7');
+  assert.equal(shown.markup, 0);
+  assert.match(shown.text, /<img src=x onerror=alert\(1\)>/);
+  await page.goto(`${web.url}/#/calls/${shown.call}`);
+  await awaitText(page, '.steps td', /<img src=x/);
+  assert.equal(await page.$$eval('main img, main b', (nodes) => nodes.length), 0);
+  await page.close();
+});
+
+test('the waterfall of a call has the steps that log timeline prints', async () => {
+  recording = plant.file('run.mcap');
+  const recorder = plant.recorder(recording);
+  await recorder.ready();
+  const page = await browser.open(web.url, { view: '#/calls' });
+  const { call } = await callShown(page, 1, '1764');
+  await recorder.stop();
+  const wanted = JSON.parse(await plant.millrace('log', 'timeline', '--json', recording, call));
+  await page.click(`tr[data-call="${call}"] a`);
+  await awaitText(page, 'h1', new RegExp(call));
+  await page.waitForSelector('.steps tbody tr[data-hop="written back"]');
+  const steps = await page.$$eval('.steps tbody tr[data-hop]', (rows) => rows.map((each) => ({
+    time: each.cells[0].textContent, hop: each.dataset.hop, attempt: Number(each.dataset.attempt), what: each.cells[4].textContent,
+  })));
+  const micros = (time) => `${time.slice(11, 19)}.${(time.split('.')[1] ?? 'Z').slice(0, -1).padEnd(6, '0').slice(0, 6)}`;
+  assert.deepEqual(steps, wanted.steps.map((step) => ({
+    time: micros(step.time),
+    hop: step.hop,
+    attempt: step.attempt,
+    what: `${step.text === undefined ? '' : `“${step.text}” state ${step.state}`}${step.detail ? `${step.text === undefined ? '' : '  '}${step.detail}` : ''}`,
+  })));
+  assert.ok(steps.length >= 7, JSON.stringify(steps));
+  // One lane for the gateway, one for the attempt, with every part of the way.
+  assert.deepEqual(await page.$$eval('.lane', (lanes) => lanes.map((lane) => lane.dataset.attempt)), ['0', '1']);
+  assert.deepEqual(await page.$$eval('.lane[data-attempt="1"] .bar', (bars) => bars.map((bar) => bar.dataset.part)),
+    ['toService', 'queue', 'work', 'toGateway']);
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'call');
+  await page.close();
+});
+
+test('the filter of calls is in the address and shows what fits', async () => {
+  const slow = await plant.slowService();
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await plant.request(2, slowUuid, 'never mind');
+  await page.waitForSelector('[data-channel="cnc/2"][data-state="running"]');
+  await plant.withdraw(2);
+  await page.waitForSelector('[data-channel="cnc/2"][data-state="idle"]');
+  await page.goto(`${web.url}/#/calls`);
+  await callShown(page, 2, '49');
+  await callShown(page, 1, '64');
+  await page.goto(`${web.url}/#/calls?failed=1&channel=2&machine=cnc`);
+  await awaitText(page, 'tr[data-call] .cell-request', /never mind/);
+  await awaitText(page, 'tr[data-call] .cell-result', /withdrawn/);
+  const rows = await page.$$eval('tr[data-call]', (all) => all.map((each) => [each.querySelector('.cell-channel').textContent, each.dataset.failed]));
+  assert.deepEqual(rows, [['cnc/2', 'true']]);
+  await slow.stop();
+  await page.close();
+});
+
+test('a service that is killed turns its row, and the channel that calls it', async () => {
+  const doomed = await plant.squareRoot('--name', 'doomed', '--uuid', '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10');
+  const page = await browser.open(web.url, { view: '#/services' });
+  await awaitText(page, 'article.service[data-level="fine"] .service-name', /doomed/);
+  await doomed.stop('SIGKILL');
+  await awaitText(page, 'article.service[data-level="person"] .service-name', /doomed/, 5000);
+  await awaitText(page, 'tr[data-state="gone"] .cell-state', /gone at/);
+  await page.goto(`${web.url}/#/plant`);
+  await plant.request(3, '9d2b7c55-4e1f-4a53-8f0e-6a1f0c3b2d10', '2');
+  await page.waitForSelector('[data-channel="cnc/3"][data-state="unserved"]');
+  await awaitText(page, '.concern[data-kind="unserved"] .concern-name', /^cnc\/3$/);
+  await awaitText(page, '.headline h1', /1 channel needs somebody/);
+  assert.match(await page.title(), /^\(1\) Plant/);
+  assert.match(await textOf(page, '.concern .todo'), /Start the service/);
+  await picture(page, 'unserved');
+  await plant.withdraw(3);
+  await page.waitForSelector('[data-channel="cnc/3"][data-state="idle"]');
+  await awaitText(page, '.headline h1', /All is well/);
+  await page.close();
+});
+
+test('without permission to act there is no button that acts, and no login', async () => {
+  const page = await browser.open(web.url, { view: '#/services' });
+  await awaitText(page, '.service-name', /root one|square/);
+  assert.deepEqual(await page.$$eval('[data-action], .account button', (all) => all.length), 0);
+  await page.close();
+});
+
+test('the page speaks German to who reads German', async () => {
+  const page = await browser.open(web.url, { view: '#/plant', language: 'de-CH' });
+  await awaitText(page, '.headline h1', /Alles in Ordnung/);
+  assert.equal(await page.evaluate(() => document.documentElement.lang), 'de');
+  await page.close();
+});
+
+test('the keyboard reaches each view, and a call opens with it', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  const active = () => page.evaluate(() => document.activeElement.textContent);
+  await page.keyboard.press('Tab');
+  assert.match(await active(), /To the content/);
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Tab');
+  assert.match(await active(), /Calls/);
+  await page.keyboard.press('Enter');
+  await awaitText(page, 'h1', /^Calls$/);
+  await page.waitForSelector('tr[data-call] a');
+  await page.focus('tr[data-call] a');
+  await page.keyboard.press('Enter');
+  await awaitText(page, 'h1', /^Call .+-\d+$/);
+  assert.match(await active(), /^Call /);
+  await page.close();
+});
+
+test('the wall shows the plant alone and needs no scrolling', async () => {
+  const page = await browser.open(web.url, { query: '?wall', width: 1920, height: 1080, dark: true });
+  await awaitText(page, '.headline h1', /All is well/);
+  assert.equal(await page.$('nav.tabs'), null);
+  assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight));
+  const size = await page.$eval('.headline h1', (node) => Number.parseFloat(getComputedStyle(node).fontSize));
+  assert.ok(size >= 72, `${size} px are too small for three metres`);
+  await picture(page, 'wall');
+  await page.close();
+});
+
+for (const [view, ready] of [['plant', '.machine'], ['services', '.plot canvas'], ['calls', 'tr[data-call]'], ['doctor', '.finding']]) {
+  for (const dark of [false, true]) {
+    test(`axe finds nothing in the view ${view}, ${dark ? 'dark' : 'light'}`, async () => {
+      const page = await browser.open(web.url, { view: `#/${view}`, dark });
+      await page.waitForSelector(ready);
+      assert.deepEqual(await violations(page), []);
+      await picture(page, `${view}-${dark ? 'dark' : 'light'}`);
+      await page.setViewport({ width: 390, height: 844 });
+      assert.deepEqual(await violations(page), []);
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'wider than a phone');
+      await picture(page, `${view}-phone-${dark ? 'dark' : 'light'}`);
+      await page.close();
+    });
+  }
+}
+
+test('recordings have their summary, their calls and their waterfalls', async () => {
+  const shelf = await plant.web({ flags: ['--recordings', plant.folder] });
+  const page = await browser.open(shelf.url, { view: '#/recordings' });
+  await awaitText(page, '.recordings th a', /run\.mcap/);
+  assert.deepEqual(await violations(page), []);
+  await page.click('.recordings th a');
+  await awaitText(page, '.recording-facts', /closed/);
+  await page.waitForSelector('.hops tbody tr');
+  await page.waitForSelector('tr[data-call]');
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'recording');
+  await page.click('tr[data-call] a');
+  await page.waitForSelector('.steps tbody tr[data-hop="written back"]');
+  await until(async () => (await page.$$('.lane')).length === 2, 'the waterfall of a recorded call');
+  await page.close();
+});

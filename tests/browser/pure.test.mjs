@@ -1,0 +1,221 @@
+// The page's parts that decide and draw nothing: what is known, what needs somebody, where a step stands in time, and
+// that both languages say everything.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { assess, concernName, stateOf } from './page/attention.js';
+import { keptCalls, Model } from './page/model.js';
+import german from './page/texts/de.js';
+import english from './page/texts/en.js';
+import { age, duration, fineClock, milliseconds } from './page/time.js';
+import { layOut, ticks } from './page/waterfall.js';
+
+const noon = Date.UTC(2026, 2, 1, 12);
+const iso = (ms) => new Date(ms).toISOString();
+
+/** The keys of nested texts with what each is: "plant.well text", "plant.needs 1". */
+function keysOf(texts, prefix = '') {
+  return Object.entries(texts).flatMap(([key, value]) => {
+    if (typeof value === 'object') {
+      return keysOf(value, `${prefix}${key}.`);
+    }
+    return [`${prefix}${key} ${typeof value === 'function' ? value.length : 'text'}`];
+  }).sort();
+}
+
+test('German and English have the same texts with the same values in them', () => {
+  assert.deepEqual(keysOf(german), keysOf(english));
+});
+
+test('no text is empty, and each state has a word of its own', () => {
+  for (const texts of [english, german]) {
+    const words = Object.values(texts.states);
+    assert.equal(new Set(words).size, words.length);
+    assert.ok(words.every((word) => word.trim()));
+  }
+});
+
+test('times keep their microseconds', () => {
+  const at = milliseconds('2026-03-01T07:00:00.123456Z');
+  assert.ok(Math.abs(at - Date.UTC(2026, 2, 1, 7) - 123.456) < 1e-3);
+  assert.equal(fineClock(at).slice(-10), '00.123456'.padStart(10, ':'));
+  assert.ok(Number.isNaN(milliseconds(undefined)));
+  assert.ok(Number.isNaN(milliseconds('<script>')));
+});
+
+test('durations have three digits and a unit', () => {
+  assert.deepEqual([0.395, 1.234, 45.67, 45_600, 185_000, 7_800_000].map(duration),
+    ['395 µs', '1.23 ms', '45.7 ms', '45.6 s', '3 min 05 s', '2 h 10 min']);
+  assert.equal(age(-5000), '0 s', 'a clock that is ahead');
+});
+
+const about = (started = noon, time = noon) => ({ started: iso(started), time: iso(time), fabric: 'test' });
+const call = (number) => ({ call: `a-${number}`, machine: 'cnc', channel: 1, ended: iso(noon + number) });
+
+test('changes replace what they name and leave the rest', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about(), channels: [{ machine: 'cnc', channel: 1, calls: 1 }, { machine: 'cnc', channel: 2, calls: 1 }] }, 0);
+  sut.takeChanges({ time: iso(noon), channels: [{ machine: 'cnc', channel: 2, calls: 5 }] }, 0);
+  assert.deepEqual(sut.channelsOf('cnc').map((channel) => channel.calls), [1, 5]);
+});
+
+test('the server\'s clock counts, not the browser\'s', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about() }, noon - 3_600_000);
+  assert.equal(sut.now(noon - 3_600_000 + 500), noon + 500);
+});
+
+test('while the connection is lost time stands still', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about() }, 1000);
+  sut.lose(9000);
+  assert.equal(sut.now(60_000), noon);
+  assert.ok(sut.isLost);
+});
+
+test('a list of calls says what it lacks', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about(), calls: [call(1)] }, 0);
+  sut.takeChanges({ time: iso(noon), calls: [call(2), call(3)], skipped: 40 }, 0);
+  assert.deepEqual(sut.calls.map((row) => row.call ?? row.skipped), ['a-3', 'a-2', 40, 'a-1']);
+});
+
+test('a time without data stands in the list unless every call of it is there', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about(), calls: [call(1)] }, 0);
+  sut.lose(1000);
+  sut.takeSnapshot({ about: about(), calls: [call(2), call(1)] }, 5000);
+  assert.deepEqual(sut.calls.map((row) => row.call), ['a-2', 'a-1']);
+  sut.lose(6000);
+  sut.takeSnapshot({ about: about(), calls: [call(9), call(8)] }, 9000);
+  assert.deepEqual(sut.calls.map((row) => row.call ?? row.gap), ['a-9', 'a-8', { from: 5000, to: 9000 }, 'a-2', 'a-1']);
+});
+
+test('another server is told from the same one', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about() }, 0);
+  sut.lose(1000);
+  sut.takeSnapshot({ about: about(noon + 1) }, 2000);
+  assert.deepEqual(sut.gap, { from: 0, to: 2000, otherServer: true });
+});
+
+test('the list of calls is bounded', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about() }, 0);
+  for (let i = 0; i < keptCalls; i += 1) {
+    sut.takeChanges({ time: iso(noon), calls: [call(2 * i), call(2 * i + 1)], skipped: 1 }, 0);
+  }
+  assert.equal(sut.calls.length, keptCalls);
+});
+
+test('an instance that is gone stays for a while, and its service comes first', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about(), services: [{ instance: '1', uuid: 'u', name: 'a' }, { instance: '2', uuid: 'v', name: 'b' }] }, 0);
+  sut.takeChanges({ time: iso(noon), gone: { services: ['2'] } }, 0);
+  assert.deepEqual(sut.servicesByUuid().map((group) => [group.name, group.here]), [['b', 0], ['a', 1]]);
+  sut.takeChanges({ time: iso(noon + 3_600_000) }, 3_600_000);
+  assert.deepEqual(sut.servicesByUuid().map((group) => group.name), ['a']);
+});
+
+const machine = (channels, links = [{ connected: true, gateway_host: 'here' }]) => ({
+  name: 'cnc', links, channels: channels.map((channel, i) => ({ machine: 'cnc', channel: i + 1, link: 'up', since: iso(noon), ...channel })),
+});
+const kinds = (plant, after) => assess(plant, noon + after).concerns.map((concern) => [concernName(concern), concern.kind, concern.level]);
+
+test('who must act at once comes before what is worth a look', () => {
+  const plant = [machine([{ channel_state: 'waiting' }, { channel_state: 'unserved' }, { channel_state: 'idle' }, { channel_state: 'held' }])];
+  assert.deepEqual(kinds(plant, 10_000), [['cnc/4', 'held', 'person'], ['cnc/2', 'unserved', 'person'], ['cnc/1', 'waiting', 'look']]);
+});
+
+test('a queue of a moment needs nobody, a long one does', () => {
+  const plant = [machine([{ channel_state: 'waiting' }])];
+  assert.deepEqual([1000, 10_000, 70_000].map((after) => assess(plant, noon + after).level), ['fine', 'look', 'person']);
+});
+
+test('a call that runs beyond its time is worth a look', () => {
+  const channel = { channel_state: 'running', link: 'up', reason: 'no answer within 30 s; the program waits on' };
+  assert.equal(stateOf(channel), 'stuck');
+  assert.equal(stateOf({ ...channel, reason: '' }), 'running');
+});
+
+test('a link that is down is one concern with all its channels, since the link went', () => {
+  const links = [{ connected: false, since: iso(noon - 5000), reason: 'refused', gateway_host: 'here' }];
+  const plant = [machine([{ channel_state: 'link down' }, { channel_state: 'link down' }], links)];
+  const { concerns, counts } = assess(plant, noon);
+  assert.equal(concerns.length, 1);
+  assert.equal(concerns[0].since, noon - 5000);
+  assert.equal(concerns[0].reason, 'refused');
+  assert.equal(counts.person, 2);
+});
+
+test('a machine that was never reached is a concern, too; one that has a second gateway is none', () => {
+  const down = { connected: false, since: iso(noon), reason: 'refused', gateway_host: 'here' };
+  assert.deepEqual(kinds([machine([], [down])], 0), [['cnc', 'link down', 'person']]);
+  assert.deepEqual(kinds([machine([], [down, { connected: true, gateway_host: 'there' }])], 0), []);
+});
+
+test('a state that nobody knows yet is worth a look', () => {
+  assert.deepEqual(kinds([machine([{ channel_state: 'dreaming' }])], 0), [['cnc/1', 'unknown', 'look']]);
+});
+
+const step = (at, hop, attempt, more = {}) => ({ time: iso(noon + at), hop, attempt, by_service: false, ...more });
+
+test('attempts stand beside each other, and a lost one is all waiting', () => {
+  const { lanes, start, end, ended } = layOut({
+    steps: [step(0, 'seen by the gateway', 0), step(1, 'dispatched', 1), step(500, 'instance lost', 1), step(510, 'dispatched', 2),
+      step(511, 'received by the instance', 2, { by_service: true }), step(512, 'handler started', 2, { by_service: true }),
+      step(520, 'answered by the instance', 2, { by_service: true }), step(521, 'reply at the gateway', 2), step(525, 'written back', 2)],
+  });
+  assert.equal(end - start, 525);
+  assert.ok(ended);
+  const bars = lanes.map((lane) => lane.bars.map((bar) => [bar.part, bar.from - noon, bar.to - noon]));
+  assert.deepEqual(bars, [
+    [['find', 0, 1], ['find', 500, 510], ['writeBack', 521, 525]],
+    [['wait', 1, 500]],
+    [['toService', 510, 511], ['queue', 511, 512], ['work', 512, 520], ['toGateway', 520, 521]]]);
+});
+
+test('a service whose clock is ahead stands where it must have been', () => {
+  const { steps } = layOut({
+    steps: [step(0, 'dispatched', 1), step(9000, 'received by the instance', 1, { by_service: true }), step(10, 'reply at the gateway', 1)],
+  });
+  assert.equal(steps[1].at - noon, 10);
+});
+
+test('a call under way reaches to now', () => {
+  const { end, ended, lanes } = layOut({ steps: [step(0, 'seen by the gateway', 0), step(1, 'no instance serves it', 0)] }, noon + 4000);
+  assert.equal(end - noon, 4000);
+  assert.ok(!ended);
+  assert.deepEqual(lanes[0].bars.at(-1), { part: 'unserved', from: noon + 1, to: noon + 4000 });
+});
+
+test('an empty timeline draws nothing', () => {
+  assert.deepEqual(layOut({ steps: [] }).lanes, []);
+});
+
+test('an axis has round steps', () => {
+  assert.deepEqual(ticks(940), [0, 200, 400, 600, 800]);
+  assert.deepEqual(ticks(0), [0]);
+  assert.ok(ticks(0.0123).length <= 6);
+});
+
+test('a gateway that was started anew takes the place of its predecessor', () => {
+  const sut = new Model();
+  const link = (gateway, host, connected) => ({ machine: 'cnc', gateway, gateway_host: host, connected, since: iso(noon) });
+  sut.takeSnapshot({ about: about(), machines: [link('old', 'here', true)] }, 0);
+  sut.takeChanges({ time: iso(noon), machines: [link('old', '', false)] }, 0);
+  assert.deepEqual(kinds(sut.plant(), 0), [['cnc', 'gone', 'person']]);
+  sut.takeChanges({ time: iso(noon), machines: [link('new', 'here', true)] }, 0);
+  assert.deepEqual(sut.plant()[0].links.map((each) => each.gateway), ['new']);
+});
+
+test('a service is called what its instances have in common', () => {
+  const nameOf = (...names) => {
+    const sut = new Model();
+    sut.takeSnapshot({ about: about(), services: names.map((name, i) => ({ instance: String(i), uuid: 'u', name })) }, 0);
+    return sut.servicesByUuid()[0].name;
+  };
+  assert.equal(nameOf('square root 1', 'square root 2'), 'square root');
+  assert.equal(nameOf('gauge 7'), 'gauge 7');
+  assert.equal(nameOf('gauge', 'mail'), 'gauge');
+  assert.equal(nameOf(''), '');
+});

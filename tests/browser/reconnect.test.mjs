@@ -1,0 +1,86 @@
+// What the page shows while something is away, and how it comes back: nothing that is old looks as if it were new.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { awaitText, Browser, picture, violations } from './browser.mjs';
+import { Plant, squareRootUuid, until } from './plant.mjs';
+
+const plant = await Plant.start();
+let browser;
+let web;
+let gateway;
+
+before(async () => {
+  browser = await Browser.start();
+  await plant.cnc();
+  gateway = await plant.gateway();
+  await plant.squareRoot();
+  web = await plant.web();
+});
+
+after(async () => {
+  await browser?.stop();
+  await plant.stop();
+});
+
+const isWell = (page) => awaitText(page, '.headline h1', /All is well/);
+
+test('a page that is loaded again shows the same', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await isWell(page);
+  await page.reload();
+  await isWell(page);
+  assert.deepEqual(browser.complaints, []);
+  await page.close();
+});
+
+test('while millrace web is away the page says since when it knows nothing, and afterwards what it missed', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await isWell(page);
+  await web.stop('SIGKILL');
+  await awaitText(page, '.lost', /No data since \d\d:\d\d:\d\d/, 8000);
+  await awaitText(page, '.headline h1', /not known/);
+  assert.match(await page.title(), /^\(\?\)/);
+  assert.equal(await page.$eval('main', (node) => getComputedStyle(node).filter), 'grayscale(1)');
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'lost');
+  await plant.request(2, squareRootUuid, '81');
+  web = await plant.web({ port: web.port });
+  await awaitText(page, '.again', /No data from .* to .*started anew/);
+  await isWell(page);
+  await page.waitForFunction(() => document.querySelector('.lost').hidden);
+  await page.click('.again button');
+  await page.waitForFunction(() => document.querySelector('.again').hidden);
+  browser.forgetUnreachable();
+  assert.deepEqual(browser.complaints, []);
+  await page.close();
+});
+
+test('a list of calls has a row where data is missing', async () => {
+  const page = await browser.open(web.url, { view: '#/calls' });
+  await plant.request(1, squareRootUuid, '25');
+  await awaitText(page, 'tr[data-call] .cell-request', /25/);
+  await web.stop();
+  await awaitText(page, '.lost', /No data since/, 8000);
+  web = await plant.web({ port: web.port });
+  await awaitText(page, 'tr[data-missing="gap"]', /no data from \d\d:\d\d:\d\d to/);
+  await awaitText(page, 'tr[data-call] .cell-request', /25/);
+  browser.forgetUnreachable();
+  assert.deepEqual(browser.complaints, []);
+  await page.close();
+});
+
+test('a gateway that is gone is told from one that works, and its return is seen', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await isWell(page);
+  await gateway.stop('SIGKILL');
+  await awaitText(page, '.concern[data-kind="gone"] .concern-name', /^cnc$/);
+  await awaitText(page, '.concern .who', /gateways/);
+  assert.deepEqual(await violations(page), []);
+  await picture(page, 'gateway-gone');
+  gateway = await plant.gateway();
+  await isWell(page);
+  await plant.request(1, squareRootUuid, '36');
+  await until(async () => (await (await fetch(`${web.url}/api/calls`)).json()).calls.some((call) => call.request === '36'), 'a call by the new gateway');
+  assert.deepEqual(browser.complaints, []);
+  await page.close();
+});

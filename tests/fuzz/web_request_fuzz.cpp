@@ -1,0 +1,72 @@
+// Foreign requests: from the bytes of a request to what is answered, without the sockets. Nothing
+// that comes out may be a command unless a session that is open asked for it.
+#include <cassert>
+#include <cstdint>
+#include <string>
+
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/string_body.hpp>
+
+#include "tools/web/gate/gate.hpp"
+#include "tools/web/http/site.hpp"
+#include "tools/web/live/head.hpp"
+#include "tools/web/live/request_of.hpp"
+
+namespace {
+
+using namespace millrace::tools::web;
+
+struct Server {
+  plant::Plant plant{{}};
+  http::Pages pages;
+  int secrets = 0;
+  gate::Gate gate{
+      {.users = {{"anna", {.name = "anna", .may = {millrace::fabric::CommandKind::answer}}}}},
+      [](const millrace::fabric::Command&) { return std::optional<millrace::fabric::Outcome>(); },
+      [this] { return "s" + std::to_string(++secrets); },
+      millrace::base::program::no_log()};
+  http::Site site{{.plant = plant,
+                   .pages = pages,
+                   .recordings = std::make_shared<http::Recordings>("/nonexistent"),
+                   .metrics = [] { return std::string(); },
+                   .desk = &gate}};
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static Server server;
+  boost::beast::http::request_parser<boost::beast::http::string_body> parser;
+  parser.eager(true);
+  parser.header_limit(16 * 1024);
+  parser.body_limit(16 * 1024);
+  boost::system::error_code error;
+  const auto read = parser.put(boost::asio::buffer(data, size), error);
+  if (error || !parser.is_header_done()) {
+    return 0;
+  }
+  http::Request request = live::request_of(parser.get(), "127.0.0.1");
+  // Whatever follows the header, however long it said that is.
+  request.body.assign(reinterpret_cast<const char*>(data) + read, size - read);
+  const http::Outcome outcome = server.site.answer(request, {});
+  if (const auto* response = std::get_if<http::Response>(&outcome)) {
+    const std::string head = live::head_text(*response, {.length = response->body->size()});
+    // One header: nothing foreign has ended it.
+    assert(head.find("\r\n\r\n") == head.size() - 4);
+    assert(response->status >= 200 && response->status < 600);
+  } else if (const auto* later = std::get_if<http::Later>(&outcome)) {
+    if (later->lane == http::Lane::recordings) {
+      assert(later->work()().status >= 400);
+    } else {
+      // Nobody is logged in.
+      assert(request.target.find("login") != std::string::npos ||
+             later->lane == http::Lane::doctor);
+    }
+  } else {
+    assert(std::holds_alternative<http::StreamLive>(outcome));
+  }
+  static_cast<void>(gate::command_of("answer", request.body));
+  static_cast<void>(gate::command_of("retry", request.body));
+  static_cast<void>(gate::command_of("drain", request.body));
+  return 0;
+}

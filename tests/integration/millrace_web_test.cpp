@@ -1,0 +1,292 @@
+// `millrace web` beside the real programs: what it tells, who may act, and what foreign input does
+// to it.
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
+#include "tests/support/http_client.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+class TheWeb : public testing::Test {
+ protected:
+  void start_web(const Flags& flags = {}) {
+    Flags command{"web", "--listen", "127.0.0.1:0"};
+    command.insert(command.end(), flags.begin(), flags.end());
+    sut.emplace(chain.millrace(command));
+    port = static_cast<std::uint16_t>(
+        std::stoi(sut->await("^ready: .* at http://127\\.0\\.0\\.1:(\\d+)/").at(1)));
+  }
+  /// A program in channel 1 that calls all the time, and whom it calls.
+  void start_calls() {
+    service.emplace(chain.square_root({"--name", "sq1"}));
+    cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+    gateway.emplace(chain.gateway());
+  }
+  /// A call of channel 1 whose at-most-once instance is lost.
+  void hold_a_call() {
+    service.emplace(chain.slow_service({"--work", "100000", "--delivery", "at-most-once"}));
+    cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"}));
+    gateway.emplace(chain.gateway());
+    await("the call to be held", [&] {
+      const auto channels = get("/api/channels");
+      const auto state = state_of_channel_1(channels);
+      if (state == "running" && service) {
+        service->kill();
+        service.reset();
+      }
+      return state == "held";
+    });
+  }
+  static std::string state_of_channel_1(const boost::json::value& channels) {
+    for (const auto& channel : channels.as_array()) {
+      if (channel.at("channel") == 1) {
+        return channel.at("channel_state").as_string().c_str();
+      }
+    }
+    return {};
+  }
+  [[nodiscard]] boost::json::value get(const std::string& target) const {
+    const HttpAnswer answer = HttpClient(port).get(target);
+    EXPECT_EQ(answer.status, 200) << target << ": " << answer.body;
+    return boost::json::parse(answer.body);
+  }
+  Chain chain;
+  std::optional<Process> service;
+  std::optional<Process> cnc;
+  std::optional<Process> gateway;
+  std::optional<Process> sut;
+  std::uint16_t port = 0;
+};
+
+TEST_F(TheWeb, TellsABrowserEverythingOnceAndThenWhatChanges) {
+  start_web();
+  start_calls();
+  HttpEvents events(port, "/api/live");
+  const HttpEvent first = events.next();
+  EXPECT_EQ(first.name, "snapshot");
+  EXPECT_TRUE(boost::json::parse(first.data).as_object().contains("about"));
+  const HttpEvent call = events.await([](const HttpEvent& event) {
+    return event.name == "changes" && event.data.find("\"calls\":[") != std::string::npos;
+  });
+  const auto changes = boost::json::parse(call.data);
+  const auto& ended = changes.at("calls").at(0);
+  EXPECT_EQ(ended.at("machine"), "cnc");
+  EXPECT_EQ(ended.at("end"), "written");
+  EXPECT_EQ(ended.at("service"), "sq1");
+
+  service->kill();
+  const std::string gone = R"("gone":{"services":[)";
+  events.await([&](const HttpEvent& event) { return event.data.find(gone) != std::string::npos; });
+  events.await([](const HttpEvent& event) {
+    return event.data.find(R"("channel_state":"unserved")") != std::string::npos ||
+           event.data.find(R"("channel_state":"waiting")") != std::string::npos;
+  });
+
+  sut->terminate();
+  events.await([](const HttpEvent& event) { return event.name == "bye"; });
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+}
+
+TEST_F(TheWeb, TellsWhatTheCommandsTell) {
+  start_web();
+  start_calls();
+  await("a call", [&] { return !get("/api/calls").at("calls").as_array().empty(); });
+  Process services = chain.millrace({"services", "--json"});
+  ASSERT_EQ(services.wait(), 0);
+  const auto by_command = boost::json::parse(services.output());
+  boost::json::value by_web;
+  // Load and times of an instance are told by its beats, some times a second.
+  await("all that the command says", [&] {
+    by_web = get("/api/services");
+    const auto& fields = by_command.at(0).as_object();
+    return std::all_of(fields.begin(), fields.end(), [&](const auto& field) {
+      return by_web.at(0).as_object().contains(field.key());
+    });
+  });
+  for (const char* name : {"instance", "uuid", "name", "host", "pid", "version", "concurrency"}) {
+    EXPECT_EQ(by_web.at(0).at(name), by_command.at(0).at(name)) << name;
+  }
+  EXPECT_EQ(get("/api/machines").at(0).at("connected"), true);
+  EXPECT_EQ(get("/api/doctor").at("fabric"), "millrace");
+}
+
+TEST_F(TheWeb, ShowsTheSameTimelineOfACallAsTheLog) {
+  const auto recordings = chain.folder() / "recordings";
+  std::filesystem::create_directory(recordings);
+  start_web({"--recordings", recordings.string()});
+  const auto file = recordings / "run.mcap";
+  Process recorder = chain.millrace({"record", "-o", file.string()});
+  recorder.await("^ready: ");
+  start_calls();
+  await("calls", [&] { return get("/api/calls").at("calls").as_array().size() >= 20; });
+  const auto calls = get("/api/calls").at("calls").as_array();
+  const std::string call = calls.at(10).at("call").as_string().c_str();
+  const auto live = get("/api/calls/" + call);
+  recorder.terminate();
+  ASSERT_EQ(recorder.wait(), 0) << recorder.error_output();
+
+  Process log = chain.millrace({"log", "timeline", "--json", file.string(), call});
+  ASSERT_EQ(log.wait(), 0) << log.error_output();
+  const auto logged = boost::json::parse(log.output());
+  EXPECT_EQ(live, logged);
+  EXPECT_EQ(get("/api/recordings/run.mcap/calls/" + call), logged);
+
+  EXPECT_EQ(get("/api/recordings").at("recordings").at(0).at("name"), "run.mcap");
+  EXPECT_EQ(get("/api/recordings/run.mcap").at("closed"), true);
+  const auto page = get("/api/recordings/run.mcap/calls?limit=5&skip=2");
+  EXPECT_EQ(page.at("calls").as_array().size(), 5U);
+  EXPECT_EQ(page.at("more"), true);
+  EXPECT_EQ(HttpClient(port).get("/api/recordings/run.mcap/file").body.size(),
+            std::filesystem::file_size(file));
+}
+
+TEST_F(TheWeb, LetsAUserRetryOrAnswerAHeldCallAndTheProgramEnds) {
+  const auto file = chain.folder() / "web.textproto";
+  Process hash({"/bin/sh", "-c", "printf secret | " + binary("millrace") + " web --hash-password"});
+  ASSERT_EQ(hash.wait(), 0) << hash.error_output();
+  std::string line = hash.output();
+  line.erase(line.find('\n'));
+  std::ofstream(file) << "user { name: \"anna\" password_hash: \"" << line << "\" }\n";
+  std::filesystem::permissions(file, std::filesystem::perms(0600));
+  start_web({"--allow-actions", file.string()});
+  Process watcher = chain.millrace({"record", "-o", (chain.folder() / "who.mcap").string()});
+  watcher.await("^ready: ");
+  hold_a_call();
+
+  const auto channels = get("/api/channels");
+  std::string call;
+  for (const auto& channel : channels.as_array()) {
+    if (channel.at("channel") == 1) {
+      call = channel.at("call").as_string().c_str();
+    }
+  }
+  const std::string body = R"({"machine": "cnc", "channel": 1, "call": ")" + call +
+                           R"(", "response": "by hand", "state": 7})";
+  HttpClient browser(port);
+  EXPECT_EQ(browser.post("/api/actions/answer", body).status, 401);
+  EXPECT_EQ(browser.post("/api/login", R"({"user": "anna", "password": "Secret"})").status, 401);
+  const HttpAnswer login = browser.post("/api/login", R"({"user": "anna", "password": "secret"})");
+  ASSERT_EQ(login.status, 200) << login.body;
+  std::string cookie = login.field("Set-Cookie");
+  cookie.erase(cookie.find(';'));
+  const std::string token = boost::json::parse(login.body).at("token").as_string().c_str();
+  const std::string by_anna = "Cookie: " + cookie + "\r\nX-Millrace-Token: " + token + "\r\n";
+  EXPECT_EQ(browser.post("/api/actions/answer", body, "Cookie: " + cookie + "\r\n").status, 403);
+  EXPECT_EQ(browser
+                .post("/api/actions/answer", body,
+                      by_anna + "Origin: http://evil.example\r\nSec-Fetch-Site: cross-site\r\n")
+                .status,
+            403);
+  const HttpAnswer done = browser.post("/api/actions/answer", body, by_anna);
+  EXPECT_EQ(done.status, 200) << done.body;
+  EXPECT_EQ(boost::json::parse(done.body).at("done"), true) << done.body;
+  EXPECT_EQ(cnc->wait(), 0) << cnc->error_output();
+  sut->await_error("anna: answer of call .* of cnc/1: done");
+  gateway->await_error("anna@.*/web");
+  watcher.terminate();
+  ASSERT_EQ(watcher.wait(), 0);
+  Process who = chain.millrace(
+      {"log", "cat", "--json", "--kind", "command", (chain.folder() / "who.mcap").string()});
+  ASSERT_EQ(who.wait(), 0);
+  EXPECT_THAT(who.output(), HasSubstr("anna@"));
+}
+
+TEST_F(TheWeb, GivesPrometheusItsNumbers) {
+  start_web();
+  start_calls();
+  await("a call", [&] {
+    return HttpClient(port).get("/metrics").body.find("result=\"answered\"") != std::string::npos;
+  });
+  const HttpAnswer answer = HttpClient(port).get("/metrics");
+  EXPECT_EQ(answer.field("Content-Type"), "text/plain; version=0.0.4; charset=utf-8");
+  EXPECT_THAT(answer.body, HasSubstr("millrace_link_up{machine=\"cnc\"} 1"));
+  EXPECT_THAT(answer.body, HasSubstr("millrace_call_hop_duration_seconds_bucket{"));
+  EXPECT_THAT(answer.body, HasSubstr("process_cpu_seconds_total"));
+}
+
+class ForeignInput : public TheWeb {
+ protected:
+  void SetUp() override { start_web(); }
+  void TearDown() override {
+    EXPECT_EQ(HttpClient(port).get("/healthz").status, 200);
+    sut->terminate();
+    EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+  }
+};
+
+TEST_F(ForeignInput, OfAThousandIdleConnectionsKeepsNobodyOut) {
+  std::vector<std::unique_ptr<HttpClient>> idle;
+  for (int i = 0; i < 1000; ++i) {
+    idle.push_back(std::make_unique<HttpClient>(port));
+  }
+  EXPECT_EQ(HttpClient(port).get("/api/about").status, 200);
+  EXPECT_TRUE(idle.front()->is_ended());
+}
+
+TEST_F(ForeignInput, OfAMegabyteOfHeaderIsRefused) {
+  HttpClient browser(port);
+  browser.send("GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(64U << 10U, 'x'));
+  EXPECT_EQ(browser.receive().status, 431);
+  EXPECT_TRUE(browser.is_ended());
+}
+
+TEST_F(ForeignInput, OfALongBodyIsRefused) {
+  HttpClient browser(port);
+  browser.send("POST /api/login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1048576\r\n\r\n");
+  EXPECT_EQ(browser.receive().status, 413);
+}
+
+TEST_F(ForeignInput, ThatIsNoHttpIsRefused) {
+  HttpClient browser(port);
+  browser.send(std::string("\x16\x03\x01\x02\x00 nonsense\r\n\r\n", 20));
+  EXPECT_EQ(browser.receive().status, 400);
+}
+
+TEST_F(ForeignInput, LeadsToNoFile) {
+  for (const char* target : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
+                             "/..%2f..%2fetc/passwd"}) {
+    HttpClient browser(port);
+    const HttpAnswer answer = browser.get(target);
+    EXPECT_GE(answer.status, 400) << target;
+    EXPECT_THAT(answer.body, Not(HasSubstr("root:")));
+  }
+}
+
+TEST_F(ForeignInput, OfABrowserThatDoesNotReadCostsNobodyAnything) {
+  start_calls();
+  HttpClient deaf(port);
+  deaf.send("GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  HttpEvents reader(port, "/api/live");
+  for (int i = 0; i < 20; ++i) {
+    reader.next();
+  }
+}
+
+TEST_F(TheWeb, IsNotOpenedToANetworkWithoutProtection) {
+  Process open = chain.millrace({"web", "--listen", "0.0.0.0:0"});
+  EXPECT_EQ(open.wait(), 2);
+  EXPECT_THAT(open.error_output(), HasSubstr("--tls-cert"));
+  Process half = chain.millrace({"web", "--listen", "127.0.0.1:0", "--tls-cert", "x.pem"});
+  EXPECT_EQ(half.wait(), 2);
+  Process wrong = chain.millrace({"web", "--listen", "localhost"});
+  EXPECT_EQ(wrong.wait(), 2);
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

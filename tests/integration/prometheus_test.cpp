@@ -1,0 +1,297 @@
+// Debian's Prometheus scrapes `millrace web` beside the real programs: what it counts is what was
+// called, and each alert begins with its cause and ends with it. The alerts wait for seconds here
+// instead of minutes.
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <regex>
+#include <sstream>
+
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
+#include "tests/support/http_client.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+constexpr const char* prometheus_binary = "/usr/bin/prometheus";
+
+/// A port that nobody has: Prometheus does not say which one it was given.
+std::uint16_t free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
+  ::close(socket);
+  return ntohs(address.sin_port);
+}
+
+std::string encoded(const std::string& text) {
+  std::ostringstream out;
+  for (const char character : text) {
+    out << '%' << std::hex << std::uppercase << (static_cast<unsigned>(character) >> 4U & 0xfU)
+        << (static_cast<unsigned>(character) & 0xfU);
+  }
+  return out.str();
+}
+
+class ThePrometheus : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!std::filesystem::exists(prometheus_binary)) {
+      GTEST_SKIP() << "Prometheus is not installed (package prometheus)";
+    }
+    web_port = free_port();
+    port = free_port();
+  }
+  void start_web(const Flags& flags = {}) {
+    Flags command{"web", "--listen", "127.0.0.1:" + std::to_string(web_port)};
+    command.insert(command.end(), flags.begin(), flags.end());
+    web.emplace(chain.millrace(command));
+    web->await("^ready: ");
+  }
+  void start_prometheus(const std::string& scheme = "http") {
+    std::ifstream shipped(MILLRACE_SOURCE "/deploy/prometheus/millrace.rules.yml");
+    std::string rules{std::istreambuf_iterator<char>(shipped), {}};
+    rules = std::regex_replace(rules, std::regex("for: \\w+"), "for: 1s");
+    rules = std::regex_replace(rules, std::regex("> 60\\)"), "> 2)");
+    std::ofstream(chain.folder() / "millrace.rules.yml") << rules;
+    std::ofstream(chain.folder() / "prometheus.yml")
+        << "global: {scrape_interval: 1s, evaluation_interval: 1s}\n"
+           "rule_files: [millrace.rules.yml]\n"
+           "scrape_configs:\n"
+           "  - job_name: millrace\n    scheme: "
+        << scheme
+        << "\n    tls_config: {insecure_skip_verify: true}\n"
+           "    static_configs: [{targets: [\"127.0.0.1:"
+        << web_port << "\"]}]\n";
+    sut.emplace(
+        Process({prometheus_binary, "--config.file=" + (chain.folder() / "prometheus.yml").string(),
+                 "--storage.tsdb.path=" + (chain.folder() / "tsdb").string(),
+                 "--web.listen-address=127.0.0.1:" + std::to_string(port)}));
+    sut->await_error("Server is ready to receive web requests");
+  }
+
+  /// The first sample of an expression; nothing if there is none.
+  [[nodiscard]] std::optional<double> value_of(const std::string& expression) const {
+    const auto answer = HttpClient(port).get("/api/v1/query?query=" + encoded(expression),
+                                             "Accept-Encoding: identity\r\n");
+    if (answer.status != 200) {
+      return std::nullopt;
+    }
+    const auto found = boost::json::parse(answer.body);
+    const auto& result = found.at("data").at("result").as_array();
+    return result.empty()
+               ? std::nullopt
+               : std::optional(std::atof(result.at(0).at("value").at(1).as_string().c_str()));
+  }
+  [[nodiscard]] bool fires(const std::string& alert) const {
+    return value_of("ALERTS{alertname=\"" + alert + "\",alertstate=\"firing\"}").has_value();
+  }
+  void expect_alert(const std::string& alert) const {
+    await(alert + " to fire", [&] { return fires(alert); });
+  }
+  void expect_no_alert(const std::string& alert) const {
+    await(alert + " to end", [&] { return !fires(alert); });
+  }
+
+  Chain chain;
+  std::optional<Process> service;
+  std::optional<Process> cnc;
+  std::optional<Process> gateway;
+  std::optional<Process> web;
+  std::optional<Process> sut;
+  std::uint16_t web_port = 0;
+  std::uint16_t port = 0;
+};
+
+TEST_F(ThePrometheus, CountsWhatWasCalled) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"}));
+  await("up", [&] { return value_of("up{job=\"millrace\"}") == 1.0; });
+  gateway.emplace(chain.gateway());
+  await("rate", [&] { return value_of("sum(rate(millrace_calls_total[30s]))") > 0.0; });
+  EXPECT_EQ(cnc->wait(), 0) << cnc->error_output();
+  const std::string calls = "sum(millrace_calls_total{result=\"answered\"})";
+  const std::string by_gateway = "sum(millrace_channel_calls_total{event=\"answered\"})";
+  await("both to agree", [&] {
+    const auto counted = value_of(calls);
+    return counted && counted > 0.0 && counted == value_of(by_gateway);
+  });
+  const auto timed =
+      value_of("sum(millrace_call_hop_duration_seconds_count{hop=\"total\"}) - " + calls);
+  EXPECT_EQ(timed, 0.0);
+  EXPECT_EQ(value_of("sum(millrace_observed_calls_total{seen!=\"complete\"})"), 0.0);
+}
+
+TEST_F(ThePrometheus, FindsTheMetricsWellNamed) {
+  start_web();
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+  gateway.emplace(chain.gateway());
+  await("calls", [&] {
+    return HttpClient(web_port).get("/metrics").body.find("answered\"}") != std::string::npos;
+  });
+  const auto file = chain.folder() / "metrics.txt";
+  std::ofstream(file) << HttpClient(web_port).get("/metrics").body;
+  Process promtool({"/bin/sh", "-c", "promtool check metrics < " + file.string()});
+  EXPECT_EQ(promtool.wait(), 0) << promtool.output() << promtool.error_output();
+}
+
+TEST_F(ThePrometheus, CallsWhenALinkIsDownAndWhenNobodyTellsOfThePlant) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc());
+  gateway.emplace(chain.gateway());
+  await("the link", [&] { return value_of("millrace_link_up") == 1.0; });
+  EXPECT_FALSE(fires("MillraceLinkDown"));
+  const std::string place = "127.0.0.1:" + std::to_string(chain.port());
+  cnc->kill();
+  expect_alert("MillraceLinkDown");
+  cnc.emplace(Process({binary("millrace-cnc"), "--listen", place, "--channels", "2", "--dir",
+                       chain.folder().string()}));
+  cnc->await("^ready: ");
+  expect_no_alert("MillraceLinkDown");
+
+  web->kill();
+  expect_alert("MillraceNotScraped");
+  start_web();
+  expect_no_alert("MillraceNotScraped");
+}
+
+TEST_F(ThePrometheus, CallsWhenAServiceIsGone) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+  gateway.emplace(chain.gateway());
+  await("calls", [&] { return value_of("sum(millrace_calls_total)") > 0.0; });
+  service->kill();
+  expect_alert("MillraceServiceWithoutInstance");
+  service.emplace(chain.square_root());
+  expect_no_alert("MillraceServiceWithoutInstance");
+}
+
+TEST_F(ThePrometheus, CallsWhenNobodyServesACall) {
+  start_web();
+  start_prometheus();
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"}));
+  gateway.emplace(chain.gateway());
+  expect_alert("MillraceChannelUnserved");
+  service.emplace(chain.square_root());
+  expect_no_alert("MillraceChannelUnserved");
+  EXPECT_EQ(cnc->wait(), 0);
+}
+
+TEST_F(ThePrometheus, CallsWhenAChannelWaitsForAnInstance) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.slow_service({"--work", "100000"}));
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--run",
+                         Chain::program(2, "one_slow_call.nc")}));
+  gateway.emplace(chain.gateway());
+  expect_alert("MillraceChannelWaits");
+  Process another = chain.slow_service({"--work", "100000"});
+  expect_no_alert("MillraceChannelWaits");
+}
+
+TEST_F(ThePrometheus, CallsWhenACallIsHeld) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.slow_service({"--work", "100000", "--delivery", "at-most-once"}));
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "one_slow_call.nc"), "--exit-when-idle"}));
+  gateway.emplace(chain.gateway());
+  await("the call to run", [&] { return value_of("sum(millrace_calls_in_flight)") == 1.0; });
+  service->kill();
+  expect_alert("MillraceCallHeld");
+  Process answer = chain.millrace({"answer", "cnc/1", "by hand", "--state", "7"});
+  EXPECT_EQ(answer.wait(), 0) << answer.error_output();
+  EXPECT_EQ(cnc->wait(), 0);
+  expect_no_alert("MillraceCallHeld");
+}
+
+TEST_F(ThePrometheus, CallsWhenAJournalCannotBeWritten) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+  gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
+  await("calls", [&] { return value_of("sum(millrace_calls_total)") > 0.0; });
+  // As a full disk.
+  const rlimit full{.rlim_cur = 16, .rlim_max = RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &full, nullptr), 0);
+  // A call that is already there waits without a word; a new one says why.
+  const std::string machine = "cnc=127.0.0.1:" + std::to_string(chain.port()) + "/127.0.0.1.1.1";
+  for (const auto& [variable, value] : std::vector<std::pair<std::string, std::string>>{
+           {"V.G.SERVICE.UUID", "560aacbf-6335-44a9-895a-8b27f3ed5e47"},
+           {"V.G.SERVICE.REQUEST", "2"},
+           {"V.G.SERVICE.REQUEST_STATE", "1"}}) {
+    Process write =
+        chain.millrace({"vars", machine, "write", variable, value, "--channel", "2", "--force"});
+    ASSERT_EQ(write.wait(), 0) << write.error_output();
+  }
+  expect_alert("MillraceJournalFull");
+  const rlimit room{.rlim_cur = RLIM_INFINITY, .rlim_max = RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &room, nullptr), 0);
+  expect_no_alert("MillraceJournalFull");
+}
+
+TEST_F(ThePrometheus, CallsWhenTheCertificateEndsSoon) {
+  const std::string key = (chain.folder() / "web.key").string();
+  const std::string certificate = (chain.folder() / "web.crt").string();
+  const auto make = [&](const std::string& days) {
+    Process openssl({"/usr/bin/openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-subj",
+                     "/CN=localhost", "-days", days, "-keyout", key, "-out", certificate});
+    ASSERT_EQ(openssl.wait(), 0) << openssl.error_output();
+  };
+  make("5");
+  start_web({"--tls-cert", certificate, "--tls-key", key});
+  start_prometheus("https");
+  expect_alert("MillraceCertificateExpires");
+  make("100");
+  web->terminate();
+  EXPECT_EQ(web->wait(), 0) << web->error_output();
+  start_web({"--tls-cert", certificate, "--tls-key", key});
+  expect_no_alert("MillraceCertificateExpires");
+}
+
+TEST_F(ThePrometheus, CallsWhenCallsFail) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.slow_service({"--work", "400"}));
+  const auto program = chain.folder() / "slow_calls.nc";
+  std::ifstream endless(MILLRACE_TEST_DATA "/nc/chain/endless_calls.nc");
+  const std::string text{std::istreambuf_iterator<char>(endless), {}};
+  std::ofstream(program) << std::regex_replace(text, std::regex("UUID = \"[^\"]*\""),
+                                               "UUID = \"c0ffee00-0000-4000-8000-000000000001\"");
+  cnc.emplace(chain.cnc({"--run", "1=" + program.string()}));
+  gateway.emplace(chain.gateway());
+  await("two calls", [&] { return value_of("sum(millrace_calls_total)") >= 2.0; });
+  // Each time an instance is lost, and with it the call that it has.
+  for (int i = 0; i < 3; ++i) {
+    await("a call to run", [&] { return value_of("sum(millrace_calls_in_flight)") == 1.0; });
+    service->kill();
+    service.emplace(chain.slow_service({"--work", "400"}));
+  }
+  expect_alert("MillraceCallsFail");
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

@@ -1,0 +1,69 @@
+#include "tools/web/live/feed.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/web/live/head.hpp"
+
+namespace millrace::tools::web::live {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+TEST(AFeed, GivesWhatWasPublishedInOrder) {
+  Feeds feeds(2);
+  const auto sut = feeds.open();
+  feeds.publish("one");
+  feeds.publish("two");
+  EXPECT_EQ(*sut->take(), "one");
+  EXPECT_EQ(*sut->take(), "two");
+  EXPECT_EQ(sut->take(), nullptr);
+}
+
+TEST(AFeed, IsGivenUpWhenNobodyReadsIt) {
+  Feeds feeds(2);
+  const auto sut = feeds.open();
+  const auto reader = feeds.open();
+  int news = 0;
+  sut->on_news([&] { ++news; });
+  for (int i = 0; i < 10; ++i) {
+    feeds.publish(std::string(1U << 20U, 'x'));
+    EXPECT_NE(reader->take(), nullptr);
+  }
+  EXPECT_TRUE(sut->has_overflown());
+  EXPECT_EQ(sut->take(), nullptr);
+  EXPECT_EQ(news, 9);
+  EXPECT_FALSE(reader->has_overflown());
+}
+
+TEST(Feeds, AreNoMoreThanThereIsRoomFor) {
+  Feeds sut(2);
+  auto one = sut.open();
+  const auto two = sut.open();
+  EXPECT_EQ(sut.open(), nullptr);
+  one.reset();
+  EXPECT_NE(sut.open(), nullptr);
+}
+
+TEST(TheHeadOfAnAnswer, KeepsThePageToItself) {
+  const http::Response response{.status = 404, .headers = {{"ETag", "\"1\""}}};
+  const std::string sut = head_text(response, {.keep_alive = false, .length = 12});
+  EXPECT_THAT(sut, StartsWith("HTTP/1.1 404 Not Found\r\n"));
+  EXPECT_THAT(sut, HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'"));
+  EXPECT_THAT(sut, HasSubstr("X-Content-Type-Options: nosniff\r\n"));
+  EXPECT_THAT(sut, HasSubstr("Content-Length: 12\r\n"));
+  EXPECT_THAT(sut, HasSubstr("ETag: \"1\"\r\n"));
+  EXPECT_THAT(sut, EndsWith("Connection: close\r\n\r\n"));
+  EXPECT_THAT(sut, Not(HasSubstr("unsafe")));
+}
+
+TEST(TheNameOfADownload, EndsNoHeader) {
+  EXPECT_EQ(attachment_header("a\r\nSet-Cookie: b\".mcap"),
+            "attachment; filename*=UTF-8''a%0D%0ASet-Cookie%3A%20b%22.mcap");
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::live

@@ -1,0 +1,141 @@
+#include "tools/web/metrics/metrics.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/recording/one_call.hpp"
+
+namespace millrace::tools::web::metrics {
+namespace {
+
+using recording::Change;
+using recording::Entry;
+using recording::InstanceNews;
+using recording::tests::at;
+using recording::tests::one_call;
+using recording::tests::square_root;
+using testing::HasSubstr;
+using testing::Not;
+
+fabric::InstanceId id(std::uint8_t byte) {
+  fabric::InstanceId id;
+  id.bytes.fill(byte);
+  return id;
+}
+
+class TheMetrics : public testing::Test {
+ protected:
+  void add(const Entry& entry) { sut.add(entry, plant.add(entry, {})); }
+  void add(const std::vector<Entry>& entries) {
+    for (const Entry& entry : entries) {
+      add(entry);
+    }
+  }
+  void add_instance(Change change, const std::string& uuid = square_root) {
+    InstanceNews news{.change = change, .identity = {.id = id(0x11)}};
+    news.identity.uuid = uuid;
+    news.identity.name = "sq1";
+    add(Entry{.sample = news});
+  }
+  void add_channel(fabric::ChannelState state, const std::string& reason = "") {
+    add(Entry{.sample = fabric::ChannelStatus{
+                  .key = {"cnc", 1}, .state = state, .since = at(0), .reason = reason}});
+  }
+  [[nodiscard]] std::string text() const { return sut.text(plant, {.version = "1.2"}); }
+
+  plant::Plant plant{{}};
+  Metrics sut;
+};
+
+TEST_F(TheMetrics, CountCallsByServiceMachineAndResult) {
+  add(one_call(1, 0));
+  std::vector<Entry> failed = one_call(2, 10);
+  std::get<fabric::Reply>(failed[3].sample).code = fabric::ServiceCode::failed;
+  add(failed);
+  EXPECT_THAT(text(), HasSubstr("millrace_calls_total{service=\"" + square_root +
+                                "\",machine=\"cnc\",result=\"answered\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("result=\"failed\"} 1\n"));
+}
+
+TEST_F(TheMetrics, SpreadTheTimesOfEachHopOverBuckets) {
+  add(one_call(1, 0));
+  EXPECT_THAT(text(), HasSubstr("# TYPE millrace_call_hop_duration_seconds histogram"));
+  EXPECT_THAT(text(), HasSubstr("hop=\"total\",le=\"0.005\"} 0\n"));
+  EXPECT_THAT(text(), HasSubstr("hop=\"total\",le=\"0.01\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("hop=\"total\",le=\"+Inf\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("hop=\"to_service\""));
+}
+
+TEST_F(TheMetrics, TellTheStateOfAChannelAndWhatWaits) {
+  add_channel(fabric::ChannelState::held);
+  EXPECT_THAT(
+      text(),
+      HasSubstr("millrace_channel_state{machine=\"cnc\",channel=\"1\",state=\"held\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("state=\"link_down\"} 0\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_calls_waiting{machine=\"cnc\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
+  add_channel(fabric::ChannelState::waiting,
+              "the journal cannot be written: No space left on device; no new call is taken until "
+              "it can be written");
+  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 0\n"));
+}
+
+TEST_F(TheMetrics, TellWhetherALinkIsUp) {
+  const fabric::MachineStatus up{.machine = "cnc",
+                                 .gateway = id(1),
+                                 .connected = true,
+                                 .requests_per_second = 60,
+                                 .host = "gw"};
+  add(Entry{.sample = up});
+  EXPECT_THAT(text(), HasSubstr("millrace_link_up{machine=\"cnc\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_link_requests_per_second{machine=\"cnc\"} 60\n"));
+  add(Entry{.sample = fabric::MachineStatus{.machine = "cnc", .gateway = id(1)}});
+  EXPECT_THAT(text(), HasSubstr("millrace_link_up{machine=\"cnc\"} 0\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_gateways{machine=\"cnc\"} 0\n"));
+}
+
+TEST_F(TheMetrics, TellOfAServiceThatItHasNoInstanceLeft) {
+  add_instance(Change::ready);
+  const std::string line = "millrace_service_instances{service=\"" + square_root + "\"} ";
+  EXPECT_THAT(text(), HasSubstr(line + "1\n"));
+  add_instance(Change::gone);
+  EXPECT_THAT(text(), HasSubstr(line + "0\n"));
+}
+
+TEST_F(TheMetrics, HaveNoMoreSeriesThanTheyHaveRoomFor) {
+  for (int i = 0; i < 1000; ++i) {
+    std::vector<Entry> entries = one_call(static_cast<std::uint64_t>(i) + 1, i);
+    for (Entry& entry : entries) {
+      entry.uuid = "service " + std::to_string(i);
+      if (auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+        event->uuid = entry.uuid;
+        event->key.machine = "machine " + std::to_string(i);
+      }
+    }
+    add(entries);
+  }
+  const std::string all = text();
+  std::size_t lines = 0;
+  for (std::size_t at = all.find("\nmillrace_calls_total{"); at != std::string::npos;
+       at = all.find("\nmillrace_calls_total{", at + 1)) {
+    ++lines;
+  }
+  // Three results each.
+  EXPECT_LE(lines, 3 * (Metrics::most_services + 1));
+  EXPECT_THAT(all, HasSubstr("{service=\"other\",machine=\"other\",result=\"answered\"} 800\n"));
+  EXPECT_THAT(all, Not(HasSubstr("service 900")));
+}
+
+TEST_F(TheMetrics, KeepForeignNamesInTheirQuotes) {
+  std::vector<Entry> entries = one_call(1, 0);
+  for (Entry& entry : entries) {
+    if (auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+      event->key.machine = "a\"} 1\nup{x=\"\xe4";
+    }
+  }
+  add(entries);
+  EXPECT_THAT(text(), HasSubstr("machine=\"a\\\"} 1\\nup{x=\\\"ä\""));
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::metrics

@@ -1,0 +1,226 @@
+#include "tools/web/plant/plant.hpp"
+
+#include <boost/json/serialize.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/tools/recording/one_call.hpp"
+
+namespace millrace::tools::web::plant {
+namespace {
+
+using recording::Change;
+using recording::Entry;
+using recording::InstanceNews;
+using recording::tests::at;
+using recording::tests::one_call;
+using recording::tests::square_root;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+fabric::InstanceId id(std::uint8_t byte) {
+  fabric::InstanceId id;
+  id.bytes.fill(byte);
+  return id;
+}
+
+Entry instance(Change change, std::uint8_t byte = 0x11) {
+  InstanceNews news{.change = change, .identity = {.id = id(byte)}};
+  news.identity.uuid = square_root;
+  news.identity.name = "sq1";
+  news.identity.host = "hall";
+  return {.at = at(0), .sample = news};
+}
+
+Entry channel(fabric::ChannelState state, std::uint64_t call = 0) {
+  fabric::ChannelStatus status{.key = {"cnc", 1}, .state = state, .since = at(0)};
+  if (call != 0) {
+    status.call = {0x5f, call};
+    status.uuid = square_root;
+    status.instance = id(0x11);
+  }
+  return {.at = at(0), .sample = status};
+}
+
+Entry machine(std::uint8_t gateway, const std::string& host, bool connected = true) {
+  return {.at = at(0),
+          .sample = fabric::MachineStatus{
+              .machine = "cnc", .gateway = id(gateway), .connected = connected, .host = host}};
+}
+
+class APlant : public testing::Test {
+ protected:
+  fabric::Moment after(double milliseconds) const {
+    return {start_ + std::chrono::microseconds(static_cast<std::int64_t>(milliseconds * 1000)),
+            at(milliseconds)};
+  }
+  void add(const std::vector<Entry>& entries, double milliseconds = 0) {
+    for (const Entry& entry : entries) {
+      sut.add(entry, after(milliseconds));
+    }
+  }
+  /// The first of a list of an object.
+  static boost::json::object first(const boost::json::object& object, const char* list) {
+    return object.at(list).as_array().at(0).as_object();
+  }
+
+  Plant sut{{.version = "1", .fabric = "hall-3", .actions = true}};
+
+ private:
+  fabric::SteadyTime start_ = std::chrono::steady_clock::now();
+};
+
+TEST_F(APlant, IsToldWholeToWhoIsNew) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
+  add(one_call(17, 0));
+  const boost::json::object snapshot = sut.snapshot(after(10));
+  EXPECT_EQ(snapshot.at("about").at("fabric"), "hall-3");
+  EXPECT_EQ(first(snapshot, "machines").at("gateway_host"), "gw");
+  EXPECT_EQ(first(snapshot, "channels").at("channel_state"), "idle");
+  EXPECT_EQ(first(snapshot, "services").at("name"), "sq1");
+  EXPECT_EQ(first(snapshot, "calls").at("call"), "5f-17");
+  EXPECT_EQ(first(snapshot, "calls").at("service"), "sq1");
+  EXPECT_EQ(snapshot.at("totals").at("calls"), 1);
+}
+
+TEST_F(APlant, TellsWhatHasChangedOnce) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::idle), instance(Change::ready)});
+  const auto first_changes = sut.changes(after(250));
+  ASSERT_TRUE(first_changes);
+  EXPECT_THAT(first_changes->at("machines").as_array(), SizeIs(1));
+  EXPECT_THAT(first_changes->at("channels").as_array(), SizeIs(1));
+  EXPECT_THAT(first_changes->at("services").as_array(), SizeIs(1));
+  EXPECT_EQ(sut.changes(after(500)), std::nullopt);
+}
+
+TEST_F(APlant, GivesASignOfLifeWhenNothingChanges) {
+  ASSERT_TRUE(sut.changes(after(0)));
+  EXPECT_FALSE(sut.changes(after(1999)));
+  const auto beat = sut.changes(after(2000));
+  ASSERT_TRUE(beat);
+  EXPECT_TRUE(beat->contains("time"));
+  EXPECT_FALSE(beat->contains("channels"));
+}
+
+TEST_F(APlant, TellsAtOnceOfAChannelThatNeedsSomebodyAndNowAndThenOfOneThatRuns) {
+  add({channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({channel(fabric::ChannelState::running, 1)});
+  EXPECT_FALSE(sut.changes(after(250)));
+  add({channel(fabric::ChannelState::held, 1)});
+  const auto held = sut.changes(after(300));
+  ASSERT_TRUE(held);
+  EXPECT_EQ(first(*held, "channels").at("channel_state"), "held");
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_FALSE(sut.changes(after(500)));
+  const auto later = sut.changes(after(800));
+  ASSERT_TRUE(later);
+  EXPECT_EQ(first(*later, "channels").at("channel_state"), "idle");
+}
+
+TEST_F(APlant, SaysWhatTheCallUnderWayAskedAndWhoHasIt) {
+  add({machine(1, "gw"), instance(Change::ready), channel(fabric::ChannelState::running, 17)});
+  const auto entries = one_call(17, 0);
+  add({entries[0], entries[1], entries[2]});
+  const boost::json::object told = first(sut.snapshot(after(10)), "channels");
+  EXPECT_EQ(told.at("request"), "2");
+  EXPECT_EQ(told.at("request_state"), 1);
+  EXPECT_EQ(told.at("name"), "sq1");
+  EXPECT_EQ(told.at("host"), "hall");
+  EXPECT_EQ(told.at("service"), "sq1");
+  EXPECT_EQ(told.at("link"), "up");
+}
+
+TEST_F(APlant, SaysWhetherAChannelsGatewayIsThere) {
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "gone");
+  add({machine(1, "gw", false)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "down");
+  add({machine(1, "gw")});
+  EXPECT_EQ(first(*sut.changes(after(0)), "channels").at("link"), "up");
+  add({machine(1, "", false)});
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("link"), "gone");
+}
+
+TEST_F(APlant, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
+  add({machine(1, "gw")});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({machine(1, "", false)});
+  EXPECT_EQ(first(*sut.changes(after(250)), "machines").at("connected"), false);
+  add({machine(2, "gw2")});
+  const auto changes = sut.changes(after(500));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("gone").at("machines").at(0).at("gateway").as_string(), id(1).to_string());
+  EXPECT_EQ(first(*changes, "machines").at("gateway_host"), "gw2");
+  EXPECT_THAT(sut.machines(), SizeIs(1));
+}
+
+TEST_F(APlant, TellsThatAnInstanceIsGone) {
+  add({instance(Change::ready)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({instance(Change::gone)});
+  const auto changes = sut.changes(after(250));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("gone").at("services").at(0).as_string(), id(0x11).to_string());
+  EXPECT_THAT(sut.services(after(250)), IsEmpty());
+}
+
+TEST_F(APlant, CountsRatesThatGoDownWhenNobodyCalls) {
+  add({instance(Change::ready), channel(fabric::ChannelState::idle)});
+  for (int i = 1; i <= 20; ++i) {
+    add(one_call(static_cast<std::uint64_t>(i), i * 100.0), i * 100.0);
+  }
+  const auto busy = sut.changes(after(2000));
+  ASSERT_TRUE(busy);
+  EXPECT_NEAR(first(*busy, "services").at("calls_per_second").as_double(), 10, 1);
+  EXPECT_NEAR(first(*busy, "services").at("p50_ms").as_double(), 7.1, 0.01);
+  const auto idle = sut.changes(after(14'000));
+  ASSERT_TRUE(idle);
+  EXPECT_EQ(first(*idle, "services").at("calls_per_second"), 0.0);
+  EXPECT_EQ(first(*idle, "channels").at("calls_per_second"), 0.0);
+}
+
+TEST_F(APlant, TellsOfManyCallsTheFailedOnesAndTheNewestAndHowManyItLeavesOut) {
+  for (std::uint64_t i = 1; i <= 120; ++i) {
+    std::vector<Entry> entries = one_call(i, static_cast<double>(i));
+    if (i == 3) {
+      std::get<fabric::Reply>(entries[3].sample).code = fabric::ServiceCode::failed;
+    }
+    add(entries);
+  }
+  const auto changes = sut.changes(after(250));
+  ASSERT_TRUE(changes);
+  EXPECT_EQ(changes->at("skipped"), 70);
+  const auto& calls = changes->at("calls").as_array();
+  ASSERT_THAT(calls, SizeIs(50));
+  EXPECT_EQ(calls.front().at("call"), "5f-3");
+  EXPECT_EQ(calls.front().at("failed"), true);
+  EXPECT_EQ(calls.back().at("call"), "5f-120");
+}
+
+TEST_F(APlant, ShowsWhateverIsInATextAsText) {
+  std::vector<Entry> entries = one_call(1, 0);
+  std::get<fabric::Event>(entries[0].sample).text = "<script>\x01\xe4\n";
+  add(entries);
+  EXPECT_EQ(first(sut.snapshot(after(0)), "calls").at("request"), "<script>\x01ä\n");
+}
+
+TEST_F(APlant, KeepsALineOfEachService) {
+  add({instance(Change::ready)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  for (std::uint64_t i = 1; i <= 10; ++i) {
+    add(one_call(i, static_cast<double>(i)));
+  }
+  ASSERT_TRUE(sut.changes(after(5000)));
+  const boost::json::object history = sut.history();
+  const auto& line = history.at("services").at(square_root).as_object();
+  EXPECT_EQ(line.at("calls_per_second").at(0), 2.0);
+  EXPECT_NEAR(line.at("p99_ms").at(0).as_double(), 7.1, 0.01);
+  EXPECT_EQ(history.at("instances").at(id(0x11).to_string()).at("running").at(0), 0);
+  EXPECT_EQ(history.at("step_ms"), 5000);
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::plant

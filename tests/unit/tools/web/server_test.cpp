@@ -1,0 +1,139 @@
+#include "tools/web/live/server.hpp"
+
+#include <future>
+#include <thread>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/await.hpp"
+#include "tests/support/http_client.hpp"
+
+namespace millrace::tools::web::live {
+namespace {
+
+using namespace std::chrono_literals;
+using tests::HttpClient;
+using tests::HttpEvents;
+
+/// In a thread of its own, as browsers see it.
+class AServer : public testing::Test {
+ protected:
+  void start(ServerOptions options) {
+    options.port = 0;
+    sut = std::make_unique<Server>(io.get_executor(), options, site, base::program::no_log());
+    sut->on_greeting([] { return event_text("snapshot", "{}"); });
+    port = sut->port();
+    loop = std::thread([this] { io.run(); });
+  }
+  void TearDown() override {
+    if (loop.joinable()) {
+      io.stop();
+      loop.join();
+    }
+    sut.reset();
+  }
+  template <typename Work>
+  auto on_loop(Work work) {
+    std::packaged_task<decltype(work())()> task(work);
+    auto result = task.get_future();
+    boost::asio::post(io, [&task] { task(); });
+    return result.get();
+  }
+  ServerCounts counts() {
+    return on_loop([this] { return sut->counts(); });
+  }
+
+  boost::asio::io_context io{1};
+  const boost::asio::executor_work_guard<boost::asio::io_context::executor_type> stay{
+      io.get_executor()};
+  plant::Plant plant{{}};
+  http::Pages pages;
+  std::promise<void> examined;
+  http::Site site{{.plant = plant, .pages = pages, .doctor = [this] {
+                     examined.get_future().wait();
+                     return boost::json::object{};
+                   }}};
+  std::unique_ptr<Server> sut;
+  std::thread loop;
+  std::uint16_t port = 0;
+};
+
+TEST_F(AServer, DropsABrowserThatDoesNotReadAndTheOthersNoticeNothing) {
+  start({.time_to_read = 300ms});
+  HttpClient deaf(port);
+  deaf.send("GET /api/live HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  HttpEvents reader(port, "/api/live");
+  EXPECT_EQ(reader.next().name, "snapshot");
+  tests::await("both", [&] { return counts().browsers == 2; });
+  const std::string much(1U << 20U, 'x');
+  for (int i = 0; i < 30; ++i) {
+    on_loop([&] {
+      sut->publish("changes", much);
+      return true;
+    });
+    EXPECT_EQ(reader.next().data.size(), much.size());
+  }
+  tests::await("the deaf one to be dropped", [&] { return counts().browsers == 1; });
+  EXPECT_EQ(counts().connections, 1U);
+}
+
+TEST_F(AServer, EndsAConnectionThatAsksTooSlowly) {
+  start({.time_to_ask = 200ms});
+  HttpClient slow(port);
+  slow.send("GET / HTT");
+  EXPECT_TRUE(slow.is_ended());
+  HttpClient silent(port);
+  EXPECT_TRUE(silent.is_ended());
+  EXPECT_EQ(HttpClient(port).get("/healthz").status, 200);
+}
+
+TEST_F(AServer, HasRoomForWhoIsNewIfSomebodyIsIdle) {
+  start({.most_connections = 2});
+  HttpClient first(port);
+  EXPECT_EQ(first.get("/healthz").status, 200);
+  HttpEvents stays(port, "/api/live");
+  stays.next();
+  HttpClient third(port);
+  EXPECT_EQ(third.get("/healthz").status, 200);
+  EXPECT_TRUE(first.is_ended());
+  EXPECT_EQ(counts().displaced, 1U);
+}
+
+TEST_F(AServer, AnswersOthersWhileSomethingTakesLong) {
+  start({});
+  HttpClient patient(port);
+  patient.send("GET /api/doctor HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(HttpClient(port).get("/healthz").status, 200);
+  examined.set_value();
+  EXPECT_EQ(patient.receive().status, 200);
+}
+
+TEST_F(AServer, AnswersSeveralRequestsOfOneConnection) {
+  start({});
+  HttpClient sut_client(port);
+  EXPECT_EQ(sut_client.get("/healthz").status, 200);
+  EXPECT_EQ(sut_client.get("/none").status, 404);
+  sut_client.send(
+      "HEAD / HTTP/1.1\r\nHost: localhost\r\n\r\nGET /healthz HTTP/1.1\r\nHost: "
+      "localhost\r\nConnection: close\r\n\r\n");
+  EXPECT_THAT(sut_client.receive_some(), testing::HasSubstr("Content-Length: "));
+  tests::await("the end", [&] { return sut_client.is_ended(); });
+  EXPECT_EQ(counts().requests, 4U);
+}
+
+TEST_F(AServer, SaysWhyItCannotListen) {
+  start({});
+  try {
+    const Server second(io.get_executor(), {.port = port}, site, base::program::no_log());
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("--listen chooses another"));
+  }
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::live

@@ -1,0 +1,151 @@
+#include "tools/web/http/site.hpp"
+
+#include <fstream>
+
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/tools/recording/one_call.hpp"
+
+namespace millrace::tools::web::http {
+namespace {
+
+using recording::tests::one_call;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::Pair;
+
+class ASite : public testing::Test {
+ protected:
+  static Request get(const std::string& target) {
+    return {.target = target, .host = "127.0.0.1:8080"};
+  }
+  static Response run(Outcome outcome) {
+    if (auto* later = std::get_if<Later>(&outcome)) {
+      return later->work()();
+    }
+    return std::get<Response>(outcome);
+  }
+  static boost::json::value json(const Response& response) {
+    return boost::json::parse(*response.body);
+  }
+
+  Response answer(const Request& request) { return run(site().answer(request, {})); }
+  [[nodiscard]] Site site() const {
+    return Site({.plant = plant,
+                 .pages = pages,
+                 .recordings = recordings,
+                 .metrics = [] { return std::string("up 1\n"); },
+                 .doctor =
+                     [] {
+                       return boost::json::object{{"healthy", true}};
+                     },
+                 .names = {"hall-pc"}});
+  }
+
+  const tests::TemporaryFolder folder;
+  plant::Plant plant{{.fabric = "hall-3"}};
+  Pages pages;
+  std::shared_ptr<const Recordings> recordings;
+};
+
+TEST_F(ASite, ServesThePageCompressedAndOnlyOnce) {
+  Request request = get("/?wall");
+  request.accept_encoding = "gzip, br";
+  const Response page = answer(request);
+  EXPECT_EQ(page.status, 200U);
+  EXPECT_EQ(page.content_type, "text/html; charset=utf-8");
+  EXPECT_THAT(page.headers, Contains(Pair("Content-Encoding", "gzip")));
+  request.if_none_match = page.headers.at(0).second;
+  const Response again = answer(request);
+  EXPECT_EQ(again.status, 304U);
+  EXPECT_THAT(*again.body, IsEmpty());
+  EXPECT_THAT(*answer(get("/index.html")).body, HasSubstr("<html"));
+  EXPECT_EQ(answer(get("/lib/dygraph.min.js")).content_type, "text/javascript; charset=utf-8");
+}
+
+TEST_F(ASite, HasAPageOfAtMost300Kilobytes) {
+  EXPECT_LE(pages.size(), 300'000U);
+}
+
+TEST_F(ASite, KnowsNothingElse) {
+  EXPECT_EQ(answer(get("/etc/passwd")).status, 404U);
+  EXPECT_EQ(answer(get("/../etc/passwd")).status, 400U);
+  EXPECT_EQ(answer(get("/api")).status, 404U);
+  EXPECT_EQ(answer(get("/api/nothing")).status, 404U);
+  EXPECT_EQ(answer(get("/api/about/more")).status, 404U);
+}
+
+TEST_F(ASite, TellsOfThePlant) {
+  for (const recording::Entry& entry : one_call(17, 0)) {
+    plant.add(entry, {});
+  }
+  EXPECT_EQ(json(answer(get("/api/about"))).at("fabric"), "hall-3");
+  EXPECT_EQ(json(answer(get("/api/calls"))).at("calls").at(0).at("call"), "5f-17");
+  EXPECT_THAT(json(answer(get("/api/calls?failed=1"))).at("calls").as_array(), IsEmpty());
+  EXPECT_EQ(json(answer(get("/api/calls/5f-17"))).at("steps").as_array().size(), 7U);
+  EXPECT_EQ(answer(get("/api/calls/5f-18")).status, 404U);
+  EXPECT_EQ(answer(get("/api/calls/x")).status, 404U);
+  EXPECT_EQ(answer(get("/api/calls?limit=-1")).status, 400U);
+  EXPECT_EQ(answer(get("/api/calls?channel=99999")).status, 400U);
+  EXPECT_TRUE(std::holds_alternative<StreamLive>(site().answer(get("/api/live"), {})));
+  EXPECT_EQ(json(answer(get("/api/doctor"))).at("healthy"), true);
+  EXPECT_EQ(*answer(get("/metrics")).body, "up 1\n");
+  EXPECT_EQ(answer(get("/healthz")).status, 200U);
+}
+
+TEST_F(ASite, IsNotReachedByANameThatSomebodyElseMadeUp) {
+  Request request = get("/api/about");
+  for (const char* host : {"127.0.0.1", "[::1]:8080", "localhost:8080", "LOCALHOST", "Hall-PC:1"}) {
+    request.host = host;
+    EXPECT_EQ(answer(request).status, 200U) << host;
+  }
+  for (const char* host : {"evil.example", "evil.example:8080", "", "127.0.0.1.evil.example"}) {
+    request.host = host;
+    EXPECT_EQ(answer(request).status, 403U) << host;
+  }
+}
+
+TEST_F(ASite, UnderstandsNoOtherMethods) {
+  Request request = get("/api/about");
+  request.method = "DELETE";
+  EXPECT_EQ(answer(request).status, 405U);
+  request.method = "POST";
+  EXPECT_EQ(answer(request).status, 405U);
+}
+
+TEST_F(ASite, LetsNobodyActUnlessSomebodyMay) {
+  Request request = get("/api/actions/retry");
+  request.method = "POST";
+  EXPECT_EQ(answer(request).status, 403U);
+  EXPECT_EQ(json(answer(get("/api/session"))).at("actions"), false);
+}
+
+TEST_F(ASite, ReadsRecordingsOfItsFolderOnly) {
+  EXPECT_EQ(answer(get("/api/recordings")).status, 404U);
+  recordings = std::make_shared<Recordings>(folder.path() / "recordings");
+  std::filesystem::create_directory(folder.path() / "recordings");
+  std::ofstream(folder.path() / "secret.mcap") << "secret";
+  std::ofstream(folder.path() / "recordings/a.mcap") << "no recording";
+  std::ofstream(folder.path() / "recordings/notes.txt") << "notes";
+  std::filesystem::create_symlink(folder.path() / "secret.mcap",
+                                  folder.path() / "recordings/link.mcap");
+  const auto list = json(answer(get("/api/recordings"))).at("recordings").as_array();
+  ASSERT_EQ(list.size(), 1U);
+  EXPECT_EQ(list.at(0).at("name"), "a.mcap");
+  EXPECT_TRUE(
+      std::holds_alternative<Download>(site().answer(get("/api/recordings/a.mcap/file"), {})));
+  for (const char* name : {"link.mcap", "notes.txt", "..", "%2e%2e%2fsecret.mcap", "../secret.mcap",
+                           "%2Fetc%2Fpasswd", ".mcap", "none.mcap"}) {
+    const Response response = answer(get(std::string("/api/recordings/") + name + "/file"));
+    EXPECT_GE(response.status, 400U) << name;
+    EXPECT_THAT(*response.body, Not(HasSubstr("secret\"")));
+  }
+}
+
+}  // namespace
+}  // namespace millrace::tools::web::http

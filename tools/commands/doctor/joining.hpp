@@ -1,0 +1,13 @@
+// How a command joins its fabric, as an examination is told it.
+#pragma once
+
+#include "fabric/profile/command_line.hpp"
+#include "tools/doctor/findings.hpp"
+
+namespace millrace::tools::commands::doctor {
+
+/// From the flags and the file they name. Throws program::UsageError with every mistake of it.
+tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
+                                  const fabric::dds::ParticipantOptions& join);
+
+}  // namespace millrace::tools::commands::doctor

@@ -1,0 +1,146 @@
+#include "tools/commands/web/web.hpp"
+
+#include <boost/asio/ip/address.hpp>
+#include <fmt/format.h>
+
+#include "base/program/log.hpp"
+#include "base/text/number.hpp"
+#include "fabric/profile/command_line.hpp"
+#include "tools/commands/doctor/joining.hpp"
+#include "tools/commands/web/hash_password.hpp"
+#include "tools/web/live/web.hpp"
+
+namespace millrace::tools::commands::web {
+
+namespace {
+
+namespace program = base::program;
+using tools::web::live::Web;
+using tools::web::live::WebOptions;
+
+struct Options {
+  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace web"}) {}
+
+  fabric::profile::FabricFlags fabric;
+  std::string listen = "127.0.0.1:8080";
+  std::string certificate;
+  std::string key;
+  bool behind_proxy = false;
+  std::string recordings;
+  std::vector<std::string> names;
+  std::string users;
+  bool hash_password = false;
+  spdlog::level::level_enum level = spdlog::level::info;
+};
+
+struct Place {
+  boost::asio::ip::address address;
+  std::uint16_t port = 0;
+};
+
+/// "127.0.0.1:8080", "[::1]:8080".
+Place place_of(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::string host = text.substr(0, colon);
+  if (host.starts_with('[') && host.ends_with(']')) {
+    host = host.substr(1, host.size() - 2);
+  }
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(host, error);
+  const auto port = colon == std::string::npos
+                        ? std::nullopt
+                        : base::text::parse_number<std::uint16_t>(text.substr(colon + 1));
+  if (error || !port) {
+    throw program::UsageError(
+        fmt::format("--listen {}: expected an address of this host and a port, as in "
+                    "127.0.0.1:8080",
+                    text));
+  }
+  return {address, *port};
+}
+
+WebOptions web_options(const Options& options) {
+  const Place place = place_of(options.listen);
+  if (options.certificate.empty() != options.key.empty()) {
+    throw program::UsageError("--tls-cert and --tls-key go together");
+  }
+  if (!place.address.is_loopback() && options.certificate.empty() && !options.behind_proxy) {
+    throw program::UsageError(fmt::format(
+        "--listen {}: beyond this host only with --tls-cert and --tls-key, or with --behind-proxy "
+        "where a proxy that does TLS is the only one that can connect",
+        options.listen));
+  }
+  if (!options.recordings.empty() && !std::filesystem::is_directory(options.recordings)) {
+    throw program::UsageError(
+        fmt::format("--recordings {}: there is no such folder", options.recordings));
+  }
+  WebOptions web{.join = options.fabric.options(), .version = MILLRACE_VERSION};
+  web.joining = doctor::joining_of(options.fabric, web.join);
+  web.server.address = place.address.to_string();
+  web.server.port = place.port;
+  web.server.certificate = options.certificate;
+  web.server.key = options.key;
+  web.behind_proxy = options.behind_proxy;
+  web.recordings = options.recordings;
+  if (!options.users.empty()) {
+    auto users = tools::web::gate::read_users(options.users);
+    if (!users) {
+      throw program::UsageError(users.error());
+    }
+    web.users = std::move(*users);
+  }
+  web.names = {options.names.begin(), options.names.end()};
+  return web;
+}
+
+int serve(const Options& options) {
+  if (options.hash_password) {
+    return print_hash();
+  }
+  const WebOptions wanted = web_options(options);
+  Web web(wanted, program::make_log("web", options.level));
+  const bool is_v6 = wanted.server.address.find(':') != std::string::npos;
+  program::ready(fmt::format("fabric {} on domain {} at {}://{}{}{}:{}/", wanted.join.fabric,
+                             wanted.join.domain,
+                             wanted.server.certificate.empty() ? "http" : "https", is_v6 ? "[" : "",
+                             wanted.server.address, is_v6 ? "]" : "", web.port()));
+  web.run();
+  return program::exit_done;
+}
+
+}  // namespace
+
+void add_web(CLI::App& app, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      app, "web", "The plant in a browser, and its numbers for Prometheus, until interrupted",
+      "millrace web --listen 127.0.0.1:8080 --recordings /var/lib/millrace/recorder");
+  auto options = std::make_shared<Options>(command);
+  command.add_option("--listen", options->listen, "Address and port; port 0: any that is free")
+      ->type_name("ADDRESS:PORT")
+      ->capture_default_str();
+  command.add_option("--recordings", options->recordings, "Show the recordings of this folder")
+      ->type_name("DIR");
+  command
+      .add_option(
+          "--allow-actions", options->users,
+          "Let the users that this file names answer, retry and drain; without it nobody may")
+      ->type_name("FILE");
+  command.add_flag("--hash-password", options->hash_password,
+                   "Read a password from standard input and print what the file of --allow-actions "
+                   "has of it");
+  command
+      .add_option("--tls-cert", options->certificate,
+                  "Certificate and chain (PEM): HTTPS, and so beyond this host")
+      ->type_name("FILE");
+  command.add_option("--tls-key", options->key, "The certificate's key (PEM)")->type_name("FILE");
+  command.add_flag("--behind-proxy", options->behind_proxy,
+                   "Listen beyond this host without TLS: a proxy does it");
+  command.add_option(
+      "--name", options->names,
+      "A name of this server in browsers, besides its addresses and its host's name; "
+      "may be given several times");
+  program::add_log_level(command, options->level);
+  command.callback([options, &chosen] { chosen.run = [options] { return serve(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::web

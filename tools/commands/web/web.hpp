@@ -1,0 +1,10 @@
+// `millrace web`: the plant in a browser, and for Prometheus.
+#pragma once
+
+#include "tools/commands/subcommand.hpp"
+
+namespace millrace::tools::commands::web {
+
+void add_web(CLI::App& app, Chosen& chosen);
+
+}  // namespace millrace::tools::commands::web

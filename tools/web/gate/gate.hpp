@@ -1,0 +1,76 @@
+// Where users log in, and act: each action is a command of an operator on the fabric, in the name
+// of its user.
+//
+//   Gate gate({.users = users, .host = host_name(), …}, log);
+//   Site site({…, .desk = &gate});
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/json/object.hpp>
+#include <tl/expected.hpp>
+
+#include "base/program/log.hpp"
+#include "fabric/command.hpp"
+#include "tools/web/gate/sessions.hpp"
+#include "tools/web/gate/users.hpp"
+#include "tools/web/http/site.hpp"
+
+namespace millrace::tools::web::gate {
+
+struct GateOptions {
+  Users users{};
+  /// Of this server, for the issuer of commands.
+  std::string host{};
+  /// Browsers send the cookie over TLS only.
+  bool secure_cookie = false;
+};
+
+class Gate : public http::Desk {
+ public:
+  /// Sends a command and waits for the word on it; nothing if nobody answered. In the thread of
+  /// operators.
+  using Issue = std::function<std::optional<fabric::Outcome>(const fabric::Command&)>;
+  /// Draws a text that nobody can guess.
+  using Secret = std::function<std::string()>;
+
+  Gate(GateOptions options, Issue issue, Secret secret, base::program::Log log)
+      : options_(std::move(options)),
+        issue_(std::move(issue)),
+        sessions_(std::move(secret)),
+        log_(std::move(log)) {}
+
+  http::Outcome answer(const std::vector<std::string>& path, const http::Request& request,
+                       const fabric::Moment& now) override;
+
+ private:
+  http::Response session(const http::Request& request, const fabric::Moment& now);
+  http::Outcome log_in(const http::Request& request, const fabric::Moment& now);
+  http::Response log_out(const http::Request& request);
+  http::Response enter(const std::string& user, const fabric::Moment& now);
+  http::Response refuse(const std::string& user, const std::string& peer,
+                        const fabric::Moment& now);
+  http::Outcome act(const std::string& what, const http::Request& request,
+                    const fabric::Moment& now);
+  http::Response report(const fabric::Command& command, const std::string& user,
+                        const std::optional<fabric::Outcome>& outcome);
+  [[nodiscard]] boost::json::object json_of(const Session& session) const;
+
+  GateOptions options_;
+  Issue issue_;
+  Sessions sessions_;
+  Throttle throttle_;
+  base::program::Log log_;
+};
+
+/// The command that the body of /api/actions/WHAT means; without id, issuer and time. The error
+/// says what was expected.
+tl::expected<fabric::Command, std::string> command_of(std::string_view what, std::string_view body);
+
+/// 256 random bits in hexadecimal digits. Throws std::runtime_error if the system has none.
+std::string draw_secret();
+
+}  // namespace millrace::tools::web::gate

@@ -1,0 +1,62 @@
+// The recordings of a folder: which there are, and what is in one. Nothing outside of the folder is
+// ever read, whatever a name says. Blocks: for a thread beside the loop.
+//
+//   const Recordings recordings("/var/lib/millrace/recorder");
+//   recordings.list()
+//   recordings.calls("millrace-20260301T070000Z.mcap", {.failed = true}, 0, 200)
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <boost/json/object.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/messages.hpp"
+#include "tools/mcap/file.hpp"
+#include "tools/web/http/message.hpp"
+#include "tools/web/plant/call_book.hpp"
+
+namespace millrace::tools::web::http {
+
+class Recordings {
+ public:
+  /// Why not, for people, and the status that says it.
+  struct Refusal {
+    unsigned status = 404;
+    std::string what{};
+  };
+  template <typename Value>
+  using Result = tl::expected<Value, Refusal>;
+
+  explicit Recordings(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// {recordings: [{name, size, modified}]}, the newest first.
+  [[nodiscard]] Result<boost::json::object> list() const;
+  /// As `log info --hops --json`; reads the whole file.
+  [[nodiscard]] Result<boost::json::object> info(const std::string& name) const;
+  /// {calls, more}: in the order in which they ended, without the first `skip` of those that
+  /// `filter` takes, at most `most`.
+  [[nodiscard]] Result<boost::json::object> calls(const std::string& name,
+                                                  const plant::CallFilter& filter, std::size_t skip,
+                                                  std::size_t most) const;
+  /// As `log timeline --json`.
+  [[nodiscard]] Result<boost::json::object> timeline(const std::string& name,
+                                                     const fabric::CallId& call) const;
+  [[nodiscard]] Result<Download> download(const std::string& name) const;
+
+  /// Has whatever is read now end at once, and everything from now on. From any thread.
+  void stop() { *stopped_ = true; }
+
+ private:
+  [[nodiscard]] Result<base::posix::Fd> open(const std::string& name) const;
+  [[nodiscard]] Result<mcap::FileSource> source(const std::string& name) const;
+
+  std::filesystem::path folder_;
+  std::shared_ptr<std::atomic<bool>> stopped_ = std::make_shared<std::atomic<bool>>(false);
+};
+
+}  // namespace millrace::tools::web::http

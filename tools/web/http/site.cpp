@@ -1,0 +1,248 @@
+#include "tools/web/http/site.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include <fmt/format.h>
+
+#include "base/text/number.hpp"
+#include "fabric/call_id_text.hpp"
+#include "tools/print/timeline_json.hpp"
+
+namespace millrace::tools::web::http {
+
+namespace {
+
+constexpr std::size_t calls_unless_asked = 200;
+constexpr std::size_t most_calls = 2'000;
+
+Response not_found(std::string_view what) {
+  return error_response(
+      404, fmt::format("there is no {}; docs/web.md names what there is below /api", what));
+}
+
+template <typename Value>
+Response response_of(Recordings::Result<Value> result) {
+  return result ? json_response(*result)
+                : error_response(result.error().status, result.error().what);
+}
+
+template <typename Work>
+Later later(Lane lane, Work work) {
+  return {lane, [work = std::move(work)] { return [response = work()] { return response; }; }};
+}
+
+/// A number that the query names, or `otherwise`; nothing if it is none.
+std::optional<std::size_t> number_in(const Target& target, const std::string& name,
+                                     std::size_t otherwise) {
+  const std::string text = target.value(name);
+  return text.empty() ? otherwise : base::text::parse_number<std::size_t>(text);
+}
+
+/// The error says what was expected.
+tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
+  const std::string channel = target.value("channel");
+  const auto number = base::text::parse_number<std::uint16_t>(channel.empty() ? "0" : channel);
+  if (!number) {
+    return tl::unexpected(fmt::format("channel={} is no number from 1 to 65535", channel));
+  }
+  return plant::CallFilter{.machine = target.value("machine"),
+                           .channel = *number,
+                           .uuid = fabric::canonical_uuid(target.value("uuid")),
+                           .instance = target.value("instance"),
+                           .failed = target.value("failed") == "1"};
+}
+
+}  // namespace
+
+std::string_view name_of_host(std::string_view host) {
+  if (host.starts_with('[')) {
+    return host.substr(0, std::min(host.find(']'), host.size() - 1) + 1);
+  }
+  return host.substr(0, host.find(':'));
+}
+
+bool is_address(std::string_view name) {
+  if (name.starts_with('[')) {
+    return name.ends_with(']');
+  }
+  return !name.empty() && std::ranges::all_of(name, [](unsigned char character) {
+    return std::isdigit(character) != 0 || character == '.';
+  });
+}
+
+std::optional<Response> Site::refusal_of(const Request& request) const {
+  std::string name(name_of_host(request.host));
+  std::ranges::transform(name, name.begin(),
+                         [](unsigned char character) { return std::tolower(character); });
+  if (!is_address(name) && name != "localhost" && !parts_.names.contains(name)) {
+    return error_response(
+        403, fmt::format("this server is not called '{}'; start it with --name {} if it is", name,
+                         name));
+  }
+  if (request.method == "POST") {
+    const bool other_page =
+        (!request.origin.empty() && !request.origin.ends_with("://" + request.host)) ||
+        (!request.fetch_site.empty() && request.fetch_site != "same-origin" &&
+         request.fetch_site != "none");
+    if (other_page) {
+      return error_response(403, "this comes from a page of another server; use the page itself");
+    }
+    return std::nullopt;
+  }
+  if (request.method != "GET" && request.method != "HEAD") {
+    Response response = error_response(405, "only GET, HEAD and POST are understood");
+    response.headers.emplace_back("Allow", "GET, HEAD, POST");
+    return response;
+  }
+  return std::nullopt;
+}
+
+Outcome Site::answer(const Request& request, const fabric::Moment& now) const {
+  if (auto refusal = refusal_of(request)) {
+    return std::move(*refusal);
+  }
+  const auto target = parse_target(request.target);
+  if (!target) {
+    return error_response(400, "the address of this request makes no sense");
+  }
+  const std::vector<std::string>& path = target->path;
+  if (!path.empty() && path.front() == "api") {
+    return api(*target, request, now);
+  }
+  if (request.method == "POST") {
+    return error_response(405, "only GET and HEAD are understood here");
+  }
+  if (path.size() == 1 && path.front() == "healthz") {
+    return json_response(boost::json::object{{"status", "ok"}});
+  }
+  if (path.size() == 1 && path.front() == "metrics" && parts_.metrics) {
+    return Response{.content_type = "text/plain; version=0.0.4; charset=utf-8",
+                    .body = std::make_shared<const std::string>(parts_.metrics()),
+                    .headers = {{"Cache-Control", "no-store"}}};
+  }
+  std::string name;
+  for (const std::string& part : path) {
+    name += (name.empty() ? "" : "/") + part;
+  }
+  if (auto page = parts_.pages.answer(name, request)) {
+    return std::move(*page);
+  }
+  return error_response(404, "there is no such file; the page is at /");
+}
+
+Outcome Site::api(const Target& target, const Request& request, const fabric::Moment& now) const {
+  const std::vector<std::string> path(target.path.begin() + 1, target.path.end());
+  const std::string what = path.empty() ? std::string() : path.front();
+  if (what == "session" || what == "login" || what == "logout" || what == "actions") {
+    if (parts_.desk != nullptr) {
+      return parts_.desk->answer(path, request, now);
+    }
+    if (what == "session" && path.size() == 1 && request.method != "POST") {
+      return json_response(boost::json::object{{"actions", false}});
+    }
+    return error_response(403, "nobody may act here; start 'millrace web' with --allow-actions");
+  }
+  if (request.method == "POST") {
+    return error_response(405, "only GET and HEAD are understood here");
+  }
+  if (what == "recordings") {
+    return recordings(target);
+  }
+  if (what == "calls") {
+    return calls(target);
+  }
+  if (path.size() != 1) {
+    return not_found("such thing");
+  }
+  if (what == "live") {
+    return StreamLive{};
+  }
+  if (what == "about") {
+    return json_response(parts_.plant.about(now));
+  }
+  if (what == "snapshot") {
+    return json_response(parts_.plant.snapshot(now));
+  }
+  if (what == "machines") {
+    return json_response(parts_.plant.machines());
+  }
+  if (what == "channels") {
+    return json_response(parts_.plant.channels(now));
+  }
+  if (what == "services") {
+    return json_response(parts_.plant.services(now));
+  }
+  if (what == "history") {
+    return json_response(parts_.plant.history());
+  }
+  if (what == "doctor" && parts_.doctor) {
+    return later(Lane::doctor, [look = parts_.doctor] { return json_response(look()); });
+  }
+  return not_found("such thing");
+}
+
+Outcome Site::calls(const Target& target) const {
+  if (target.path.size() == 2) {
+    const auto filter = filter_of(target);
+    const auto limit = number_in(target, "limit", calls_unless_asked);
+    if (!filter || !limit) {
+      return error_response(400, filter ? "limit is no number" : filter.error());
+    }
+    return json_response(parts_.plant.calls(*filter, std::min(*limit, most_calls)));
+  }
+  const auto call = target.path.size() == 3 ? fabric::parse_call_id(target.path[2]) : std::nullopt;
+  if (!call) {
+    return not_found("such call");
+  }
+  const recording::Timeline timeline = parts_.plant.book().timeline(*call);
+  if (timeline.steps.empty()) {
+    return error_response(404, fmt::format("call {} is not among those of the last time; a "
+                                           "recording may have it",
+                                           call->to_string()));
+  }
+  return json_response(print::json_of(timeline));
+}
+
+Outcome Site::recordings(const Target& target) const {
+  const auto files = parts_.recordings;
+  if (!files) {
+    return error_response(404, "no recordings are shown; start 'millrace web' with --recordings");
+  }
+  const std::vector<std::string>& path = target.path;
+  if (path.size() == 2) {
+    return later(Lane::recordings, [files] { return response_of(files->list()); });
+  }
+  const std::string name = path[2];
+  if (path.size() == 3) {
+    return later(Lane::recordings, [files, name] { return response_of(files->info(name)); });
+  }
+  if (path.size() == 4 && path[3] == "file") {
+    auto file = files->download(name);
+    return file ? Outcome(std::move(*file))
+                : Outcome(error_response(file.error().status, file.error().what));
+  }
+  if (path[3] != "calls" || path.size() > 5) {
+    return not_found("such thing of a recording");
+  }
+  if (path.size() == 5) {
+    const auto call = fabric::parse_call_id(path[4]);
+    if (!call) {
+      return not_found("such call");
+    }
+    return later(Lane::recordings,
+                 [files, name, id = *call] { return response_of(files->timeline(name, id)); });
+  }
+  const auto filter = filter_of(target);
+  const auto limit = number_in(target, "limit", calls_unless_asked);
+  const auto skip = number_in(target, "skip", 0);
+  if (!filter || !limit || !skip) {
+    return error_response(400, filter ? "limit or skip is no number" : filter.error());
+  }
+  return later(Lane::recordings, [files, name, wanted = *filter, skipped = *skip,
+                                  most = std::min(*limit, most_calls)] {
+    return response_of(files->calls(name, wanted, skipped, most));
+  });
+}
+
+}  // namespace millrace::tools::web::http

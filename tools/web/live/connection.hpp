@@ -1,0 +1,48 @@
+// One connection of a browser: requests and their answers, one after the other.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+
+#include "base/program/log.hpp"
+#include "tools/web/http/site.hpp"
+#include "tools/web/live/feed.hpp"
+#include "tools/web/live/lanes.hpp"
+#include "tools/web/live/server.hpp"
+
+namespace millrace::tools::web::live {
+
+/// What the connections of a server share.
+struct Shared {
+  const http::Site& site;
+  const ServerOptions& options;
+  Lanes& lanes;
+  Feeds& feeds;
+  ServerCounts& counts;
+  std::function<std::string()>& greeting;
+  base::program::Log log;
+};
+
+class Connection {
+ public:
+  virtual ~Connection() = default;
+
+  /// Until either side ends it.
+  virtual boost::asio::awaitable<void> run() = 0;
+  /// From the loop: ends whatever it waits for.
+  virtual void close() = 0;
+  /// Nothing of a request has been answered or is being answered since then.
+  [[nodiscard]] virtual bool is_idle() const = 0;
+};
+
+/// `tls` may be null: plain HTTP. `shared` and `tls` outlive it.
+std::shared_ptr<Connection> make_connection(boost::asio::ip::tcp::socket socket,
+                                            boost::asio::ssl::context* tls, Shared& shared);
+
+}  // namespace millrace::tools::web::live

@@ -1,0 +1,17 @@
+// What this process uses, as the system tells it.
+#pragma once
+
+#include <optional>
+
+namespace millrace::tools::web::live {
+
+/// Each is nothing where the system does not say.
+struct ProcessUse {
+  std::optional<double> cpu_seconds{};
+  std::optional<double> resident_bytes{};
+  std::optional<double> open_files{};
+};
+
+ProcessUse process_use();
+
+}  // namespace millrace::tools::web::live

@@ -1,0 +1,206 @@
+#include "tools/web/live/server.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <list>
+#include <optional>
+#include <stdexcept>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
+
+#include "base/program/barrier.hpp"
+#include "tools/web/live/connection.hpp"
+#include "tools/web/live/quietly.hpp"
+
+namespace millrace::tools::web::live {
+
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+
+/// How long to wait when the system has no descriptor left for a new connection.
+constexpr auto accept_pause = std::chrono::milliseconds(100);
+
+tcp::acceptor listen(const asio::any_io_executor& executor, const ServerOptions& options) {
+  try {
+    return {executor, {asio::ip::make_address(options.address), options.port}};
+  } catch (const boost::system::system_error& error) {
+    throw std::runtime_error(
+        fmt::format("cannot listen on {}:{}: {}; --listen chooses another address or port",
+                    options.address, options.port, error.code().message()));
+  }
+}
+
+std::optional<asio::ssl::context> tls_context(const ServerOptions& options) {
+  if (options.certificate.empty()) {
+    return std::nullopt;
+  }
+  std::optional<asio::ssl::context> context(asio::ssl::context::tls_server);
+  context->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_sslv2 |
+                       asio::ssl::context::no_sslv3 | asio::ssl::context::no_tlsv1 |
+                       asio::ssl::context::no_tlsv1_1);
+  boost::system::error_code error;
+  context->use_certificate_chain_file(options.certificate, error);
+  if (error) {
+    throw std::runtime_error(
+        fmt::format("--tls-cert {}: {}; expected a certificate and its chain, in PEM",
+                    options.certificate, error.message()));
+  }
+  context->use_private_key_file(options.key, asio::ssl::context::pem, error);
+  if (error) {
+    throw std::runtime_error(
+        fmt::format("--tls-key {}: {}; expected the key of --tls-cert, in PEM, without a password",
+                    options.key, error.message()));
+  }
+  return context;
+}
+
+std::optional<fabric::Time> end_of(SSL_CTX* context) {
+  const X509* certificate = ::SSL_CTX_get0_certificate(context);
+  std::tm time{};
+  if (certificate == nullptr || ::ASN1_TIME_to_tm(::X509_get0_notAfter(certificate), &time) != 1) {
+    return std::nullopt;
+  }
+  return std::chrono::system_clock::from_time_t(::timegm(&time));
+}
+
+}  // namespace
+
+struct Server::Impl : std::enable_shared_from_this<Impl> {
+  Impl(const asio::any_io_executor& executor, ServerOptions wanted, const http::Site& site,
+       base::program::Log destination)
+      : options(std::move(wanted)),
+        tls(tls_context(options)),
+        log(std::move(destination)),
+        feeds(options.most_browsers),
+        lanes(executor),
+        shared{site, options, lanes, feeds, counts, greeting, log},
+        acceptor(listen(executor, options)),
+        port(acceptor.local_endpoint().port()),
+        pause(executor) {}
+
+  static asio::awaitable<void> accept(std::shared_ptr<Impl> self);
+  static asio::awaitable<void> serve(std::shared_ptr<Impl> self,
+                                     std::shared_ptr<Connection> connection);
+  void admit(tcp::socket socket);
+  bool make_room();
+  void stop();
+
+  ServerOptions options;
+  std::optional<asio::ssl::context> tls;
+  base::program::Log log;
+  ServerCounts counts;
+  std::function<std::string()> greeting = [] { return std::string(); };
+  Feeds feeds;
+  Lanes lanes;
+  Shared shared;
+  tcp::acceptor acceptor;
+  std::uint16_t port;
+  asio::steady_timer pause;
+  /// The oldest in front.
+  std::list<std::shared_ptr<Connection>> connections;
+};
+
+asio::awaitable<void> Server::Impl::accept(std::shared_ptr<Impl> self) {
+  while (self->acceptor.is_open()) {
+    auto [error, socket] = co_await self->acceptor.async_accept(quietly);
+    if (!self->acceptor.is_open()) {
+      co_return;
+    }
+    if (error) {
+      self->log->warn("cannot accept a connection: {}", error.message());
+      self->pause.expires_after(accept_pause);
+      co_await self->pause.async_wait(quietly);
+      continue;
+    }
+    self->admit(std::move(socket));
+  }
+}
+
+void Server::Impl::admit(tcp::socket socket) {
+  ++counts.accepted;
+  if (connections.size() >= options.most_connections && !make_room()) {
+    ++counts.displaced;
+    return;  // Every other one is at work; the socket closes here.
+  }
+  boost::system::error_code ignored;
+  socket.set_option(tcp::no_delay(true), ignored);
+  auto connection = make_connection(std::move(socket), tls ? &*tls : nullptr, shared);
+  asio::co_spawn(acceptor.get_executor(), serve(shared_from_this(), std::move(connection)),
+                 base::program::rethrow_from_loop);
+}
+
+bool Server::Impl::make_room() {
+  const auto idle = std::ranges::find_if(
+      connections, [](const auto& connection) { return connection->is_idle(); });
+  if (idle == connections.end()) {
+    return false;
+  }
+  ++counts.displaced;
+  (*idle)->close();
+  connections.erase(idle);
+  return true;
+}
+
+asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self,
+                                          std::shared_ptr<Connection> connection) {
+  self->connections.push_back(connection);
+  co_await connection->run();
+  // It may have made room for another one meanwhile.
+  self->connections.remove(connection);
+}
+
+void Server::Impl::stop() {
+  boost::system::error_code ignored;
+  acceptor.close(ignored);
+  pause.cancel();
+  for (const auto& connection : connections) {
+    connection->close();
+  }
+  // What works there belongs to others, who end after the server.
+  lanes.stop();
+}
+
+Server::Server(const asio::any_io_executor& executor, ServerOptions options, const http::Site& site,
+               base::program::Log log)
+    : impl_(std::make_shared<Impl>(executor, std::move(options), site, std::move(log))) {
+  asio::co_spawn(executor, Impl::accept(impl_), base::program::rethrow_from_loop);
+}
+
+Server::~Server() {
+  impl_->stop();
+}
+
+void Server::on_greeting(std::function<std::string()> greeting) {
+  impl_->greeting = std::move(greeting);
+}
+
+void Server::publish(std::string_view event, std::string_view data) {
+  impl_->feeds.publish(event_text(event, data));
+}
+
+std::uint16_t Server::port() const {
+  return impl_->port;
+}
+
+std::optional<fabric::Time> Server::certificate_ends() const {
+  return impl_->tls ? end_of(impl_->tls->native_handle()) : std::nullopt;
+}
+
+ServerCounts Server::counts() const {
+  ServerCounts counts = impl_->counts;
+  counts.connections = impl_->connections.size();
+  counts.browsers = impl_->feeds.size();
+  return counts;
+}
+
+std::string event_text(std::string_view event, std::string_view data) {
+  return fmt::format("event: {}\ndata: {}\n\n", event, data);
+}
+
+}  // namespace millrace::tools::web::live

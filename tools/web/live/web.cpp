@@ -1,0 +1,196 @@
+#include "tools/web/live/web.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/json/serialize.hpp>
+
+#include "base/loop/watchdog.hpp"
+#include "base/posix/host.hpp"
+#include "fabric/observer/observer.hpp"
+#include "tools/bus/operator.hpp"
+#include "tools/web/gate/gate.hpp"
+#include "tools/web/live/examiner.hpp"
+#include "tools/web/live/process.hpp"
+#include "tools/web/metrics/metrics.hpp"
+
+namespace millrace::tools::web::live {
+
+namespace {
+
+/// How often browsers are told what has changed.
+constexpr auto tick = std::chrono::milliseconds(250);
+/// For a gateway or instance to say what came of a command.
+constexpr auto patience_for_a_word = std::chrono::seconds(2);
+/// For the last word to be taken.
+constexpr auto goodbye = std::chrono::milliseconds(200);
+
+fabric::Moment now() {
+  return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
+}
+
+/// As a browser sends it.
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char character) { return std::tolower(character); });
+  return text;
+}
+
+std::set<std::string> names_of(const WebOptions& options) {
+  std::set<std::string> names{lower(base::posix::host_name())};
+  for (const std::string& name : options.names) {
+    names.insert(lower(name));
+  }
+  return names;
+}
+
+}  // namespace
+
+struct Web::Impl : fabric::observer::ObserverListener {
+  Impl(WebOptions wanted, base::program::Log destination);
+  ~Impl() override;
+
+  void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
+  std::optional<gate::Gate> make_gate();
+  void run();
+  void schedule_tick();
+  void say_goodbye();
+  [[nodiscard]] std::string metrics_text() const;
+  std::optional<fabric::Outcome> issue(const fabric::Command& command);
+
+  WebOptions options;
+  base::program::Log log;
+  boost::asio::io_context io{1};
+  /// Before all that needs descriptors: Cyclone's select() knows 1024.
+  fabric::dds::Participant participant;
+  fabric::Time started = std::chrono::system_clock::now();
+  plant::Plant plant;
+  metrics::Metrics metrics;
+  http::Pages pages;
+  std::shared_ptr<http::Recordings> recordings;
+  std::shared_ptr<Examiner> examiner;
+  std::optional<gate::Gate> gate;
+  http::Site site;
+  Server server;
+  const base::loop::Watchdog watchdog{io.get_executor()};
+  boost::asio::steady_timer timer{io};
+  boost::asio::signal_set signals{io, SIGINT, SIGTERM};
+  fabric::observer::Observer observer;
+};
+
+Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
+    : options(std::move(wanted)),
+      log(std::move(destination)),
+      participant(options.join),
+      plant({.version = options.version,
+             .host = base::posix::host_name(),
+             .fabric = options.join.fabric,
+             .domain = options.join.domain,
+             .started = started,
+             .recordings = !options.recordings.empty(),
+             .actions = !options.users.empty()}),
+      recordings(options.recordings.empty()
+                     ? nullptr
+                     : std::make_shared<http::Recordings>(options.recordings)),
+      examiner(std::make_shared<Examiner>(
+          doctor::Examination{.join = options.join, .joining = options.joining})),
+      gate(make_gate()),
+      site({.plant = plant,
+            .pages = pages,
+            .recordings = recordings,
+            .metrics = [this] { return metrics_text(); },
+            .doctor = [examiner = examiner] { return examiner->report(); },
+            .desk = gate ? &*gate : nullptr,
+            .names = names_of(options)}),
+      server(io.get_executor(), options.server, site, log),
+      observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
+  server.on_greeting(
+      [this] { return event_text("snapshot", boost::json::serialize(plant.snapshot(now()))); });
+}
+
+std::optional<gate::Gate> Web::Impl::make_gate() {
+  if (options.users.empty()) {
+    return std::nullopt;
+  }
+  const bool secure = !options.server.certificate.empty() || options.behind_proxy;
+  return std::optional<gate::Gate>(
+      std::in_place,
+      gate::GateOptions{
+          .users = options.users, .host = base::posix::host_name(), .secure_cookie = secure},
+      [this](const fabric::Command& command) { return issue(command); }, gate::draw_secret, log);
+}
+
+/// In the thread of operators: DDS lets threads share a participant.
+std::optional<fabric::Outcome> Web::Impl::issue(const fabric::Command& command) {
+  const auto heard = bus::issue(participant, {command}, patience_for_a_word);
+  const auto word = heard.find(command.id);
+  return word == heard.end() ? std::nullopt : std::optional(word->second.outcome);
+}
+
+std::string Web::Impl::metrics_text() const {
+  const ServerCounts counts = server.counts();
+  const ProcessUse use = process_use();
+  return metrics.text(plant, {.version = options.version,
+                              .started = started,
+                              .bus = observer.counts(),
+                              .connections = counts.connections,
+                              .browsers = counts.browsers,
+                              .requests = counts.requests,
+                              .displaced = counts.displaced,
+                              .dropped = counts.dropped,
+                              .certificate_ends = server.certificate_ends(),
+                              .cpu_seconds = use.cpu_seconds,
+                              .resident_bytes = use.resident_bytes,
+                              .open_files = use.open_files});
+}
+
+Web::Impl::~Impl() {
+  if (recordings) {
+    recordings->stop();
+  }
+}
+
+void Web::Impl::run() {
+  signals.async_wait([this](const boost::system::error_code&, int) { say_goodbye(); });
+  schedule_tick();
+  io.run();
+}
+
+void Web::Impl::schedule_tick() {
+  timer.expires_after(tick);
+  timer.async_wait([this](const boost::system::error_code& error) {
+    if (error) {
+      return;
+    }
+    plant.set_counts(observer.counts());
+    if (const auto changes = plant.changes(now())) {
+      server.publish("changes", boost::json::serialize(*changes));
+    }
+    schedule_tick();
+  });
+}
+
+void Web::Impl::say_goodbye() {
+  server.publish("bye", R"({"reason":"millrace web ends"})");
+  timer.expires_after(goodbye);
+  timer.async_wait([this](const boost::system::error_code&) { io.stop(); });
+}
+
+Web::Web(WebOptions options, base::program::Log log)
+    : impl_(std::make_unique<Impl>(std::move(options), std::move(log))) {}
+
+Web::~Web() = default;
+
+std::uint16_t Web::port() const {
+  return impl_->server.port();
+}
+
+void Web::run() {
+  impl_->run();
+}
+
+}  // namespace millrace::tools::web::live

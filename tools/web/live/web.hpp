@@ -1,0 +1,55 @@
+// `millrace web` while it runs: an observer of the fabric on one side, browsers on the other, one
+// loop for both.
+//
+//   Web web(options, log);           // joins, listens
+//   web.run();                       // until a signal
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "base/program/log.hpp"
+#include "fabric/dds/participant.hpp"
+#include "tools/doctor/findings.hpp"
+#include "tools/web/gate/users.hpp"
+#include "tools/web/live/server.hpp"
+
+namespace millrace::tools::web::live {
+
+struct WebOptions {
+  fabric::dds::ParticipantOptions join{};
+  /// How the doctor is told that it joins.
+  doctor::Joining joining{};
+  ServerOptions server{};
+  /// Empty: no recordings are shown.
+  std::filesystem::path recordings{};
+  /// Who may act; nobody if it is empty.
+  gate::Users users{};
+  /// A proxy does TLS.
+  bool behind_proxy = false;
+  /// What a browser may call this server, besides its addresses, "localhost" and this host's name.
+  std::set<std::string> names{};
+  std::string version{};
+};
+
+class Web {
+ public:
+  /// Throws std::runtime_error if the fabric cannot be joined, or nothing listened on.
+  Web(WebOptions options, base::program::Log log);
+  ~Web();
+  Web(const Web&) = delete;
+  Web& operator=(const Web&) = delete;
+
+  [[nodiscard]] std::uint16_t port() const;
+  /// Until SIGINT or SIGTERM.
+  void run();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::tools::web::live

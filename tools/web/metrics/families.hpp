@@ -1,0 +1,64 @@
+// Makes the families of metrics that Prometheus is told, one sample after the other. Pure.
+//
+//   Families families;
+//   families.gauge("millrace_link_up", "Whether …").add({{"machine", "cnc"}}, 1);
+//   families.text()
+#pragma once
+
+#include <chrono>
+#include <initializer_list>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <prometheus/metric_family.h>
+
+namespace millrace::tools::web::metrics {
+
+/// Names and values; a value is UTF-8, whatever it was.
+using Labels = std::vector<std::pair<std::string, std::string>>;
+
+/// Fixed, so that what different hosts count can be added: from what a hop on one host takes to
+/// what a program waits for a person.
+class Buckets {
+ public:
+  void add(std::chrono::nanoseconds duration);
+  [[nodiscard]] prometheus::ClientMetric::Histogram histogram() const;
+
+ private:
+  std::vector<std::uint64_t> counts_;
+  std::uint64_t count_ = 0;
+  double sum_ = 0;
+};
+
+class Family {
+ public:
+  explicit Family(prometheus::MetricFamily& family) : family_(family) {}
+
+  void add(const Labels& labels, double value);
+  void add(const Labels& labels, const Buckets& buckets);
+
+ private:
+  prometheus::MetricFamily& family_;
+};
+
+class Families {
+ public:
+  // Names and units as Prometheus wants them: base units, a counter ends with _total.
+  Family gauge(std::string name, std::string help);
+  Family counter(std::string name, std::string help);
+  Family histogram(std::string name, std::string help);
+
+  /// In the text format 0.0.4; a family without samples is left out.
+  [[nodiscard]] std::string text() const;
+
+ private:
+  Family add(std::string name, std::string help, prometheus::MetricType type);
+
+  std::vector<std::unique_ptr<prometheus::MetricFamily>> families_;
+};
+
+}  // namespace millrace::tools::web::metrics

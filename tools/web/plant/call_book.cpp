@@ -1,0 +1,108 @@
+#include "tools/web/plant/call_book.hpp"
+
+namespace millrace::tools::web::plant {
+
+bool CallFilter::takes(const EndedCall& ended) const {
+  const recording::FollowedCall& call = ended.call;
+  return (machine.empty() || call.key.machine == machine) &&
+         (channel == 0 || call.key.channel == channel) && (uuid.empty() || call.uuid == uuid) &&
+         (instance.empty() || call.instance.to_string() == instance) && (!failed || ended.failed);
+}
+
+const EndedCall* CallBook::add(const recording::Entry& entry) {
+  std::optional<recording::FollowedCall> over = follower_.add(entry);
+  const fabric::CallId call = recording::call_of(entry);
+  const bool tells_of_its_way = std::holds_alternative<fabric::Request>(entry.sample) ||
+                                std::holds_alternative<fabric::Reply>(entry.sample) ||
+                                std::holds_alternative<fabric::Event>(entry.sample);
+  if (call == fabric::CallId{} || !tells_of_its_way) {
+    return nullptr;
+  }
+  Kept& kept = open(call);
+  kept.timeline.add(entry);
+  if (recording::is_failure(entry)) {
+    kept.failed = true;
+    if (kept.ended) {
+      // The reply of a call may come after its end, from another writer.
+      kept.ended->failed = true;
+    }
+  }
+  if (!over) {
+    return nullptr;
+  }
+  end(kept, std::move(*over));
+  return &*kept.ended;
+}
+
+CallBook::Kept& CallBook::open(const fabric::CallId& call) {
+  if (const auto known = calls_.find(call); known != calls_.end()) {
+    return known->second;
+  }
+  if (open_.size() >= limits_.open) {
+    calls_.erase(open_.front());
+    open_.pop_front();
+  }
+  const auto place = open_.insert(open_.end(), call);
+  return calls_.emplace(call, Kept{.timeline = recording::TimelineBuilder(call), .place = place})
+      .first->second;
+}
+
+void CallBook::end(Kept& kept, recording::FollowedCall call) {
+  const bool answered_by_a_service =
+      call.last == fabric::EventKind::written && call.instance != fabric::InstanceId{};
+  if (kept.ended) {
+    return;  // A gateway that resumed told its end once more.
+  }
+  open_.erase(kept.place);
+  ended_.push_back(call.id);
+  kept.ended = EndedCall{std::move(call), kept.failed || !answered_by_a_service};
+  if (ended_.size() > limits_.ended) {
+    forget_oldest();
+  }
+}
+
+void CallBook::forget_oldest() {
+  const auto oldest = calls_.find(ended_.front());
+  ended_.pop_front();
+  if (!oldest->second.ended->failed || limits_.failed == 0) {
+    calls_.erase(oldest);
+    return;
+  }
+  failed_.push_back(oldest->first);
+  if (failed_.size() > limits_.failed) {
+    calls_.erase(failed_.front());
+    failed_.pop_front();
+  }
+}
+
+recording::Timeline CallBook::timeline(const fabric::CallId& call) const {
+  const auto known = calls_.find(call);
+  return known == calls_.end() ? recording::Timeline{} : known->second.timeline.build();
+}
+
+const EndedCall* CallBook::ended(const fabric::CallId& call) const {
+  const auto known = calls_.find(call);
+  return known == calls_.end() || !known->second.ended ? nullptr : &*known->second.ended;
+}
+
+std::vector<const EndedCall*> CallBook::list(const CallFilter& filter, std::size_t most) const {
+  std::vector<const EndedCall*> found;
+  for (const std::deque<fabric::CallId>* part : {&ended_, &failed_}) {
+    for (auto id = part->rbegin(); id != part->rend() && found.size() < most; ++id) {
+      const EndedCall* call = ended(*id);
+      if (filter.takes(*call)) {
+        found.push_back(call);
+      }
+    }
+  }
+  return found;
+}
+
+const EndedCall* CallBook::oldest() const {
+  if (!failed_.empty()) {
+    return ended(failed_.front());
+  }
+  return ended_.empty() ? nullptr : ended(ended_.front());
+}
+
+}  // namespace millrace::tools::web::plant

@@ -1,0 +1,69 @@
+// Calls, errors, times and load over the last half hour, in steps: for lines over time. Pure.
+//
+//   history.add_call(uuid, instance, duration, failed);
+//   history.step(running);                              // every `step_length`
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/json/object.hpp>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::tools::web::plant {
+
+class History {
+ public:
+  static constexpr std::chrono::seconds step_length{5};
+  static constexpr std::size_t most_steps = 360;
+  /// Of so many services and instances there are lines; one that crashes at each start is a new one
+  /// each time.
+  static constexpr std::size_t most_lines = 1'000;
+
+  void add_call(const std::string& uuid, const fabric::InstanceId& instance,
+                std::optional<std::chrono::nanoseconds> duration, bool failed);
+  /// Ends a step at `now`. `running`: the calls that each instance has; who is not in it is gone,
+  /// and its line goes when nothing of it is left to show.
+  void step(fabric::Time now, const std::map<fabric::InstanceId, std::uint32_t>& running);
+
+  /// {step_ms, end, totals, services, instances}.
+  [[nodiscard]] boost::json::object json() const;
+
+ private:
+  struct Point {
+    float per_second = 0;
+    float errors_per_second = 0;
+    /// Milliseconds; negative = none.
+    float p50 = -1;
+    float p99 = -1;
+    std::int32_t running = -1;
+  };
+  struct Line {
+    std::vector<std::chrono::nanoseconds> durations{};
+    std::uint32_t calls = 0;
+    std::uint32_t errors = 0;
+    std::deque<Point> points{};
+
+    void add(std::optional<std::chrono::nanoseconds> duration, bool failed);
+    void step(std::optional<std::uint32_t> running);
+    /// Nothing happened in all of its points.
+    [[nodiscard]] bool is_empty() const;
+    [[nodiscard]] boost::json::object json() const;
+  };
+
+  template <typename Lines>
+  static void drop_empty(Lines& lines);
+
+  Line totals_;
+  std::map<std::string, Line> services_;
+  std::map<fabric::InstanceId, Line> instances_;
+  fabric::Time end_{};
+};
+
+}  // namespace millrace::tools::web::plant

@@ -1,0 +1,220 @@
+#include "tools/web/plant/plant.hpp"
+
+#include <algorithm>
+
+#include "tools/print/json.hpp"
+
+namespace millrace::tools::web::plant {
+
+namespace {
+
+/// Names of services that are gone are kept for the calls that name them, but not without end.
+constexpr std::size_t most_names = 4'096;
+/// How often the figures of what moves are told.
+constexpr auto pause_of_figures = std::chrono::seconds(1);
+
+bool goes_by_itself(fabric::ChannelState state) {
+  return state == fabric::ChannelState::idle || state == fabric::ChannelState::running ||
+         state == fabric::ChannelState::answering;
+}
+
+}  // namespace
+
+const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment& now) {
+  live_.add(entry);
+  const EndedCall* ended = book_.add(entry);
+  if (ended != nullptr) {
+    add_ended(*ended, now);
+  }
+  if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+    channels_changed_.insert(channel->key);
+  } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
+    mark_all_of(machine->machine);
+  } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
+    if (live_.instances().contains(status->instance)) {
+      services_changed_.insert(status->instance);
+    }
+  } else if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
+    add_news(*news);
+  }
+  return ended;
+}
+
+void Plant::add_news(const recording::InstanceNews& news) {
+  const fabric::InstanceId& id = news.identity.id;
+  if (news.change == recording::Change::gone) {
+    services_changed_.erase(id);
+    services_gone_.insert(id);
+    instance_pace_.erase(id);
+    moving_instances_.erase(id);
+    return;
+  }
+  services_gone_.erase(id);
+  services_changed_.insert(id);
+  if (service_names_.size() < most_names || service_names_.contains(news.identity.uuid)) {
+    service_names_.insert_or_assign(news.identity.uuid, news.identity.name);
+  }
+}
+
+void Plant::add_ended(const EndedCall& ended, const fabric::Moment& now) {
+  const recording::FollowedCall& call = ended.call;
+  ++ended_;
+  failed_ += ended.failed ? 1U : 0U;
+  const auto duration = call.duration();
+  pace_.add(now.steady, duration, ended.failed);
+  channel_pace_[call.key].add(now.steady, duration, ended.failed);
+  moving_channels_.insert(call.key);
+  if (live_.instances().contains(call.instance)) {
+    instance_pace_[call.instance].add(now.steady, duration, ended.failed);
+    moving_instances_.insert(call.instance);
+  }
+  history_.add_call(call.uuid, call.instance, duration, ended.failed);
+  calls_ended_.push_back(call.id);
+}
+
+void Plant::mark_all_of(const std::string& machine) {
+  for (auto link = live_.machines().lower_bound({machine, {}});
+       link != live_.machines().end() && link->first.first == machine; ++link) {
+    machines_changed_.insert(link->first);
+  }
+  for (auto channel = live_.channels().lower_bound({machine, 0});
+       channel != live_.channels().end() && channel->first.machine == machine; ++channel) {
+    channels_changed_.insert(channel->first);
+  }
+}
+
+void Plant::mark_what_moves(const fabric::Moment& now) {
+  if (moved_ && now.steady - *moved_ < pause_of_figures) {
+    return;
+  }
+  moved_ = now.steady;
+  channels_changed_.insert(moving_channels_.begin(), moving_channels_.end());
+  services_changed_.insert(moving_instances_.begin(), moving_instances_.end());
+  std::erase_if(moving_channels_, [&](const fabric::ChannelKey& key) {
+    return !channel_pace_[key].is_moving(now.steady);
+  });
+  std::erase_if(moving_instances_, [&](const fabric::InstanceId& id) {
+    return !instance_pace_[id].is_moving(now.steady);
+  });
+}
+
+void Plant::end_steps(const fabric::Moment& now) {
+  if (!stepped_) {
+    stepped_ = now.steady;
+  }
+  for (; now.steady - *stepped_ >= History::step_length; *stepped_ += History::step_length) {
+    std::map<fabric::InstanceId, std::uint32_t> running;
+    for (const auto& [id, instance] : live_.instances()) {
+      running.emplace(id, instance.status ? instance.status->running : 0);
+    }
+    history_.step(now.wall, running);
+  }
+}
+
+bool Plant::may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const {
+  const auto channel = live_.channels().find(key);
+  const auto told = channel_told_.find(key);
+  return channel != live_.channels().end() && goes_by_itself(channel->second.state) &&
+         told != channel_told_.end() && now.steady - told->second < pause_of_a_busy_channel;
+}
+
+std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
+  end_steps(now);
+  mark_what_moves(now);
+  boost::json::array machines;
+  boost::json::array machines_gone;
+  for (const MachineKey& key : machines_changed_) {
+    const fabric::MachineStatus& status = live_.machines().at(key);
+    boost::json::object machine;
+    if (is_former(status)) {
+      machine = {{"machine", print::utf8(status.machine)}, {"gateway", status.gateway.to_string()}};
+      machines_gone.push_back(std::move(machine));
+    } else {
+      print::put_machine(machine, status);
+      machines.push_back(std::move(machine));
+    }
+  }
+  machines_changed_.clear();
+  boost::json::array channels;
+  std::erase_if(channels_changed_, [&](const fabric::ChannelKey& key) {
+    const auto channel = live_.channels().find(key);
+    if (channel == live_.channels().end()) {
+      return true;  // A tool called in the name of a channel that no gateway has told of.
+    }
+    if (may_wait(key, now)) {
+      return false;
+    }
+    channels.push_back(channel_json(channel->second, now));
+    channel_told_.insert_or_assign(key, now.steady);
+    return true;
+  });
+  boost::json::array services;
+  for (const fabric::InstanceId& id : services_changed_) {
+    services.push_back(service_json(live_.instances().at(id), now));
+  }
+  services_changed_.clear();
+  boost::json::array gone;
+  for (const fabric::InstanceId& id : services_gone_) {
+    gone.emplace_back(id.to_string());
+  }
+  services_gone_.clear();
+  std::uint64_t skipped = 0;
+  boost::json::array calls = take_calls(skipped);
+
+  const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
+                       !gone.empty() || !calls.empty();
+  if (!is_news && told_ && now.steady - *told_ < heartbeat) {
+    return std::nullopt;
+  }
+  told_ = now.steady;
+  boost::json::object out{{"totals", totals(now)}};
+  print::put_time(out, "time", now.wall);
+  const auto put = [&](const char* name, boost::json::array&& list) {
+    if (!list.empty()) {
+      out[name] = std::move(list);
+    }
+  };
+  put("machines", std::move(machines));
+  put("channels", std::move(channels));
+  put("services", std::move(services));
+  put("calls", std::move(calls));
+  boost::json::object parted;
+  if (!gone.empty()) {
+    parted["services"] = std::move(gone);
+  }
+  if (!machines_gone.empty()) {
+    parted["machines"] = std::move(machines_gone);
+  }
+  if (!parted.empty()) {
+    out["gone"] = std::move(parted);
+  }
+  if (skipped > 0) {
+    out["skipped"] = skipped;
+  }
+  return out;
+}
+
+boost::json::array Plant::take_calls(std::uint64_t& skipped) {
+  std::vector<const EndedCall*> ended;
+  for (const fabric::CallId& id : calls_ended_) {
+    if (const EndedCall* call = book_.ended(id)) {
+      ended.push_back(call);
+    }
+  }
+  calls_ended_.clear();
+  if (ended.size() > calls_in_change) {
+    skipped = ended.size() - calls_in_change;
+    // Failed ones first, then the newest of the others.
+    std::ranges::reverse(ended);
+    std::ranges::stable_partition(ended, [](const EndedCall* call) { return call->failed; });
+    ended.resize(calls_in_change);
+    std::ranges::stable_sort(ended, {}, [](const EndedCall* call) { return call->call.ended; });
+  }
+  boost::json::array calls;
+  for (const EndedCall* call : ended) {
+    calls.push_back(json_of(*call));
+  }
+  return calls;
+}
+
+}  // namespace millrace::tools::web::plant

@@ -1,0 +1,124 @@
+// What a page is told of the plant: all of it once, then what has changed. Pure.
+//
+//   plant.add(entry, now);                              // each entry of an observer, as it comes
+//   plant.snapshot(now)                                 // for who is new
+//   if (auto changes = plant.changes(now)) …            // some times a second, for all others
+//
+// The objects have the fields of the commands' --json, and some more (docs/web.md).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+
+#include "fabric/moment.hpp"
+#include "fabric/observer/observer.hpp"
+#include "tools/bus/live.hpp"
+#include "tools/web/plant/call_book.hpp"
+#include "tools/web/plant/history.hpp"
+#include "tools/web/plant/pace.hpp"
+
+namespace millrace::tools::web::plant {
+
+/// Who tells it: the server.
+struct About {
+  std::string version{};
+  std::string host{};
+  std::string fabric{};
+  std::uint32_t domain = 0;
+  fabric::Time started{};
+  bool recordings = false;
+  bool actions = false;
+};
+
+class Plant {
+ public:
+  /// Calls that a snapshot has, and at most so many a change.
+  static constexpr std::size_t calls_in_snapshot = 200;
+  static constexpr std::size_t calls_in_change = 50;
+  /// A change is told at least this often, as a sign of life.
+  static constexpr std::chrono::seconds heartbeat{2};
+  /// A channel that goes from call to call is told this often; one that needs somebody, at once.
+  static constexpr std::chrono::milliseconds pause_of_a_busy_channel{500};
+
+  explicit Plant(About about) : about_(std::move(about)) {}
+
+  /// The call that ends with this entry; valid until the next one.
+  const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
+  /// What the bus counted.
+  void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
+
+  [[nodiscard]] boost::json::object snapshot(const fabric::Moment& now) const;
+  /// What is new since the last time; nothing if nothing is and the heartbeat is not due.
+  std::optional<boost::json::object> changes(const fabric::Moment& now);
+
+  [[nodiscard]] boost::json::object about(const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::array machines() const;
+  [[nodiscard]] boost::json::array channels(const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::array services(const fabric::Moment& now) const;
+  /// {calls, kept, oldest}.
+  [[nodiscard]] boost::json::object calls(const CallFilter& filter, std::size_t most) const;
+  [[nodiscard]] boost::json::object history() const { return history_.json(); }
+  [[nodiscard]] const bus::Live& live() const { return live_; }
+  [[nodiscard]] const CallBook& book() const { return book_; }
+
+  /// As a call is shown wherever it is.
+  [[nodiscard]] boost::json::object json_of(const EndedCall& call) const;
+
+ private:
+  using MachineKey = bus::Live::Machines::key_type;
+
+  void add_news(const recording::InstanceNews& news);
+  void add_ended(const EndedCall& ended, const fabric::Moment& now);
+  void mark_all_of(const std::string& machine);
+  void mark_what_moves(const fabric::Moment& now);
+  void end_steps(const fabric::Moment& now);
+  [[nodiscard]] bool may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const;
+  /// It is the machine's former gateway: one that is gone while another one is there.
+  [[nodiscard]] bool is_former(const fabric::MachineStatus& status) const;
+  [[nodiscard]] std::string_view link_of(const std::string& machine) const;
+  [[nodiscard]] std::string name_of_service(const std::string& uuid) const;
+  [[nodiscard]] boost::json::object channel_json(const fabric::ChannelStatus& status,
+                                                 const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::object service_json(const bus::LiveInstance& instance,
+                                                 const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::object totals(const fabric::Moment& now) const;
+  boost::json::array take_calls(std::uint64_t& skipped);
+
+  About about_;
+  bus::Live live_;
+  CallBook book_;
+  History history_;
+  /// By UUID; also of services that have no instance any more.
+  std::map<std::string, std::string> service_names_;
+  std::map<fabric::ChannelKey, Pace> channel_pace_;
+  std::map<fabric::InstanceId, Pace> instance_pace_;
+  /// Whose figures change although nothing is told of them.
+  std::set<fabric::ChannelKey> moving_channels_;
+  std::set<fabric::InstanceId> moving_instances_;
+  Pace pace_;
+  std::uint64_t ended_ = 0;
+  std::uint64_t failed_ = 0;
+  fabric::observer::Counts counts_;
+
+  // What nobody was told yet.
+  std::set<MachineKey> machines_changed_;
+  std::set<fabric::ChannelKey> channels_changed_;
+  std::set<fabric::InstanceId> services_changed_;
+  std::set<fabric::InstanceId> services_gone_;
+  std::vector<fabric::CallId> calls_ended_;
+
+  std::map<fabric::ChannelKey, fabric::SteadyTime> channel_told_;
+  std::optional<fabric::SteadyTime> told_;
+  std::optional<fabric::SteadyTime> moved_;
+  std::optional<fabric::SteadyTime> stepped_;
+};
+
+}  // namespace millrace::tools::web::plant

@@ -1,0 +1,182 @@
+// Plant: the objects that a page is told.
+#include "tools/print/call_text.hpp"
+#include "tools/print/json.hpp"
+#include "tools/web/plant/plant.hpp"
+
+namespace millrace::tools::web::plant {
+
+namespace {
+
+double in_ms(std::chrono::nanoseconds duration) {
+  return std::chrono::duration<double, std::milli>(duration).count();
+}
+
+void put_duration(boost::json::object& out, const char* name,
+                  const std::optional<std::chrono::nanoseconds>& duration) {
+  if (duration) {
+    out[name] = in_ms(*duration);
+  }
+}
+
+}  // namespace
+
+bool Plant::is_former(const fabric::MachineStatus& status) const {
+  // An observer leaves nothing but the name of one that is gone.
+  if (!status.host.empty()) {
+    return false;
+  }
+  for (auto link = live_.machines().lower_bound({status.machine, {}});
+       link != live_.machines().end() && link->first.first == status.machine; ++link) {
+    if (!link->second.host.empty()) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::string_view Plant::link_of(const std::string& machine) const {
+  bool is_heard = false;
+  for (auto link = live_.machines().lower_bound({machine, {}});
+       link != live_.machines().end() && link->first.first == machine; ++link) {
+    if (link->second.connected) {
+      return "up";
+    }
+    is_heard = is_heard || !link->second.host.empty();
+  }
+  return is_heard ? "down" : "gone";
+}
+
+std::string Plant::name_of_service(const std::string& uuid) const {
+  const auto known = service_names_.find(fabric::canonical_uuid(uuid));
+  return known == service_names_.end() ? std::string() : print::utf8(known->second);
+}
+
+boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
+                                        const fabric::Moment& now) const {
+  boost::json::object out = print::json_of(status);
+  out["link"] = link_of(status.key.machine);
+  if (!status.uuid.empty()) {
+    if (std::string name = name_of_service(status.uuid); !name.empty()) {
+      out["service"] = std::move(name);
+    }
+  }
+  if (const auto instance = live_.instances().find(status.instance);
+      instance != live_.instances().end()) {
+    out["name"] = print::utf8(instance->second.identity.name);
+    out["host"] = print::utf8(instance->second.identity.host);
+  }
+  const auto call = book_.under_way().find(status.key);
+  if (call != book_.under_way().end() && call->second.id == status.call && call->second.request) {
+    out["request"] = print::text_json(*call->second.request);
+    out["request_state"] = call->second.request_state;
+    print::put_time(out, "seen", call->second.seen);
+  }
+  const auto pace = channel_pace_.find(status.key);
+  const Figures figures =
+      pace == channel_pace_.end() ? Figures{} : pace->second.figures(now.steady);
+  out["calls_per_second"] = figures.per_second;
+  put_duration(out, "recent_mean_ms", figures.mean);
+  return out;
+}
+
+boost::json::object Plant::service_json(const bus::LiveInstance& instance,
+                                        const fabric::Moment& now) const {
+  boost::json::object out = print::json_of(instance.identity, instance.status);
+  const auto pace = instance_pace_.find(instance.identity.id);
+  const Figures figures =
+      pace == instance_pace_.end() ? Figures{} : pace->second.figures(now.steady);
+  out["calls_per_second"] = figures.per_second;
+  out["errors_per_second"] = figures.errors_per_second;
+  put_duration(out, "p50_ms", figures.p50);
+  put_duration(out, "p99_ms", figures.p99);
+  return out;
+}
+
+boost::json::object Plant::json_of(const EndedCall& ended) const {
+  boost::json::object out = print::json_of(ended.call);
+  out["failed"] = ended.failed;
+  if (std::string name = name_of_service(ended.call.uuid); !name.empty()) {
+    out["service"] = std::move(name);
+  }
+  return out;
+}
+
+boost::json::object Plant::totals(const fabric::Moment& now) const {
+  const Figures figures = pace_.figures(now.steady);
+  boost::json::object out{{"calls", ended_},
+                          {"failed", failed_},
+                          {"calls_per_second", figures.per_second},
+                          {"errors_per_second", figures.errors_per_second},
+                          {"delivered", counts_.delivered},
+                          {"lost", counts_.lost},
+                          {"services", live_.instances().size()},
+                          {"machines", live_.machines().size()},
+                          {"channels", live_.channels().size()}};
+  put_duration(out, "p50_ms", figures.p50);
+  put_duration(out, "p99_ms", figures.p99);
+  return out;
+}
+
+boost::json::object Plant::about(const fabric::Moment& now) const {
+  boost::json::object out{{"version", about_.version},
+                          {"host", print::utf8(about_.host)},
+                          {"fabric", print::utf8(about_.fabric)},
+                          {"domain", about_.domain},
+                          {"recordings", about_.recordings},
+                          {"actions", about_.actions}};
+  print::put_time(out, "started", about_.started);
+  print::put_time(out, "time", now.wall);
+  return out;
+}
+
+boost::json::array Plant::machines() const {
+  boost::json::array out;
+  for (const auto& [key, status] : live_.machines()) {
+    if (is_former(status)) {
+      continue;
+    }
+    boost::json::object machine;
+    print::put_machine(machine, status);
+    out.push_back(std::move(machine));
+  }
+  return out;
+}
+
+boost::json::array Plant::channels(const fabric::Moment& now) const {
+  boost::json::array out;
+  for (const auto& [key, status] : live_.channels()) {
+    out.push_back(channel_json(status, now));
+  }
+  return out;
+}
+
+boost::json::array Plant::services(const fabric::Moment& now) const {
+  boost::json::array out;
+  for (const auto& [id, instance] : live_.instances()) {
+    out.push_back(service_json(instance, now));
+  }
+  return out;
+}
+
+boost::json::object Plant::calls(const CallFilter& filter, std::size_t most) const {
+  boost::json::array list;
+  for (const EndedCall* call : book_.list(filter, most)) {
+    list.push_back(json_of(*call));
+  }
+  boost::json::object out{{"calls", std::move(list)}, {"kept", book_.size()}};
+  if (const EndedCall* oldest = book_.oldest()) {
+    print::put_time(out, "oldest", oldest->call.ended);
+  }
+  return out;
+}
+
+boost::json::object Plant::snapshot(const fabric::Moment& now) const {
+  return {{"about", about(now)},
+          {"machines", machines()},
+          {"channels", channels(now)},
+          {"services", services(now)},
+          {"calls", calls({}, calls_in_snapshot).at("calls")},
+          {"totals", totals(now)}};
+}
+
+}  // namespace millrace::tools::web::plant
