@@ -3,6 +3,7 @@
 // instead of minutes.
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -69,6 +70,7 @@ class ThePrometheus : public testing::Test {
     std::string rules{std::istreambuf_iterator<char>(shipped), {}};
     rules = std::regex_replace(rules, std::regex("for: \\w+"), "for: 1s");
     rules = std::regex_replace(rules, std::regex("> 60\\)"), "> 2)");
+    rules = std::regex_replace(rules, std::regex("\\[\\d+m\\]"), "[10s]");
     std::ofstream(chain.folder() / "millrace.rules.yml") << rules;
     std::ofstream(chain.folder() / "prometheus.yml")
         << "global: {scrape_interval: 1s, evaluation_interval: 1s}\n"
@@ -98,6 +100,18 @@ class ThePrometheus : public testing::Test {
     return result.empty()
                ? std::nullopt
                : std::optional(std::atof(result.at(0).at("value").at(1).as_string().c_str()));
+  }
+  /// As the gateway counts them.
+  [[nodiscard]] std::int64_t calls_of_the_gateway() const {
+    Process channels = chain.millrace({"channels", "--json"});
+    std::int64_t calls = 0;
+    if (channels.wait() == 0) {
+      const auto parsed = boost::json::parse(channels.output());
+      for (const auto& channel : parsed.as_array()) {
+        calls += channel.at("calls").to_number<std::int64_t>();
+      }
+    }
+    return calls;
   }
   [[nodiscard]] bool fires(const std::string& alert) const {
     return value_of("ALERTS{alertname=\"" + alert + "\",alertstate=\"firing\"}").has_value();
@@ -291,6 +305,23 @@ TEST_F(ThePrometheus, CallsWhenCallsFail) {
     service.emplace(chain.slow_service({"--work", "400"}));
   }
   expect_alert("MillraceCallsFail");
+  expect_no_alert("MillraceCallsFail");
+}
+
+TEST_F(ThePrometheus, CallsWhenSomethingOfACallDoesNotArrive) {
+  start_web();
+  start_prometheus();
+  service.emplace(chain.square_root());
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
+  gateway.emplace(chain.gateway());
+  await("calls", [&] { return value_of("sum(millrace_calls_total)") > 0.0; });
+  // Writers keep 128 calls of a channel for who stands still.
+  web->signal(SIGSTOP);
+  const auto seen = calls_of_the_gateway();
+  await("calls that it does not see", [&] { return calls_of_the_gateway() > seen + 400; });
+  web->signal(SIGCONT);
+  expect_alert("MillraceCallsMissing");
+  expect_no_alert("MillraceCallsMissing");
 }
 
 }  // namespace
