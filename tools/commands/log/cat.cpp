@@ -11,13 +11,13 @@ namespace millrace::tools::commands::log {
 
 namespace {
 
-struct Options {
+struct CatOptions {
   std::filesystem::path file;
   recording::Filter filter;
   bool json = false;
 };
 
-int print_entries(const Options& options) {
+int print_entries(const CatOptions& options) {
   mcap::FileSource source = open(options.file);
   const auto report_read =
       recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
@@ -37,7 +37,7 @@ int print_entries(const Options& options) {
 }  // namespace
 
 void add_cat(CLI::App& log, Chosen& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CatOptions>();
   CLI::App& command = add_subcommand(log, "cat", "The entries of a recording, one line each",
                                      "millrace log cat --machine cnc --kind request run.mcap");
   add_file(command, options->file);

@@ -16,14 +16,14 @@ namespace millrace::tools::commands::log {
 
 namespace {
 
-struct Options {
+struct ExportOptions {
   std::filesystem::path file;
   std::string output;
   std::string format = "jsonl";
   recording::Filter filter;
 };
 
-int write(const Options& options, std::ostream& out) {
+int write(const ExportOptions& options, std::ostream& out) {
   mcap::FileSource source = open(options.file);
   recording::ReadReport read;
   if (options.format == "csv") {
@@ -45,7 +45,7 @@ int write(const Options& options, std::ostream& out) {
   return report(options.file, read.problems);
 }
 
-int export_file(const Options& options) {
+int export_file(const ExportOptions& options) {
   if (options.output.empty()) {
     return write(options, std::cout);
   }
@@ -59,7 +59,7 @@ int export_file(const Options& options) {
 }  // namespace
 
 void add_export(CLI::App& log, Chosen& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   CLI::App& command =
       add_subcommand(log, "export", "Entries as CSV for a spreadsheet, or as JSON lines",
                      "millrace log export --format csv -o calls.csv run.mcap");

@@ -14,7 +14,7 @@ namespace millrace::tools::commands::log {
 
 namespace {
 
-struct Options {
+struct InfoOptions {
   std::filesystem::path file;
   bool hops = false;
   bool json = false;
@@ -37,7 +37,7 @@ std::string compression_text(const std::string& compression, const mcap::ChunkSi
                      compression.empty() ? size : print::size_text(sizes.stored) + " of " + size);
 }
 
-void print_text(const Options& options, std::uint64_t size, const mcap::Survey& survey) {
+void print_text(const InfoOptions& options, std::uint64_t size, const mcap::Survey& survey) {
   const mcap::Statistics& counts = survey.summary.statistics;
   fmt::print("{}: {}, {}\n", options.file.string(), print::size_text(size),
              survey.from_summary ? "closed" : "without a valid summary: all of it was read");
@@ -64,7 +64,7 @@ void print_text(const Options& options, std::uint64_t size, const mcap::Survey& 
   }
 }
 
-int info(const Options& options) {
+int info(const InfoOptions& options) {
   mcap::FileSource source = open(options.file);
   const mcap::Survey survey = mcap::survey(source);
   recording::HopStatistics hops;
@@ -90,7 +90,7 @@ int info(const Options& options) {
 }  // namespace
 
 void add_info(CLI::App& log, Chosen& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InfoOptions>();
   CLI::App& command = add_subcommand(log, "info", "What a recording holds; reads its summary only",
                                      "millrace log info --hops run.mcap");
   add_file(command, options->file);

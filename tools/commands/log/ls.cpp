@@ -11,7 +11,7 @@ namespace millrace::tools::commands::log {
 
 namespace {
 
-struct Options {
+struct LsOptions {
   std::filesystem::path file;
   bool json = false;
 };
@@ -33,7 +33,7 @@ std::vector<Row> rows_of(const mcap::Summary& summary) {
   return rows;
 }
 
-int list(const Options& options) {
+int list(const LsOptions& options) {
   mcap::FileSource source = open(options.file);
   const mcap::Survey survey = mcap::survey(source);
   if (options.json) {
@@ -55,7 +55,7 @@ int list(const Options& options) {
 }  // namespace
 
 void add_ls(CLI::App& log, Chosen& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LsOptions>();
   CLI::App& command = add_subcommand(log, "ls", "The channels of a recording and what each counts",
                                      "millrace log ls run.mcap");
   add_file(command, options->file);

@@ -15,13 +15,13 @@ namespace millrace::tools::commands::log {
 
 namespace {
 
-struct Options {
+struct RepairOptions {
   std::filesystem::path file;
   std::filesystem::path output;
   bool json = false;
 };
 
-void show(const Options& options, const std::filesystem::path& output,
+void show(const RepairOptions& options, const std::filesystem::path& output,
           const mcap::RepairReport& report) {
   if (options.json) {
     boost::json::array problems;
@@ -41,7 +41,7 @@ void show(const Options& options, const std::filesystem::path& output,
              report.saved.chunks);
 }
 
-int repair(const Options& options) {
+int repair(const RepairOptions& options) {
   const std::filesystem::path output =
       options.output.empty() ? mcap::repaired_name(options.file) : options.output;
   const auto done = recorder::repair_recording(options.file, output, library_name());
@@ -55,7 +55,7 @@ int repair(const Options& options) {
 }  // namespace
 
 void add_repair(CLI::App& log, Chosen& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RepairOptions>();
   CLI::App& command = add_subcommand(
       log, "repair", "Write what can be read of a cut or damaged recording to a new, whole file",
       "millrace log repair run.mcap.part -o run.mcap");

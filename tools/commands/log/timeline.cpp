@@ -20,7 +20,7 @@ namespace {
 using recording::Timeline;
 using recording::TimelineStep;
 
-struct Options {
+struct TimelineOptions {
   std::filesystem::path file;
   fabric::CallId call;
   bool json = false;
@@ -65,7 +65,7 @@ void print_text(const Timeline& timeline) {
   fmt::print("\n");
 }
 
-int show(const Options& options) {
+int show(const TimelineOptions& options) {
   mcap::FileSource source = open(options.file);
   recording::TimelineBuilder builder(options.call);
   const auto read = recording::read_entries(
@@ -87,7 +87,7 @@ int show(const Options& options) {
 }  // namespace
 
 void add_timeline(CLI::App& log, Chosen& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TimelineOptions>();
   CLI::App& command =
       add_subcommand(log, "timeline", "One call over every hop, with the time of each",
                      "millrace log timeline run.mcap 5f3a9c0112d4-17");

@@ -24,7 +24,7 @@ std::string call_text(const fabric::ChannelStatus& status) {
                             : status.call.to_string();
 }
 
-void print_text(const bus::Live& live) {
+void print_channels(const bus::Live& live) {
   print::Table table({{"CHANNEL"},
                       {"STATE"},
                       {"SINCE", Align::right},
@@ -52,7 +52,7 @@ boost::json::array json_of(const bus::Live& live) {
   return out;
 }
 
-int list(const LookOptions& options) {
+int list_channels(const LookOptions& options) {
   const bus::Live live = options.look();
   if (options.json) {
     print::print_json(json_of(live));
@@ -60,7 +60,7 @@ int list(const LookOptions& options) {
     fmt::print("no gateway is on fabric '{}', domain {}, or none has seen its machine yet\n",
                options.fabric.options().fabric, options.fabric.options().domain);
   } else {
-    print_text(live);
+    print_channels(live);
   }
   return base::program::exit_done;
 }
@@ -72,7 +72,8 @@ void add_channels(CLI::App& app, Chosen& chosen) {
       add_subcommand(app, "channels", "What each channel does, its current call, and why it waits",
                      "millrace channels");
   auto options = std::make_shared<LookOptions>(command);
-  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return list_channels(*options); }; });
 }
 
 }  // namespace millrace::tools::commands::look

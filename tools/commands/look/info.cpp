@@ -12,12 +12,12 @@ namespace millrace::tools::commands::look {
 
 namespace {
 
-struct Options : LookOptions {
+struct InfoOptions : LookOptions {
   using LookOptions::LookOptions;
   std::string what;
 };
 
-void print_text(const bus::LiveInstance& instance) {
+void print_instance(const bus::LiveInstance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
   fmt::print("{} {}\n", base::text::safe(identity.name), identity.id.to_string());
   const auto line = [](std::string_view name, const std::string& value) {
@@ -34,7 +34,7 @@ void print_text(const bus::LiveInstance& instance) {
   line("started", instance.status ? ago(instance.status->started) : "-");
 }
 
-int show(const Options& options) {
+int show(const InfoOptions& options) {
   const bus::Live live = options.look();
   const auto instances = live.instances_of(options.what);
   boost::json::array out;
@@ -46,7 +46,7 @@ int show(const Options& options) {
                       instance->status ? instance->status->started : fabric::Time{});
       out.push_back(std::move(object));
     } else {
-      print_text(*instance);
+      print_instance(*instance);
     }
   }
   if (options.json) {
@@ -66,7 +66,7 @@ int show(const Options& options) {
 void add_info(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(app, "info", "What instances say of themselves, in full",
                                      "millrace info 560aacbf-6335-44a9-895a-8b27f3ed5e47");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<InfoOptions>(command);
   command.add_option("WHAT", options->what, "A UUID, an instance or a name; all unless given");
   command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
 }

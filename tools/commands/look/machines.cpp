@@ -15,7 +15,7 @@ namespace {
 
 using print::Align;
 
-void print_text(const bus::Live& live) {
+void print_machines(const bus::Live& live) {
   print::Table table({{"MACHINE"},
                       {"LINK"},
                       {"SINCE", Align::right},
@@ -38,7 +38,7 @@ void print_text(const bus::Live& live) {
   fmt::print("{}", table.text());
 }
 
-int list(const LookOptions& options) {
+int list_machines(const LookOptions& options) {
   const bus::Live live = options.look();
   if (options.json) {
     boost::json::array out;
@@ -52,7 +52,7 @@ int list(const LookOptions& options) {
     fmt::print("no gateway on fabric '{}', domain {} tells of its machines\n",
                options.fabric.options().fabric, options.fabric.options().domain);
   } else {
-    print_text(live);
+    print_machines(live);
   }
   return base::program::exit_done;
 }
@@ -64,7 +64,8 @@ void add_machines(CLI::App& app, Chosen& chosen) {
       add_subcommand(app, "machines", "The link to each controller: state, poll period, requests",
                      "millrace machines");
   auto options = std::make_shared<LookOptions>(command);
-  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return list_machines(*options); }; });
 }
 
 }  // namespace millrace::tools::commands::look

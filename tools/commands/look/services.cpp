@@ -31,7 +31,7 @@ std::vector<std::string> row_of(const bus::LiveInstance& instance) {
           std::string(fabric::name_of(identity.delivery))};
 }
 
-void print_text(const std::vector<const bus::LiveInstance*>& instances) {
+void print_services(const std::vector<const bus::LiveInstance*>& instances) {
   print::Table table({{"UUID"},
                       {"NAME"},
                       {"HOST"},
@@ -56,7 +56,7 @@ boost::json::array json_of(const std::vector<const bus::LiveInstance*>& instance
   return out;
 }
 
-int list(const LookOptions& options) {
+int list_services(const LookOptions& options) {
   const bus::Live live = options.look();
   const auto instances = live.instances_of("");
   if (options.json) {
@@ -66,7 +66,7 @@ int list(const LookOptions& options) {
         "no service is on fabric '{}', domain {}; check --fabric, --domain and --fabric-config\n",
         options.fabric.options().fabric, options.fabric.options().domain);
   } else {
-    print_text(instances);
+    print_services(instances);
   }
   return base::program::exit_done;
 }
@@ -77,7 +77,8 @@ void add_services(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(app, "services", "Every instance of every service",
                                      "millrace services --json");
   auto options = std::make_shared<LookOptions>(command);
-  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return list_services(*options); }; });
 }
 
 }  // namespace millrace::tools::commands::look

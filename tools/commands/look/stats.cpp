@@ -15,12 +15,12 @@ namespace {
 
 using print::Align;
 
-struct Options : LookOptions {
+struct StatsOptions : LookOptions {
   using LookOptions::LookOptions;
   std::string what;
 };
 
-void print_text(const std::vector<const bus::LiveInstance*>& instances) {
+void print_stats(const std::vector<const bus::LiveInstance*>& instances) {
   print::Table table({{"NAME"},
                       {"INSTANCE"},
                       {"RUNNING", Align::right},
@@ -41,7 +41,7 @@ void print_text(const std::vector<const bus::LiveInstance*>& instances) {
   fmt::print("{}", table.text());
 }
 
-int show(const Options& options) {
+int show(const StatsOptions& options) {
   const bus::Live live = options.look();
   const auto instances = live.instances_of(options.what);
   if (options.json) {
@@ -55,7 +55,7 @@ int show(const Options& options) {
     }
     print::print_json(out);
   } else {
-    print_text(instances);
+    print_stats(instances);
   }
   if (instances.empty() && !options.what.empty()) {
     fmt::print(stderr,
@@ -71,7 +71,7 @@ int show(const Options& options) {
 void add_stats(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "stats", "Load and counters of each instance", "millrace stats");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<StatsOptions>(command);
   command.add_option("WHAT", options->what, "A UUID, an instance or a name; all unless given");
   command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
 }

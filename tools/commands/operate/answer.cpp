@@ -6,14 +6,14 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-struct Options : OperateOptions {
+struct AnswerOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   fabric::ChannelKey key;
   std::string response;
   std::uint32_t state = 1;
 };
 
-int answer(const Options& options) {
+int answer(const AnswerOptions& options) {
   const auto text = base::text::to_cp1252(options.response);
   if (!text) {
     throw base::program::UsageError("the response cannot be sent to a controller: " + text.error());
@@ -34,7 +34,7 @@ void add_answer(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "answer", "Answer the pending call of a channel in the service's place",
                      "millrace answer cnc/1 \"not available\" --state 99");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<AnswerOptions>(command);
   add_channel_key(command, options->key);
   command.add_option("RESPONSE", options->response, "V.G.SERVICE.RESPONSE, at most 127 bytes")
       ->required();

@@ -25,8 +25,8 @@ using std::chrono_literals::operator""s;
 /// Whoever is there has shown up by then (bus::Patience).
 constexpr auto grace = std::chrono::milliseconds(1000);
 
-struct Options {
-  explicit Options(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
+struct CallOptions {
+  explicit CallOptions(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
     add_duration(command, "--timeout", timeout, "Wait this long for the answer; 10s unless given");
     add_json(command, json);
   }
@@ -43,7 +43,7 @@ struct Options {
 };
 
 /// The order without its patience; throws UsageError for a request no controller could write.
-caller::Order order_of(const Options& options) {
+caller::Order order_of(const CallOptions& options) {
   const auto text = base::text::to_cp1252(options.request);
   if (!text) {
     throw program::UsageError("no controller can write this request: " + text.error());
@@ -118,7 +118,7 @@ class Errand : public caller::CallerListener {
   caller::Caller caller_;
 };
 
-void show(const Options& options, const caller::Order& order, const caller::Ended& ended,
+void show(const CallOptions& options, const caller::Order& order, const caller::Ended& ended,
           std::chrono::nanoseconds took) {
   if (options.json) {
     boost::json::object out{{"uuid", print::utf8(fabric::canonical_uuid(order.uuid))},
@@ -147,7 +147,7 @@ void show(const Options& options, const caller::Order& order, const caller::Ende
   }
 }
 
-int call(const Options& options) {
+int call(const CallOptions& options) {
   const caller::Order order = order_of(options);
   fabric::dds::Participant participant(options.fabric.options());
   const auto start = std::chrono::steady_clock::now();
@@ -165,7 +165,7 @@ void add_call(CLI::App& app, Chosen& chosen) {
       app, "call", "Call a service without a controller",
       "millrace call 560aacbf-6335-44a9-895a-8b27f3ed5e47 3\n"
       "  millrace call 560aacbf-6335-44a9-895a-8b27f3ed5e47 3 --machine press --channel 2 --raw");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<CallOptions>(command);
   command.add_option("UUID", options->uuid, "The service")->required();
   command.add_option("REQUEST", options->request, "V.G.SERVICE.REQUEST, at most 127 bytes")
       ->required();

@@ -5,7 +5,7 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-struct Options : OperateOptions {
+struct DrainOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   std::string what;
 };
@@ -15,7 +15,7 @@ struct Options : OperateOptions {
 void add_drain(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(app, "drain", "Have instances finish their calls and leave",
                                      "millrace drain 8d0c4e6a-52f3-4f0e-9d1b-0a4a2f7c9b11");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<DrainOptions>(command);
   command
       .add_option("WHAT", options->what, "An instance; a UUID or a name means all of its instances")
       ->required();

@@ -16,7 +16,7 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-struct Options : OperateOptions {
+struct HealthOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   std::string host = base::posix::host_name();
   bool all = false;
@@ -54,7 +54,7 @@ Programs programs_on(const bus::Live& live, const std::string& host) {
 
 /// Prints, or adds to `out`, what the gateways tell of their machines. A link that is down is no
 /// fault of the gateway.
-void show_machines(const Options& options, const bus::Live& live, const Programs& programs,
+void show_machines(const HealthOptions& options, const bus::Live& live, const Programs& programs,
                    boost::json::array& out) {
   for (const auto& [key, status] : live.machines()) {
     if (std::ranges::find(programs.gateways, key.second, &fabric::InstanceIdentity::id) ==
@@ -123,7 +123,7 @@ boost::json::array take_gateways(boost::json::array& answers, std::size_t gatewa
   return taken;
 }
 
-int check(const Options& options) {
+int check(const HealthOptions& options) {
   const bus::Live live = bus::take_snapshot(options.fabric.options());
   const Programs programs = programs_on(live, options.host);
   boost::json::array machines;
@@ -159,7 +159,7 @@ void add_health(CLI::App& app, Chosen& chosen) {
       app, "health",
       "Whether the gateway and the services of a host are there and answer, as exit code 0 or 1",
       "millrace health --host press-pc");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<HealthOptions>(command);
   command.add_option("--host", options->host,
                      "The host, as it calls itself; this one unless given");
   command.add_flag(

@@ -5,7 +5,7 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-struct Options : OperateOptions {
+struct PingOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   std::string what;
 };
@@ -16,7 +16,7 @@ void add_ping(CLI::App& app, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(app, "ping", "Ask instances whether they are there; each one answers",
                      "millrace ping 560aacbf-6335-44a9-895a-8b27f3ed5e47");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<PingOptions>(command);
   command
       .add_option("WHAT", options->what,
                   "A UUID, an instance or a name: all of its instances are asked")

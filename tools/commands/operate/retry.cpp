@@ -5,7 +5,7 @@ namespace millrace::tools::commands::operate {
 
 namespace {
 
-struct Options : OperateOptions {
+struct RetryOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   fabric::ChannelKey key;
 };
@@ -15,7 +15,7 @@ struct Options : OperateOptions {
 void add_retry(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(app, "retry", "Give the pending call of a channel out again",
                                      "millrace retry cnc/1");
-  auto options = std::make_shared<Options>(command);
+  auto options = std::make_shared<RetryOptions>(command);
   add_channel_key(command, options->key);
   command.callback([options, &chosen] {
     chosen.run = [options] {

@@ -17,7 +17,8 @@ namespace program = base::program;
 using tools::replay::Plan;
 
 /// The number of the stand-in's channel for each recorded one.
-std::map<fabric::ChannelKey, std::uint32_t> channels_of(const Options& options, const Plan& plan) {
+std::map<fabric::ChannelKey, std::uint32_t> channels_played(const Options& options,
+                                                            const Plan& plan) {
   std::map<fabric::ChannelKey, std::uint32_t> channels;
   std::map<std::uint32_t, fabric::ChannelKey> recorded_of;
   for (const tools::replay::PlannedCall& call : plan.calls) {
@@ -69,7 +70,7 @@ struct Onlooker : caller::CallerListener {
 }  // namespace
 
 int as_cnc(const Options& options, const Plan& plan) {
-  const auto channels = channels_of(options, plan);
+  const auto channels = channels_played(options, plan);
   const tools::replay::AsCncOptions settings = settings_of(options);
   ReplayRun run(options, plan, tools::replay::Side::program);
   tools::replay::AsCnc stage(run.io().get_executor(), plan, channels, settings, run,

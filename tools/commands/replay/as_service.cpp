@@ -25,8 +25,8 @@ namespace {
 namespace program = base::program;
 using tools::replay::Plan;
 
-std::map<fabric::ChannelKey, fabric::ChannelKey> channels_of(const Options& options,
-                                                             const Plan& plan) {
+std::map<fabric::ChannelKey, fabric::ChannelKey> channels_answered(const Options& options,
+                                                                   const Plan& plan) {
   std::map<fabric::ChannelKey, fabric::ChannelKey> channels;
   std::map<fabric::ChannelKey, fabric::ChannelKey> recorded_of;
   for (const tools::replay::PlannedCall& call : plan.calls) {
@@ -60,7 +60,7 @@ void check_unserved(const Options& options, const Plan& plan) {
 }
 
 tools::replay::AsServiceOptions settings_of(const Options& options, const Plan& plan) {
-  return {.channels = channels_of(options, plan),
+  return {.channels = channels_answered(options, plan),
           .pace = options.pace(),
           .rounds = options.rounds,
           .error_state = options.error_state,

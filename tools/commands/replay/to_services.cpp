@@ -20,7 +20,7 @@ using tools::replay::ReplayChannels;
 constexpr std::size_t longest_machine = 63;
 
 /// Channels that nobody else has, but for those the user has named.
-ReplayChannels channels_of(const Options& options, const tools::replay::Plan& plan) {
+ReplayChannels channels_asked(const Options& options, const tools::replay::Plan& plan) {
   const std::string prefix = caller::unique_machine("replay");
   ReplayChannels channels;
   std::map<fabric::ChannelKey, fabric::ChannelKey> taken_by;
@@ -63,7 +63,7 @@ void check_free(const Options& options, const ReplayChannels& channels) {
 }  // namespace
 
 int to_services(const Options& options, const tools::replay::Plan& plan) {
-  const ReplayChannels channels = channels_of(options, plan);
+  const ReplayChannels channels = channels_asked(options, plan);
   check_free(options, channels);
   fabric::dds::Participant participant(options.fabric.options());
   ReplayRun run(options, plan, tools::replay::Side::service);

@@ -18,12 +18,12 @@ namespace program = base::program;
 using cnc::variables::Channel;
 using cnc::variables::Description;
 
-struct Options : VarsOptions {
+struct ListOptions : VarsOptions {
   using VarsOptions::VarsOptions;
   std::vector<std::string> families;
 };
 
-void show(const Options& options, const std::vector<Description>& variables) {
+void show(const ListOptions& options, const std::vector<Description>& variables) {
   if (options.json) {
     boost::json::array out;
     for (const Description& variable : variables) {
@@ -40,7 +40,7 @@ void show(const Options& options, const std::vector<Description>& variables) {
   fmt::print("{}", table.text());
 }
 
-boost::asio::awaitable<int> list_families(const Options& options, Channel& channel) {
+boost::asio::awaitable<int> list_families(const ListOptions& options, Channel& channel) {
   std::vector<Description> all;
   int exit_code = program::exit_done;
   for (const std::string_view family : cnc::variables::families) {
@@ -66,7 +66,7 @@ boost::asio::awaitable<int> list_families(const Options& options, Channel& chann
 void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   CLI::App& command = add_subcommand(vars, "list", "Every variable with its type and mode",
                                      "millrace vars cnc list --family V.G --family V.E");
-  auto options = std::make_shared<Options>(command, machine);
+  auto options = std::make_shared<ListOptions>(command, machine);
   command
       .add_option("--family", options->families,
                   "Only this family; may be given several times. V.CYC cannot be listed")

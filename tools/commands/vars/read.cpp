@@ -16,12 +16,12 @@ namespace {
 namespace program = base::program;
 using cnc::variables::Channel;
 
-struct Options : VarsOptions {
+struct ReadOptions : VarsOptions {
   using VarsOptions::VarsOptions;
   std::vector<std::string> names;
 };
 
-void show(const Options& options, const std::vector<Reading>& readings) {
+void show(const ReadOptions& options, const std::vector<Reading>& readings) {
   if (options.json) {
     boost::json::array out;
     for (const Reading& reading : readings) {
@@ -41,7 +41,7 @@ void show(const Options& options, const std::vector<Reading>& readings) {
   fmt::print("{}", table.text());
 }
 
-boost::asio::awaitable<int> read_all(const Options& options, Channel& channel) {
+boost::asio::awaitable<int> read_all(const ReadOptions& options, Channel& channel) {
   std::vector<Reading> readings;
   for (const std::string& name : options.names) {
     auto reading = co_await read_one(options, channel, name);
@@ -61,7 +61,7 @@ void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   CLI::App& command =
       add_subcommand(vars, "read", "The values of variables",
                      "millrace vars cnc read V.G.SERVICE.UUID 'V.E.TABLE[1]' V.A.ABS.X");
-  auto options = std::make_shared<Options>(command, machine);
+  auto options = std::make_shared<ReadOptions>(command, machine);
   command
       .add_option("NAME", options->names,
                   "A variable, as the program writes it; an array is read as a whole without index")

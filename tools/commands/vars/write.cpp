@@ -16,7 +16,7 @@ namespace program = base::program;
 using cnc::variables::Access;
 using cnc::variables::Channel;
 
-struct Options : VarsOptions {
+struct WriteOptions : VarsOptions {
   using VarsOptions::VarsOptions;
   std::string name;
   std::vector<std::string> values;
@@ -26,7 +26,7 @@ struct Options : VarsOptions {
 constexpr std::string_view service_interface = "V.G.SERVICE.";
 
 /// Why it should not be written; empty if nothing speaks against it.
-std::string objection(const Options& options, const Reading& before) {
+std::string objection(const WriteOptions& options, const Reading& before) {
   if (options.force) {
     return {};
   }
@@ -40,7 +40,7 @@ std::string objection(const Options& options, const Reading& before) {
   return {};
 }
 
-tl::expected<std::vector<std::string>, std::string> controller_texts(const Options& options,
+tl::expected<std::vector<std::string>, std::string> controller_texts(const WriteOptions& options,
                                                                      const Reading& before) {
   std::vector<std::string> texts;
   for (const std::string& value : options.values) {
@@ -57,7 +57,7 @@ tl::expected<std::vector<std::string>, std::string> controller_texts(const Optio
   return texts;
 }
 
-tl::expected<cnc::variables::Bytes, std::string> bytes_of(const Options& options,
+tl::expected<cnc::variables::Bytes, std::string> bytes_of(const WriteOptions& options,
                                                           const Reading& before) {
   if (std::string why = objection(options, before); !why.empty()) {
     return tl::unexpected(std::move(why));
@@ -67,7 +67,7 @@ tl::expected<cnc::variables::Bytes, std::string> bytes_of(const Options& options
   });
 }
 
-void show(const Options& options, const Reading& before, const Reading& after) {
+void show(const WriteOptions& options, const Reading& before, const Reading& after) {
   if (options.json) {
     boost::json::object out = json_of(after.description);
     out["before"] = json_of(before.elements, before.is_array);
@@ -79,7 +79,7 @@ void show(const Options& options, const Reading& before, const Reading& after) {
              text_of(after.elements, after.is_array));
 }
 
-asio::awaitable<int> write_it(const Options& options, Channel& channel) {
+asio::awaitable<int> write_it(const WriteOptions& options, Channel& channel) {
   const auto before = co_await read_one(options, channel, options.name);
   if (!before) {
     co_return program::exit_failed;
@@ -112,7 +112,7 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   CLI::App& command = add_subcommand(vars, "write", "Give a variable another value",
                                      "millrace vars cnc write V.E.LIMIT -3.5\n"
                                      "  millrace vars cnc write V.E.TABLE 1 2 3");
-  auto options = std::make_shared<Options>(command, machine);
+  auto options = std::make_shared<WriteOptions>(command, machine);
   command.add_option("NAME", options->name, "A variable, as the program writes it")->required();
   command
       .add_option("VALUE", options->values,
