@@ -34,7 +34,7 @@ ChannelActions CallControl::on_wake(const fabric::ChannelKey& key, Moment now) {
 ChannelActions CallControl::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot,
                                     Moment now) {
   if (!inherited_.empty() && snapshot.has(Variable::request_state) && snapshot.request_state == 0) {
-    inherited_.erase(key);
+    forget_looked_at(key);
   }
   return step(key, now,
               [&](channel::ChannelSession& session) { return session.on_read(snapshot, now); });
@@ -169,6 +169,8 @@ void CallControl::pass_on(const channel::ChannelSession& session, Action action,
     }
   } else if (const auto* old = std::get_if<Withdraw>(&action)) {
     answered_.replace({session.key(), old->epoch, old->instance});
+  } else if (std::holds_alternative<Read>(action) && !inherited_.empty()) {
+    look_at_inherited(session.key());
   }
   out_.push_back({session.key(), std::move(action)});
 }

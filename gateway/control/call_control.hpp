@@ -43,6 +43,9 @@ struct Inheritance {
   /// The other gateway, for people.
   std::string from;
   fabric::CallId call{};
+  /// A look at the channel has been asked for since. One that was asked for before may show the
+  /// channel as it was before that request.
+  bool looked_since = false;
 };
 
 /// What an operator wants a program to get.
@@ -142,6 +145,10 @@ class CallControl {
   void pass_on(const channel::ChannelSession& session, Action action, Moment now);
   void withdraw(const std::vector<fabric::RequestKey>& requests);
   void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
+  /// A look at the channel is asked for.
+  void look_at_inherited(const fabric::ChannelKey& key);
+  /// A look has shown that what was inherited before it is over.
+  void forget_looked_at(const fabric::ChannelKey& key);
   bool hold_inherited(channel::ChannelSession& session, const std::string& canonical_uuid,
                       const Policy& policy, Moment now);
   void carry_out(const dispatch::Decisions& decisions, Moment now);

@@ -64,24 +64,48 @@ void CallControl::answer_offer(channel::ChannelSession& session, const Offer& of
 bool CallControl::hold_inherited(channel::ChannelSession& session,
                                  const std::string& canonical_uuid, const Policy& policy,
                                  Moment now) {
-  auto inherited = inherited_.extract(session.key());
-  if (inherited.empty() || !inherited.mapped().contains(canonical_uuid) ||
-      dispatcher_.delivery_of(canonical_uuid) != fabric::Delivery::at_most_once) {
+  const auto inherited = inherited_.find(session.key());
+  if (inherited == inherited_.end()) {
+    return false;
+  }
+  const auto asked = inherited->second.extract(canonical_uuid);
+  forget_looked_at(session.key());
+  if (asked.empty() || dispatcher_.delivery_of(canonical_uuid) != fabric::Delivery::at_most_once) {
     return false;
   }
   run(session, session.claim(next_id(session.key()), policy, now), now);
   run(session,
       session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
                                "twice: an operator must answer or retry it",
-                               inherited.mapped().at(canonical_uuid).from),
+                               asked.mapped().from),
                    now),
       now);
   return true;
 }
 
+void CallControl::look_at_inherited(const fabric::ChannelKey& key) {
+  if (const auto found = inherited_.find(key); found != inherited_.end()) {
+    for (auto& [uuid, inheritance] : found->second) {
+      inheritance.looked_since = true;
+    }
+  }
+}
+
+void CallControl::forget_looked_at(const fabric::ChannelKey& key) {
+  if (const auto found = inherited_.find(key); found != inherited_.end()) {
+    std::erase_if(found->second, [](const auto& one) { return one.second.looked_since; });
+    if (found->second.empty()) {
+      inherited_.erase(found);
+    }
+  }
+}
+
 void CallControl::forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call) {
   if (const auto found = inherited_.find(key); found != inherited_.end()) {
     std::erase_if(found->second, [&](const auto& one) { return one.second.call == call; });
+    if (found->second.empty()) {
+      inherited_.erase(found);
+    }
   }
 }
 

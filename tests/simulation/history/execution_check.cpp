@@ -181,16 +181,26 @@ void ExecutionCheck::on(const Retried& fact) {
   }
 }
 
-void ExecutionCheck::on(const JournalLost&) {
+void ExecutionCheck::on(const JournalLost& fact) {
+  std::set<std::pair<Key, std::size_t>> pardoned;
   // The request is still there, the memory of it is not: it is claimed anew.
-  for (auto& [key, questions] : questions_) {
+  for (const auto& [key, questions] : questions_) {
     if (!questions.empty()) {
-      ++questions.back().pardons;
+      pardoned.emplace(key, questions.size() - 1);
     }
   }
-  // Or the last attempt is forgotten, and one before it, which was declined, is taken for it.
+  // Or the last attempt is forgotten, and one before it, which was declined, is taken for it; also
+  // of a call whose end is forgotten with it, if the program asks the same again.
   for (auto& [call, story] : calls_) {
-    story.retries += story.given && !story.ended ? 1 : 0;
+    if (story.given && (!story.ended || story.gateway == fact.gateway)) {
+      ++story.retries;
+      pardoned.emplace(story.key, story.question);
+    }
+  }
+  for (const auto& [key, number] : pardoned) {
+    if (auto& questions = questions_[key]; number < questions.size()) {
+      ++questions[number].pardons;
+    }
   }
 }
 

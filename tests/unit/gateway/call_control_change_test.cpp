@@ -262,8 +262,28 @@ TEST_F(CallControlTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
   sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
-  sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
+  const Snapshot idle{ReadSet::state, "", "", 0, 0, ""};
+  sut->on_read({"cnc", 1}, idle, now);
+  now.steady += 1s;
+  ASSERT_THAT(all<Read>(sut->on_wake({"cnc", 1}, now)), SizeIs(1));
+  sut->on_read({"cnc", 1}, idle, now);
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
+}
+
+// Two gateways that had lost each other hear each other again while the look of one is on its way,
+// and that look is from before the request. Found by the simulation (seed 25671): the call ran
+// twice.
+TEST_F(CallControlTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
+  const auto actions = request(1);
+  EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
+  EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
 TEST_F(CallControlTest, AppliesNewPoliciesToRequestsThatWait) {
