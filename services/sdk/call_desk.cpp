@@ -115,8 +115,15 @@ std::optional<std::string> CallDesk::why_declined(const Request& request) const 
 }
 
 Actions CallDesk::decline(const Request& request, const std::string& why) {
-  ++counters_.declined;
-  return {Send{declining(request, why)}};
+  Actions actions;
+  if (const Ended* ended = answer_for(request)) {
+    asked_[key_of(request)];
+    repeat(ended->reply, request, actions);
+  } else if (!running_.contains(request.call) && find_waiting(request.call) == waiting_.end()) {
+    ++counters_.declined;
+    actions.emplace_back(Send{declining(request, why)});
+  }
+  return actions;
 }
 
 Reply CallDesk::declining(const Request& request, const std::string& why) {

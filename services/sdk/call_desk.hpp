@@ -73,7 +73,8 @@ class CallDesk {
 
   /// Those of its instance's mailbox.
   Actions on_request(const fabric::Request& request, fabric::Moment now);
-  /// A request comes when the instance takes none any more.
+  /// A request comes when the instance takes none any more. Not declined, which says that it was not
+  /// begun, is a call that has been answered here, whose answer is repeated, and one that runs.
   Actions decline(const fabric::Request& request, const std::string& why);
   Actions on_withdrawn(const fabric::RequestKey& key);
   /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the

@@ -131,6 +131,25 @@ TEST_F(CallDeskTest, DeclinesNothingThatItHas) {
             ServiceCode::repeated);
 }
 
+// A gateway that has started again asks once more, while the instance leaves. Found by the
+// simulation: the call, which may run at most once, was given to another instance.
+TEST_F(CallDeskTest, RepeatsWhatItHasAnsweredAlsoWhenItTakesNothingAnyMore) {
+  started(request(1));
+  answered(1, answer);
+  const auto sent = only<Send>(sut.decline(request(1), "it is leaving"));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.code, ServiceCode::repeated);
+  EXPECT_EQ(sut.status().declined, 0U);
+}
+
+TEST_F(CallDeskTest, DoesNotDeclineWhatRunsWhenItTakesNothingAnyMore) {
+  started(request(1));
+  EXPECT_THAT(sut.decline(request(1), "it is leaving"), IsEmpty());
+  const auto sent = only<Send>(sut.decline(request(2), "it is leaving"));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
+}
+
 TEST_F(CallDeskTest, LetsOnlySoManyCallsWait) {
   CallDesk small({.instance = self, .most_waiting = 1});
   small.on_request(request(1, 1), now);
