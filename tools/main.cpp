@@ -8,6 +8,7 @@
 #include "tools/commands/operate/operate.hpp"
 #include "tools/commands/record/record.hpp"
 #include "tools/commands/replay/replay.hpp"
+#include "tools/commands/trust/trust.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/commands/watch/watch.hpp"
 #include "tools/commands/web/web.hpp"
@@ -36,6 +37,7 @@ int main(int argc, char** argv) {
   commands::replay::add_replay(app, chosen);
   commands::log::add_log(app, chosen);
   commands::lint::add_lint(app, chosen);
+  commands::trust::add_trust(app, chosen);
   commands::add_completion(app, chosen);
   return millrace::base::program::run(app, argc, argv, [&] { return chosen.run(); });
 }

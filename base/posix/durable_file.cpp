@@ -40,8 +40,8 @@ Result sync_folder(const fs::path& file) {
   return {};
 }
 
-Result write_new(const fs::path& file, std::string_view content) {
-  const Fd fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640));
+Result write_new(const fs::path& file, std::string_view content, mode_t mode) {
+  const Fd fd(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode));
   if (!fd) {
     return failed("cannot create", file);
   }
@@ -56,11 +56,11 @@ Result write_new(const fs::path& file, std::string_view content) {
 
 }  // namespace
 
-Result write_durably(const fs::path& file, std::string_view content) {
+Result write_durably(const fs::path& file, std::string_view content, mode_t mode) {
   fs::path temporary = file;
   temporary += ".part";
   Result done =
-      write_new(temporary, content).and_then([&] { return rename_durably(temporary, file); });
+      write_new(temporary, content, mode).and_then([&] { return rename_durably(temporary, file); });
   if (!done) {
     ::unlink(temporary.c_str());
   }

@@ -41,6 +41,8 @@ struct ParticipantOptions {
   /// and gives way to CYCLONEDDS_URI. The fabric stays on loopback unless one of them names an
   /// interface.
   std::string configuration{};
+  /// The name in the certificate that `configuration` shows the others; empty without trust.
+  std::string trusted_as{};
 };
 
 /// True for some text without '*', '?', '/' and ',', which mean something in partitions.

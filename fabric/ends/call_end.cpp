@@ -19,14 +19,13 @@ namespace millrace::fabric::ends {
 
 struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   Impl(dds::Participant& own_participant, boost::asio::any_io_executor own_executor,
-       CallEndListener& own_listener)
+       CallEndListener& own_listener, Of own_kind)
       : participant(own_participant),
         executor(std::move(own_executor)),
         listener(&own_listener),
         roster(executor,
                {.drain_beats = [this] { drain_beats(); }, .announce = [this] { announce(); }}),
-        machines(own_participant, own_participant.options().fabric,
-                 {.lease = own_participant.options().lease}) {}
+        kind(own_kind) {}
 
   void open();
   void close();
@@ -61,6 +60,7 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   std::optional<dds::PostOnce> readers_post;
   dds::ReaderCount event_readers{[this] { readers_post->post(); }};
   Roster roster;
+  Of kind;
   /// What discovery has told and nobody was told yet.
   std::vector<std::string> ignored;
   /// Writers that have spoken in the name of an instance that is not theirs: said once of each.
@@ -68,13 +68,17 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   std::optional<wire::Reader<Reply>> replies;
   std::optional<Mailboxes> mailboxes;
   std::optional<ChannelBoard> channels;
-  wire::Writer<MachineStatus> machines;
+  std::optional<wire::Writer<MachineStatus>> machines;
   std::optional<wire::Writer<Event>> events;
 };
 
 void CallEnd::Impl::open() {
   readers_post.emplace(executor, weak_from_this(), [this] { look_who_reads(); });
-  channels.emplace(participant, fabric(), [this] { readers_post->post(); });
+  if (kind == Of::gateway) {
+    machines.emplace(participant, fabric(),
+                     wire::EndpointOptions{.lease = participant.options().lease});
+    channels.emplace(participant, fabric(), [this] { readers_post->post(); });
+  }
   const dds::Listener on_readers(dds_create_listener(nullptr));
   event_readers.listen(on_readers.get());
   events.emplace(participant, fabric(), wire::EndpointOptions{.listener = on_readers.get()});
@@ -104,8 +108,10 @@ void CallEnd::Impl::close() {
 }
 
 void CallEnd::Impl::look_who_reads() {
-  channels->look_up();
-  tell([&] { listener->on_readers(channels->watched(), event_readers.present()); });
+  if (channels) {
+    channels->look_up();
+  }
+  tell([&] { listener->on_readers(channels && channels->watched(), event_readers.present()); });
 }
 
 void CallEnd::Impl::drain_discovery() {
@@ -223,8 +229,8 @@ void CallEnd::Impl::take(registry::EndpointHandle writer, const InstanceLoad& lo
 }
 
 CallEnd::CallEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
-                 CallEndListener& listener)
-    : impl_(std::make_shared<Impl>(participant, std::move(executor), listener)) {
+                 CallEndListener& listener, Of of)
+    : impl_(std::make_shared<Impl>(participant, std::move(executor), listener, of)) {
   impl_->open();
 }
 
@@ -245,7 +251,7 @@ tl::expected<void, std::string> CallEnd::publish(const ChannelStatus& status) {
 }
 
 tl::expected<void, std::string> CallEnd::publish(const MachineStatus& status) {
-  return impl_->machines.write(status);
+  return impl_->machines->write(status);
 }
 
 tl::expected<void, std::string> CallEnd::publish(const Event& event) {
@@ -257,7 +263,7 @@ tl::expected<void, std::string> CallEnd::publish(const Event& event) {
 }
 
 void CallEnd::assert_machines() {
-  impl_->machines.assert_itself();
+  impl_->machines->assert_itself();
 }
 
 void CallEnd::let_go(const ChannelKey& key) {
@@ -265,7 +271,7 @@ void CallEnd::let_go(const ChannelKey& key) {
 }
 
 void CallEnd::let_go(const MachineStatus& status) {
-  impl_->machines.let_go(status);
+  impl_->machines->let_go(status);
 }
 
 }  // namespace millrace::fabric::ends

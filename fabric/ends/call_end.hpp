@@ -5,6 +5,7 @@
 //   end.withdraw(key_of(request));
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -49,10 +50,17 @@ class CallEndListener {
 /// which runs one thing at a time and outlives it.
 class CallEnd {
  public:
+  enum class Of : std::uint8_t {
+    /// Publishes what its machines and channels do, besides calls and events.
+    gateway,
+    /// Has no machines.
+    tool
+  };
+
   /// Throws std::runtime_error with Cyclone's reason. `listener` is called from the executor only,
   /// never from within a function of this class.
   CallEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
-          CallEndListener& listener);
+          CallEndListener& listener, Of of = Of::gateway);
   ~CallEnd();
   CallEnd(const CallEnd&) = delete;
   CallEnd& operator=(const CallEnd&) = delete;
@@ -67,7 +75,7 @@ class CallEnd {
   /// this end is gone.
   void withdraw(const RequestKey& key);
   /// For who watches; an error (a text too long, a recorder that does not keep up) costs one
-  /// sample.
+  /// sample. Of a channel or a machine only a gateway's end.
   tl::expected<void, std::string> publish(const ChannelStatus& status);
   tl::expected<void, std::string> publish(const MachineStatus& status);
   tl::expected<void, std::string> publish(const Event& event);

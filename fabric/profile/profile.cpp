@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
+#include <optional>
 #include <vector>
 
 #include <arpa/inet.h>
@@ -9,6 +11,7 @@
 
 #include "base/configuration/config_file.hpp"
 #include "base/configuration/mistakes.hpp"
+#include "fabric/trust/folder.hpp"
 #include "idl/fabric.pb.h"
 
 namespace millrace::fabric::profile {
@@ -62,6 +65,36 @@ void check(const config::Fabric& profile, base::configuration::Mistakes& mistake
         consists_of(profile.peers(i), ".-"), {{"peers", i}},
         fmt::format("\"{}\"; expected a host's name or IPv4 address", profile.peers(i)));
   }
+}
+
+void check_protection(const config::Fabric& profile, base::configuration::Mistakes& mistakes) {
+  if (profile.has_trust()) {
+    mistakes.expect(!profile.unprotected(), {{"unprotected"}},
+                    "true, beside trust { … }; expected one of them");
+    mistakes.expect_range(profile.domain(), 0U, trust::last_domain, {{"domain"}});
+    return;
+  }
+  mistakes.expect(
+      is_loopback(profile.interface()) || !is_interface(profile.interface()) ||
+          profile.unprotected(),
+      {{"interface"}},
+      fmt::format("\"{}\" without trust: whoever reaches this network could answer calls, claim "
+                  "machines and act as operator; expected trust {{ folder: \"…\" }} (`millrace "
+                  "trust init` begins it), or unprotected: true if that is meant",
+                  profile.interface()));
+}
+
+trust::Protection protection_of(const config::Trust& trust) {
+  return trust.protection() == config::Trust::ENCRYPT ? trust::Protection::encrypt
+                                                      : trust::Protection::sign;
+}
+
+/// What the folder says it lets us be; a mistake of the file if it does not hold what it should.
+tl::expected<trust::Credentials, std::string> credentials_of(const config::Trust& trust,
+                                                             const std::filesystem::path& file) {
+  return trust::read_folder(
+      file.parent_path() / trust.folder(), protection_of(trust),
+      std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now()));
 }
 
 std::string interface_element(const std::string& interface) {
@@ -122,13 +155,27 @@ tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::files
   }
   base::configuration::Mistakes mistakes(profile, places);
   check(profile, mistakes);
+  check_protection(profile, mistakes);
+  std::optional<trust::Credentials> credentials;
+  if (profile.has_trust()) {
+    auto read = credentials_of(profile.trust(), file);
+    mistakes.expect(read.has_value(), {{"trust"}, {"folder"}}, read ? std::string{} : read.error());
+    if (read) {
+      credentials = std::move(*read);
+    }
+  }
   if (!mistakes.none()) {
     return tl::unexpected(mistakes.text());
   }
-  return dds::ParticipantOptions{.domain = profile.domain(),
-                                 .fabric = profile.fabric(),
-                                 .lease = std::chrono::milliseconds(profile.lease_ms()),
-                                 .configuration = cyclone_configuration(profile)};
+  dds::ParticipantOptions options{.domain = profile.domain(),
+                                  .fabric = profile.fabric(),
+                                  .lease = std::chrono::milliseconds(profile.lease_ms()),
+                                  .configuration = cyclone_configuration(profile)};
+  if (credentials) {
+    options.trusted_as = credentials->name;
+    options.configuration += credentials->cyclone_configuration;
+  }
+  return options;
 }
 
 }  // namespace millrace::fabric::profile

@@ -34,7 +34,8 @@ struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_thi
         listener(&own_listener),
         calls(random_epoch()),
         timer(own_executor),
-        end(std::make_unique<fabric::ends::CallEnd>(participant, own_executor, *this)) {}
+        end(std::make_unique<fabric::ends::CallEnd>(participant, own_executor, *this,
+                                                    fabric::ends::CallEnd::Of::tool)) {}
 
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
     calls.on_instance_ready(instance, now());

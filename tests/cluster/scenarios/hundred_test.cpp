@@ -77,7 +77,8 @@ class AHundredInstances : public Scenario {
 
   void start() {
     // More than its usual 20 programs on a host.
-    std::ofstream(sut().hosts().folder() / "crowded.fabric.textproto") << "interface: \"eth0\"\n";
+    std::ofstream(sut().hosts().folder() / "crowded.fabric.textproto")
+        << "interface: \"eth0\" unprotected: true\n";
     sut().gateway({"--log-level", "info"});
     for (int host = 1; host <= hosts; ++host) {
       sut().set_profile(host_of(host), "crowded.fabric.textproto");

@@ -1,0 +1,37 @@
+// A private key: NIST P-256, the curve that DDS Security's built-in plugins take for ECDSA.
+//
+//   const Key key = Key::generate();
+//   write_durably(file, key.pem(), owner_only);
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <tl/expected.hpp>
+
+#include "base/openssl/owner.hpp"
+
+namespace millrace::base::openssl {
+
+class Key {
+ public:
+  /// Throws std::runtime_error if this machine has no randomness to make one of.
+  static Key generate();
+  /// `passphrase` opens an encrypted key and is not looked at otherwise. The error is for people,
+  /// without a file's name: "is encrypted, and no passphrase is given".
+  static tl::expected<Key, std::string> read(std::string_view pem,
+                                             std::string_view passphrase = {});
+
+  /// PKCS#8; encrypted (AES-256, PBKDF2) if there is a passphrase.
+  [[nodiscard]] std::string pem(std::string_view passphrase = {}) const;
+  [[nodiscard]] EVP_PKEY* get() const { return key_.get(); }
+
+ private:
+  using Owner = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
+  explicit Key(Owner key) : key_(std::move(key)) {}
+
+  Owner key_;
+};
+
+}  // namespace millrace::base::openssl

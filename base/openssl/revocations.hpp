@@ -1,0 +1,44 @@
+// The list of certificates that an authority takes back before their time (CRL).
+//
+//   const std::string list = revocation_list({{serial, now}}, authority, key, now,
+//   authority.until());
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "base/openssl/certificate.hpp"
+
+namespace millrace::base::openssl {
+
+struct Revoked {
+  /// As Certificate::serial() has it.
+  std::string serial;
+  Time at;
+};
+
+/// In PEM. `until` is when a reader has to have a newer one: after that Cyclone takes nobody.
+/// Throws std::invalid_argument for a serial number that is none.
+std::string revocation_list(const std::vector<Revoked>& revoked, const Certificate& authority,
+                            const Key& authority_key, Time from, Time until);
+
+class RevocationList {
+ public:
+  static tl::expected<RevocationList, std::string> read(std::string_view pem);
+
+  [[nodiscard]] bool is_issued_by(const Certificate& authority) const;
+  [[nodiscard]] bool names(const Certificate& certificate) const;
+  /// When a newer one has to be there.
+  [[nodiscard]] Time until() const;
+
+ private:
+  using Owner = std::unique_ptr<X509_CRL, Free<X509_CRL_free>>;
+  explicit RevocationList(Owner list) : list_(std::move(list)) {}
+
+  Owner list_;
+};
+
+}  // namespace millrace::base::openssl

@@ -1,0 +1,55 @@
+// What a host holds to take part in a fabric with trust: the folder that `millrace trust issue`
+// fills.
+//
+//   auto credentials = read_folder("/etc/millrace/trust/square-root", Protection::sign, now);
+//   if (!credentials) return tl::unexpected(credentials.error());
+//   options.configuration += credentials->cyclone_configuration;
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <tl/expected.hpp>
+
+#include "fabric/trust/governance.hpp"
+
+namespace millrace::fabric::trust {
+
+/// Names in the folder.
+namespace files {
+/// The authority that says who somebody is.
+inline constexpr std::string_view identity_authority = "identity_authority.pem";
+/// The other one, that says what he may do.
+inline constexpr std::string_view permissions_authority = "permissions_authority.pem";
+inline constexpr std::string_view certificate = "certificate.pem";
+inline constexpr std::string_view key = "key.pem";
+/// Certificates that are taken back.
+inline constexpr std::string_view revoked = "revoked.pem";
+inline constexpr std::string_view permissions = "permissions.p7s";
+inline constexpr std::string_view governance_sign = "governance_sign.p7s";
+inline constexpr std::string_view governance_encrypt = "governance_encrypt.p7s";
+}  // namespace files
+
+std::string_view governance_file(Protection protection);
+
+/// What the folder makes of whoever uses it.
+struct Credentials {
+  /// The certificate's common name.
+  std::string name;
+  std::chrono::sys_seconds from;
+  std::chrono::sys_seconds until;
+  /// A fragment for the participant: <Security>…</Security>.
+  std::string cyclone_configuration;
+};
+
+/// Reads all of it and checks what Cyclone would only refuse without a word that helps: a file that
+/// is missing, a key that everybody on the host can read, one of another certificate, a certificate
+/// of another authority, expired, not valid yet or revoked, a document that the authority has not
+/// signed. The error is one line that names the file and says what to do.
+tl::expected<Credentials, std::string> read_folder(const std::filesystem::path& folder,
+                                                   Protection protection,
+                                                   std::chrono::sys_seconds now);
+
+}  // namespace millrace::fabric::trust

@@ -1,0 +1,31 @@
+// What protects a whole fabric, the same for all its members: the governance document of DDS
+// Security. Pure.
+//
+//   sign_text(governance_document(Protection::sign), authority, key);
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace millrace::fabric::trust {
+
+enum class Protection : std::uint8_t {
+  /// Nobody can change or forge what travels; who listens can read it.
+  sign,
+  /// Nor read it.
+  encrypt
+};
+
+/// "SIGN", "ENCRYPT".
+std::string_view name_of(Protection protection);
+std::optional<Protection> protection_named(std::string_view name);
+
+/// Cyclone's plugins know no domains beyond this one.
+inline constexpr std::uint32_t last_domain = 230;
+
+/// All topics of all domains; nobody without material takes part, and each endpoint is checked.
+std::string governance_document(Protection protection);
+
+}  // namespace millrace::fabric::trust

@@ -1,0 +1,102 @@
+#include "fabric/trust/grants.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+
+#include "fabric/messages.hpp"
+#include "fabric/wire/topics.hpp"
+
+namespace millrace::fabric::trust {
+
+namespace {
+
+using wire::Topic;
+
+/// Those in the partition of the fabric itself, of which everybody who sees everything is a reader.
+const std::initializer_list<const Topic*> spoken{&wire::beat_topic,    &wire::channel_topic,
+                                                 &wire::machine_topic, &wire::event_topic,
+                                                 &wire::command_topic, &wire::outcome_topic};
+
+class Grants {
+ public:
+  explicit Grants(std::string_view fabric) : fabric_(fabric), calls_(wire::all_services(fabric)) {}
+
+  void of(Role role, const Member& member) {
+    switch (role) {
+      case Role::gateway:
+        write({&wire::channel_topic, &wire::machine_topic, &wire::event_topic, &wire::command_topic,
+               &wire::outcome_topic},
+              fabric_);
+        write({&wire::request_topic}, calls_);
+        see_everything();
+        break;
+      case Role::service:
+        answer(member);
+        break;
+      case Role::operating:
+        write({&wire::command_topic}, fabric_);
+        see_everything();
+        break;
+      case Role::observer:
+        see_everything();
+        break;
+      case Role::tester:
+        write({&wire::event_topic}, fabric_);
+        write({&wire::request_topic}, calls_);
+        see_everything();
+        break;
+    }
+  }
+
+  std::vector<Grant> take() {
+    std::ranges::sort(grants_);
+    const auto twice = std::ranges::unique(grants_);
+    grants_.erase(twice.begin(), twice.end());
+    return std::move(grants_);
+  }
+
+ private:
+  void write(std::initializer_list<const Topic*> topics, const std::string& partition) {
+    add(Way::write, topics, partition);
+  }
+  void read(std::initializer_list<const Topic*> topics, const std::string& partition) {
+    add(Way::read, topics, partition);
+  }
+  void add(Way way, std::initializer_list<const Topic*> topics, const std::string& partition) {
+    for (const Topic* topic : topics) {
+      grants_.push_back({way, topic->name, partition});
+    }
+  }
+
+  void see_everything() {
+    read(spoken, fabric_);
+    read({&wire::request_topic, &wire::reply_topic}, calls_);
+  }
+
+  void answer(const Member& member) {
+    // Whose beat and whose outcome it is, is told by the participant that writes it.
+    write({&wire::beat_topic, &wire::outcome_topic}, fabric_);
+    read({&wire::command_topic}, fabric_);
+    for (const std::string& uuid : member.uuids) {
+      const std::string own = wire::service_partition(fabric_, canonical_uuid(uuid));
+      write({&wire::reply_topic}, own);
+      read({&wire::request_topic}, own + "/*");
+    }
+  }
+
+  std::string fabric_;
+  std::string calls_;
+  std::vector<Grant> grants_;
+};
+
+}  // namespace
+
+std::vector<Grant> grants_of(const Member& member, std::string_view fabric) {
+  Grants grants(fabric);
+  for (const Role role : member.roles) {
+    grants.of(role, member);
+  }
+  return grants.take();
+}
+
+}  // namespace millrace::fabric::trust

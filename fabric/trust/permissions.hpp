@@ -1,0 +1,20 @@
+// What one member may do, as DDS Security reads it: the permissions document. Pure.
+//
+//   sign_text(permissions_document(grants_of(member, fabric), certificate.subject(), from, until),
+//   authority, key);
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fabric/trust/grants.hpp"
+
+namespace millrace::fabric::trust {
+
+/// `subject` is that of the certificate, in RFC 2253's form. Whatever is not granted is denied.
+std::string permissions_document(const std::vector<Grant>& grants, std::string_view subject,
+                                 std::chrono::sys_seconds from, std::chrono::sys_seconds until);
+
+}  // namespace millrace::fabric::trust

@@ -1,0 +1,252 @@
+// A fabric with trust, as a plant engineer sets it up: real processes, each with what `millrace
+// trust` has made for it.
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "base/openssl/signed_text.hpp"
+#include "fabric/trust/permissions.hpp"
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+
+const std::string root_uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+const std::string another = "00000000-0000-4000-8000-000000000002";
+
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class TrustedChain : public Chain {
+ public:
+  /// The command `millrace trust`, to its end.
+  std::string trust(Flags command, int expected = 0) const {
+    command.insert(command.begin(), {binary("millrace"), "trust"});
+    Process process(std::move(command));
+    EXPECT_EQ(process.wait(), expected) << process.error_output();
+    return process.output() + process.error_output();
+  }
+
+  [[nodiscard]] std::string plant(const std::string& name = "plant") const {
+    return (folder() / name).string();
+  }
+
+  /// A host's profile that shows what `member` got.
+  [[nodiscard]] Flags as(const std::string& member, const std::string& protection = "SIGN") const {
+    return profile(plant() + "/" + member, protection);
+  }
+  [[nodiscard]] Flags profile(const std::string& material,
+                              const std::string& protection = "SIGN") const {
+    const fs::path file =
+        folder() / (fs::path(material).filename().string() + protection + ".fabric.textproto");
+    std::ofstream(file) << "trust { folder: \"" << material << "\" protection: " << protection
+                        << " }\n";
+    return Flags{"--fabric-config", file.string()};
+  }
+
+  void set_up_plant() const {
+    trust({"init", plant()});
+    trust({"issue", plant(), "gateway-1", "--role", "gateway", "--machine", "cnc"});
+    trust({"issue", plant(), "square-root", "--role", "service", "--uuid", root_uuid});
+    trust({"issue", plant(), "office", "--role", "operator"});
+    trust({"issue", plant(), "screen", "--role", "observer"});
+    trust({"issue", plant(), "bench", "--role", "tester"});
+  }
+
+  /// To its end; its output and what it complains about.
+  [[nodiscard]] std::string ask(Flags command, const Flags& who, int expected = 0) const {
+    command.insert(command.end(), who.begin(), who.end());
+    Process process = millrace(std::move(command));
+    EXPECT_EQ(process.wait(), expected) << process.error_output();
+    return process.output() + process.error_output();
+  }
+};
+
+class Trust : public testing::Test {
+ protected:
+  void SetUp() override { sut.set_up_plant(); }
+
+  /// The message of a program that refuses to start.
+  std::string refusal(const std::string& program, Flags flags, int expected) {
+    flags.insert(flags.begin(), binary(program));
+    flags.insert(flags.end(), {"--domain", std::to_string(sut.domain())});
+    Process process(std::move(flags));
+    EXPECT_EQ(process.wait(), expected) << process.error_output();
+    return process.error_output();
+  }
+
+  TrustedChain sut;
+};
+
+class TrustedCalls : public Trust, public testing::WithParamInterface<std::string> {};
+
+TEST_P(TrustedCalls, AreAnswered) {
+  Process service = sut.square_root(sut.as("square-root", GetParam()));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  Process gateway = sut.gateway(sut.as("gateway-1", GetParam()));
+  cnc.await("response = 1.732051");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen", GetParam())), HasSubstr(root_uuid));
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench", GetParam())),
+              HasSubstr("1.414214"));
+}
+
+INSTANTIATE_TEST_SUITE_P(, TrustedCalls, testing::Values("SIGN", "ENCRYPT"),
+                         [](const auto& protection) { return protection.param; });
+
+TEST_F(Trust, ShowsAStrangerNothing) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root");
+  const Flags stranger;
+  EXPECT_THAT(sut.ask({"services"}, stranger), Not(HasSubstr(root_uuid)));
+  EXPECT_THAT(sut.ask({"channels"}, stranger), Not(HasSubstr("cnc/1")));
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, stranger, 1),
+              Not(HasSubstr("1.414214")));
+  // And who belongs to it sees it still.
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), HasSubstr(root_uuid));
+}
+
+TEST_F(Trust, TakesNoAnswerFromAStranger) {
+  Process stranger = sut.square_root();
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is served by nobody");
+  Process service = sut.square_root(sut.as("square-root"));
+  cnc.await("response = 1.732051");
+  EXPECT_THAT(stranger.error_output(), Not(HasSubstr("call ")));
+}
+
+TEST_F(Trust, LetsAServiceAnswerNoOtherUuid) {
+  sut.trust({"issue", sut.plant(), "other", "--role", "service", "--uuid", another});
+  EXPECT_THAT(refusal("millrace-square-root", sut.as("other"), 1),
+              AllOf(HasSubstr("may not write millrace/v2/reply"), HasSubstr(root_uuid),
+                    HasSubstr("millrace trust show")));
+}
+
+TEST_F(Trust, LetsAnObserverCommandNothing) {
+  Process service = sut.square_root(sut.as("square-root"));
+  EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("screen"), 1),
+              HasSubstr("may not write millrace/command"));
+  EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("office")), HasSubstr("square_root"));
+}
+
+TEST_F(Trust, LetsNobodyButAGatewaySpeakForMachines) {
+  Process cnc = sut.cnc();
+  for (const char* member : {"office", "screen", "bench", "square-root"}) {
+    Flags flags = sut.as(member);
+    flags.insert(flags.end(),
+                 {"--machine", "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1"});
+    EXPECT_THAT(refusal("millrace-gateway", flags, 1), HasSubstr("may not ")) << member;
+  }
+}
+
+TEST_F(Trust, OfAnotherPlantCountsForNothing) {
+  sut.trust({"init", sut.plant("elsewhere")});
+  sut.trust(
+      {"issue", sut.plant("elsewhere"), "square-root", "--role", "service", "--uuid", root_uuid});
+  Process forged = sut.square_root(sut.profile(sut.plant("elsewhere") + "/square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is served by nobody");
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), Not(HasSubstr(root_uuid)));
+  EXPECT_THAT(forged.error_output(), Not(HasSubstr("call ")));
+}
+
+// The authority that says who somebody is signs no permissions, so neither does who has something
+// of it.
+TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
+  namespace openssl = base::openssl;
+  const fs::path folder = fs::path(sut.plant()) / "screen";
+  const auto certificate = openssl::Certificate::read(content_of(folder / "certificate.pem"));
+  const auto key = openssl::Key::read(content_of(folder / "key.pem"));
+  ASSERT_TRUE(certificate && key);
+  using fabric::trust::Way;
+  std::ofstream(folder / "permissions.p7s")
+      << openssl::sign_text(fabric::trust::permissions_document(
+                                {{Way::write, "*", "*"}, {Way::read, "*", "*"}},
+                                certificate->subject(), certificate->from(), certificate->until()),
+                            *certificate, *key);
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
+              AllOf(HasSubstr("permissions.p7s"), HasSubstr("is not signed by")));
+}
+
+TEST_F(Trust, EndsWithARevocation) {
+  EXPECT_THAT(sut.trust({"revoke", sut.plant(), "screen"}), HasSubstr("revoked.pem"));
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2), HasSubstr("has been revoked"));
+  // Who does not know of it himself is refused by the others, who do.
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc")});
+  sut.trust({"issue", sut.plant(), "unaware", "--role", "service", "--uuid", root_uuid});
+  fs::copy(fs::path(sut.plant()) / "unaware", sut.folder() / "unaware",
+           fs::copy_options::recursive);
+  sut.trust({"revoke", sut.plant(), "unaware"});
+  Process service = sut.square_root(sut.profile((sut.folder() / "unaware").string()));
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is served by nobody");
+  EXPECT_THAT(sut.ask({"services"}, sut.as("office")), Not(HasSubstr(root_uuid)));
+}
+
+TEST_F(Trust, IsRenewedOneInstanceAfterTheOtherWithoutACallLost) {
+  Process old = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", "1=" + sut.counting_program(root_uuid, 1)});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root");
+  sut.trust({"renew", sut.plant(), "square-root"});
+  Process fresh = sut.square_root(sut.as("square-root"));
+  gateway.await_error("is ready: square_root[^]*is ready: square_root");
+  old.terminate();
+  EXPECT_EQ(old.wait(), 0) << old.error_output();
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
+}
+
+TEST_F(Trust, NeedsAWordWhereANetworkIsNamedWithoutIt) {
+  const fs::path file = sut.folder() / "bare.fabric.textproto";
+  std::ofstream(file) << "interface: \"eth0\"\n";
+  EXPECT_THAT(refusal("millrace-square-root", {"--fabric-config", file.string()}, 2),
+              AllOf(HasSubstr("bare.fabric.textproto:1:"), HasSubstr("millrace trust init"),
+                    HasSubstr("unprotected: true")));
+  std::ofstream(file) << "unprotected: true trust { folder: \"plant/screen\" }\n";
+  EXPECT_THAT(sut.ask({"services"}, {"--fabric-config", file.string()}, 2),
+              HasSubstr("expected one of them"));
+}
+
+TEST_F(Trust, IsInTheFolderThatTheProfileNamesBesideIt) {
+  const fs::path file = sut.folder() / "beside.fabric.textproto";
+  std::ofstream(file) << "trust { folder: \"plant/screen\" }\n";
+  EXPECT_THAT(sut.ask({"services"}, {"--fabric-config", file.string()}), HasSubstr("no service"));
+}
+
+TEST_F(Trust, HoldsForTheFabricOfThePlantAlone) {
+  Flags flags = sut.as("screen");
+  flags.insert(flags.end(), {"--fabric", "other"});
+  EXPECT_THAT(sut.ask({"services"}, flags, 1), HasSubstr("may not read"));
+}
+
+TEST_F(Trust, IsListedAndShown) {
+  EXPECT_THAT(sut.trust({"list", sut.plant()}),
+              AllOf(HasSubstr("gateway-1"), HasSubstr("cnc"), HasSubstr("valid")));
+  EXPECT_THAT(sut.trust({"show", sut.plant(), "square-root"}),
+              HasSubstr("millrace/" + root_uuid + "/*"));
+  EXPECT_THAT(sut.trust({"list", sut.plant(), "--json"}), HasSubstr("\"name\":\"bench\""));
+  EXPECT_THAT(sut.trust({"show", sut.plant(), "nobody"}, 2), HasSubstr("no member \"nobody\""));
+  EXPECT_THAT(sut.trust({"issue", sut.plant(), "bench", "--role", "tester"}, 2),
+              HasSubstr("trust renew"));
+  EXPECT_THAT(sut.trust({"init", sut.plant()}, 2), HasSubstr("never overwritten"));
+  EXPECT_THAT(sut.trust({"issue", sut.plant(), "x", "--role", "boss"}, 2),
+              HasSubstr("--role boss"));
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

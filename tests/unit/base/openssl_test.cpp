@@ -1,0 +1,151 @@
+#include <chrono>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
+#include "base/openssl/revocations.hpp"
+#include "base/openssl/signed_text.hpp"
+
+namespace millrace::base::openssl {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr Time from{1'700'000'000s};
+constexpr Time until = from + 24h;
+
+struct Authority {
+  Key key = Key::generate();
+  Certificate certificate = self_signed(
+      key, {.organisation = "plant", .common_name = "authority", .from = from, .until = until});
+};
+
+TEST(Key, IsReadAsItWasWritten) {
+  const Key sut = Key::generate();
+  const auto read = Key::read(sut.pem());
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->pem(), sut.pem());
+}
+
+TEST(Key, OpensWithItsPassphraseOnly) {
+  const std::string sut = Key::generate().pem("open sesame");
+  EXPECT_THAT(sut, HasSubstr("ENCRYPTED"));
+  EXPECT_TRUE(Key::read(sut, "open sesame"));
+  EXPECT_THAT(Key::read(sut).error(), HasSubstr("no passphrase is given"));
+  EXPECT_THAT(Key::read(sut, "open barley").error(), HasSubstr("does not open"));
+}
+
+TEST(Key, IsNoText) {
+  EXPECT_THAT(Key::read("").error(), HasSubstr("no private key"));
+  EXPECT_THAT(Key::read("-----BEGIN PRIVATE KEY-----\nAAAA\n-----END PRIVATE KEY-----\n").error(),
+              HasSubstr("no private key"));
+}
+
+TEST(Certificate, SaysWhoseItIsAndHowLong) {
+  const Authority authority;
+  const Key key = Key::generate();
+  const Certificate sut = issue(
+      key, {.organisation = "plant", .common_name = "gateway-1", .from = from, .until = until},
+      authority.certificate, authority.key);
+  const auto read = Certificate::read(sut.pem());
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->subject(), "CN=gateway-1,O=plant");
+  EXPECT_EQ(read->common_name(), "gateway-1");
+  EXPECT_EQ(read->organisation(), "plant");
+  EXPECT_EQ(read->from(), from);
+  EXPECT_EQ(read->until(), until);
+  EXPECT_EQ(read->serial(), sut.serial());
+  EXPECT_TRUE(read->belongs_to(key));
+  EXPECT_FALSE(read->belongs_to(authority.key));
+}
+
+TEST(Certificate, IsThatOfItsAuthorityAlone) {
+  const Authority authority;
+  const Authority another;
+  const Certificate sut = issue(
+      Key::generate(), {.organisation = "plant", .common_name = "x", .from = from, .until = until},
+      authority.certificate, authority.key);
+  EXPECT_TRUE(sut.is_issued_by(authority.certificate));
+  // Of the same name, with another key.
+  EXPECT_FALSE(sut.is_issued_by(another.certificate));
+}
+
+TEST(Certificate, OfAMemberIssuesNoOthers) {
+  const Authority authority;
+  const Key key = Key::generate();
+  const Subject subject{.organisation = "plant", .common_name = "x", .from = from, .until = until};
+  const Certificate member = issue(key, subject, authority.certificate, authority.key);
+  const Certificate sut = issue(Key::generate(), subject, member, key);
+  EXPECT_FALSE(sut.is_issued_by(member));
+}
+
+TEST(Certificate, CannotSayWhatX509CannotHold) {
+  EXPECT_THROW(
+      self_signed(
+          Key::generate(),
+          {.organisation = std::string(65, 'o'), .common_name = "x", .from = from, .until = until}),
+      std::invalid_argument);
+}
+
+TEST(Revocations, NameWhoWasTakenBackAndNobodyElse) {
+  const Authority authority;
+  const auto member = [&] {
+    return issue(Key::generate(),
+                 {.organisation = "plant", .common_name = "x", .from = from, .until = until},
+                 authority.certificate, authority.key);
+  };
+  const Certificate good = member();
+  const Certificate bad = member();
+  const auto sut = RevocationList::read(revocation_list(
+      {{bad.serial(), from + 1h}}, authority.certificate, authority.key, from, until));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_TRUE(sut->names(bad));
+  EXPECT_FALSE(sut->names(good));
+  EXPECT_EQ(sut->until(), until);
+  EXPECT_TRUE(sut->is_issued_by(authority.certificate));
+  EXPECT_FALSE(sut->is_issued_by(Authority().certificate));
+}
+
+TEST(Revocations, AreOfSerialNumbers) {
+  const Authority authority;
+  EXPECT_THROW(
+      revocation_list({{"no number", from}}, authority.certificate, authority.key, from, until),
+      std::invalid_argument);
+}
+
+TEST(SignedText, IsWhatItsAuthoritySigned) {
+  const Authority authority;
+  const std::string sut = sign_text("<dds/>\n", authority.certificate, authority.key);
+  const auto text = verified_text(sut, authority.certificate);
+  ASSERT_TRUE(text) << text.error();
+  EXPECT_THAT(*text, HasSubstr("<dds/>"));
+}
+
+TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
+  const Authority authority;
+  const Authority another;
+  std::string sut = sign_text("<allow/>\n", authority.certificate, authority.key);
+  EXPECT_THAT(verified_text(sut, another.certificate).error(), HasSubstr("is not signed by"));
+  sut.replace(sut.find("<allow/>"), 8, "<admit/>");
+  EXPECT_THAT(verified_text(sut, authority.certificate).error(), HasSubstr("is not signed by"));
+  EXPECT_THAT(verified_text("nothing", authority.certificate).error(),
+              HasSubstr("no signed document"));
+}
+
+// Who got a certificate to show who he is cannot sign what he may do.
+TEST(SignedText, OfAMemberIsNotThatOfHisAuthority) {
+  const Authority authority;
+  const Key key = Key::generate();
+  const Certificate member =
+      issue(key, {.organisation = "plant", .common_name = "x", .from = from, .until = until},
+            authority.certificate, authority.key);
+  const std::string sut = sign_text("<allow/>\n", member, key);
+  EXPECT_FALSE(verified_text(sut, authority.certificate));
+}
+
+}  // namespace
+}  // namespace millrace::base::openssl

@@ -1,0 +1,128 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/trust/governance.hpp"
+#include "fabric/trust/grants.hpp"
+#include "fabric/trust/permissions.hpp"
+
+namespace millrace::fabric::trust {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::Contains;
+using testing::Each;
+using testing::Field;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
+using testing::UnorderedElementsAre;
+
+const std::string uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
+const std::string own = "hall/560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+Member service() {
+  return {.name = "root", .roles = {Role::service}, .uuids = {uuid}};
+}
+
+std::vector<Grant> of_way(Way way, const std::vector<Grant>& grants) {
+  std::vector<Grant> chosen;
+  std::ranges::copy_if(grants, std::back_inserter(chosen),
+                       [&](const Grant& grant) { return grant.way == way; });
+  return chosen;
+}
+
+TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
+  EXPECT_THAT(grants_of(service(), "hall"),
+              UnorderedElementsAre(Grant{Way::write, "millrace/v2/reply", own},
+                                   Grant{Way::write, "millrace/v2/beat", "hall"},
+                                   Grant{Way::write, "millrace/outcome", "hall"},
+                                   Grant{Way::read, "millrace/v2/request", own + "/*"},
+                                   Grant{Way::read, "millrace/command", "hall"}));
+}
+
+TEST(Grants, OfAnObserverWriteNothing) {
+  const auto sut = grants_of({.name = "o", .roles = {Role::observer}}, "hall");
+  EXPECT_THAT(of_way(Way::write, sut), IsEmpty());
+  EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v2/request", "hall/*"}));
+  EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/event", "hall"}));
+}
+
+TEST(Grants, OfAnOperatorAddCommandsAndNothingElse) {
+  EXPECT_THAT(of_way(Way::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
+              UnorderedElementsAre(Grant{Way::write, "millrace/command", "hall"}));
+}
+
+TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
+  EXPECT_THAT(of_way(Way::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
+              AllOf(Contains(Grant{Way::write, "millrace/v2/request", "hall/*"}),
+                    Not(Contains(Field(&Grant::topic, "millrace/machine")))));
+}
+
+TEST(Grants, OfAGatewayLetItAnswerNoCalls) {
+  const Member member{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
+  EXPECT_THAT(of_way(Way::write, grants_of(member, "hall")),
+              AllOf(Contains(Field(&Grant::topic, "millrace/machine")),
+                    Not(Contains(Field(&Grant::topic, "millrace/v2/reply")))));
+}
+
+TEST(Grants, AreOfOneFabric) {
+  for (const Role role : all_roles()) {
+    const Member member{.name = "x", .roles = {role}, .uuids = {uuid}, .machines = {"m"}};
+    EXPECT_THAT(grants_of(member, "hall"), Each(Field(&Grant::partition, StartsWith("hall"))));
+  }
+}
+
+TEST(Member, NeedsWhatItsRoleIsAbout) {
+  EXPECT_FALSE(mistake_in(service()));
+  EXPECT_THAT(*mistake_in({.name = "s", .roles = {Role::service}}), HasSubstr("UUIDs"));
+  EXPECT_THAT(*mistake_in({.name = "g", .roles = {Role::gateway}}), HasSubstr("machines"));
+  EXPECT_THAT(*mistake_in({.name = "o", .roles = {Role::observer}, .uuids = {uuid}}),
+              HasSubstr("for the role service"));
+  EXPECT_THAT(*mistake_in({.name = "o"}), HasSubstr("no role"));
+}
+
+TEST(Member, HasANameThatIsOneOfAFolderToo) {
+  for (const char* name : {"", ".", "..", "../x", "a/b", "a b", "-x", ".hidden", "a\nb"}) {
+    EXPECT_FALSE(is_member_name(name)) << name;
+  }
+  EXPECT_FALSE(is_member_name(std::string(65, 'a')));
+  EXPECT_TRUE(is_member_name("gateway-1.hall_3"));
+}
+
+// What a partition or a permission would take for a pattern.
+TEST(Member, MayAnswerNoPatternOfUuids) {
+  for (const char* pattern : {"*", "560a*", "?", "[a]", "a\\b", "a,b", "", "a\nb"}) {
+    EXPECT_TRUE(mistake_in({.name = "s", .roles = {Role::service}, .uuids = {pattern}})) << pattern;
+  }
+  EXPECT_TRUE(mistake_in({.name = "g", .roles = {Role::gateway}, .machines = {"press/*"}}));
+}
+
+TEST(Permissions, SayWhatIsGrantedAndDenyTheRest) {
+  const std::string sut =
+      permissions_document({{Way::write, "a<b", "hall/x"}}, "CN=\"x\",O=plant",
+                           std::chrono::sys_seconds{0s}, std::chrono::sys_seconds{86'400s});
+  EXPECT_THAT(sut, HasSubstr("<subject_name>CN=&quot;x&quot;,O=plant</subject_name>"));
+  EXPECT_THAT(sut, HasSubstr("<not_before>1970-01-01T00:00:00Z</not_before>"));
+  EXPECT_THAT(sut, HasSubstr("<not_after>1970-01-02T00:00:00Z</not_after>"));
+  EXPECT_THAT(sut, HasSubstr("<topic>a&lt;b</topic>"));
+  EXPECT_THAT(sut, HasSubstr("<partition>hall/x</partition>"));
+  EXPECT_THAT(sut, HasSubstr("<default>DENY</default>"));
+  EXPECT_THAT(sut, Not(HasSubstr("subscribe")));
+}
+
+TEST(Governance, TakesNobodyWhoShowsNothing) {
+  for (const Protection protection : {Protection::sign, Protection::encrypt}) {
+    EXPECT_THAT(governance_document(protection),
+                AllOf(HasSubstr("<allow_unauthenticated_participants>false<"),
+                      HasSubstr("<enable_read_access_control>true<"),
+                      HasSubstr("<enable_write_access_control>true<"),
+                      HasSubstr(std::string("<rtps_protection_kind>") +
+                                std::string(name_of(protection)) + "<")));
+    EXPECT_EQ(protection_named(name_of(protection)), protection);
+  }
+}
+
+}  // namespace
+}  // namespace millrace::fabric::trust

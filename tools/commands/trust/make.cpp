@@ -1,0 +1,162 @@
+// init, issue, renew, revoke: what writes the folder of a plant.
+#include "tools/commands/trust/make.hpp"
+
+#include <fstream>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "base/program/command_line.hpp"
+#include "fabric/dds/participant.hpp"
+#include "tools/commands/trust/plants.hpp"
+
+namespace millrace::tools::commands::trust {
+
+namespace {
+
+using base::program::UsageError;
+using fabric::trust::Member;
+
+struct InitOptions : PlantOptions {
+  std::string fabric = "millrace";
+  std::string name;
+  int days = 3650;
+};
+
+struct IssueOptions : PlantOptions {
+  Member member;
+  std::vector<std::string> roles;
+  tools::trust::IssueOptions how;
+  bool renew = false;
+};
+
+struct NamedOptions : PlantOptions {
+  std::string name;
+  int days = tools::trust::IssueOptions{}.days;
+};
+
+void say_where(const tools::trust::Plant& plant, const tools::trust::Entry& entry) {
+  fmt::print("{}: valid until {:%F}; copy it to its host, and nothing else of {}\n",
+             plant.folder_of(entry.member.name).string(), entry.until,
+             plant.folder_of("").parent_path().string());
+}
+
+int init(const InitOptions& options) {
+  if (!fabric::dds::is_fabric_name(options.fabric) ||
+      options.fabric.find_first_of("[]\\") != std::string::npos) {
+    throw UsageError(
+        fmt::format("--fabric {}: expected some text without '*', '?', '[', ']', '\\', '/' and ','",
+                    options.fabric));
+  }
+  const std::filesystem::path folder(options.folder);
+  // "plant/" is "plant".
+  const std::filesystem::path last =
+      folder.has_filename() ? folder.filename() : folder.parent_path().filename();
+  const std::string name = options.name.empty() ? last.string() : options.name;
+  must(tools::trust::Plant::create(folder, name, options.fabric, options.days,
+                                   passphrase_of(options), now()));
+  fmt::print(
+      "{0}: the authorities of {1}, for the fabric {2}. Keep {0}/authorities where only you can "
+      "read it: who has it can be anything\n"
+      "next: millrace trust issue {0} gateway-1 --role gateway --machine NAME\n",
+      options.folder, name, options.fabric);
+  return base::program::exit_done;
+}
+
+int issue(IssueOptions options) {
+  for (const std::string& text : options.roles) {
+    const auto role = fabric::trust::role_named(text);
+    if (!role) {
+      throw UsageError(
+          fmt::format("--role {}: expected gateway, service, operator, observer or tester", text));
+    }
+    options.member.roles.insert(*role);
+  }
+  tools::trust::Plant plant = open(options);
+  const bool known = plant.entry(options.member.name).has_value();
+  const std::string passphrase = passphrase_of(options);
+  const auto entry = must(
+      options.renew && known ? plant.renew(options.member.name, options.how.days, passphrase, now())
+                             : plant.issue(options.member, options.how, passphrase, now()));
+  say_where(plant, entry);
+  return base::program::exit_done;
+}
+
+int renew(const NamedOptions& options) {
+  tools::trust::Plant plant = open(options);
+  say_where(plant, must(plant.renew(options.name, options.days, passphrase_of(options), now())));
+  return base::program::exit_done;
+}
+
+int revoke(const NamedOptions& options) {
+  tools::trust::Plant plant = open(options);
+  must(plant.revoke(options.name, passphrase_of(options), now()));
+  fmt::print(
+      "{0} is revoked. Copy revoked.pem to all hosts: {1}/*/revoked.pem are the same. Programs "
+      "that "
+      "start with it take {0} no more\n",
+      options.name, options.folder);
+  return base::program::exit_done;
+}
+
+}  // namespace
+
+void add_init(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(trust, "init", "Make the authorities of a plant", "millrace trust init plant");
+  auto options = std::make_shared<InitOptions>();
+  add_plant(command, *options);
+  add_passphrase(command, *options);
+  command.add_option("--fabric", options->fabric, "The fabric it is for")->capture_default_str();
+  command.add_option("--name", options->name,
+                     "The plant's name in certificates; else that of the folder");
+  command.add_option("--days", options->days, "How long the authorities are valid")
+      ->capture_default_str();
+  command.callback([options, &chosen] { chosen.run = [options] { return init(*options); }; });
+}
+
+void add_issue(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(trust, "issue", "Make what a host needs to be something",
+                     "millrace trust issue plant gateway-1 --role gateway --machine press_1");
+  auto options = std::make_shared<IssueOptions>();
+  add_plant(command, *options);
+  add_passphrase(command, *options);
+  command.add_option("name", options->member.name, "Whom: its folder in the plant's")->required();
+  command
+      .add_option("--role", options->roles,
+                  "gateway, service, operator, observer or tester; several times for several")
+      ->required()
+      ->allow_extra_args(false);
+  command.add_option("--uuid", options->member.uuids, "A UUID that the service may answer")
+      ->allow_extra_args(false);
+  command.add_option("--machine", options->member.machines, "A machine of the gateway")
+      ->allow_extra_args(false);
+  command.add_option("--host", options->how.host, "Where it is meant to be, for people");
+  command.add_option("--days", options->how.days, "How long it is valid")->capture_default_str();
+  command.add_flag("--renew", options->renew, "Make it new if it is there");
+  command.callback([options, &chosen] { chosen.run = [options] { return issue(*options); }; });
+}
+
+void add_renew(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command = add_subcommand(trust, "renew", "Make new material for a member",
+                                     "millrace trust renew plant gateway-1");
+  auto options = std::make_shared<NamedOptions>();
+  add_plant(command, *options);
+  add_passphrase(command, *options);
+  command.add_option("name", options->name, "Whose")->required();
+  command.add_option("--days", options->days, "How long it is valid")->capture_default_str();
+  command.callback([options, &chosen] { chosen.run = [options] { return renew(*options); }; });
+}
+
+void add_revoke(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command = add_subcommand(trust, "revoke", "Take back all that a member ever got",
+                                     "millrace trust revoke plant square-root");
+  auto options = std::make_shared<NamedOptions>();
+  add_plant(command, *options);
+  add_passphrase(command, *options);
+  command.add_option("name", options->name, "Whose")->required();
+  command.callback([options, &chosen] { chosen.run = [options] { return revoke(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::trust

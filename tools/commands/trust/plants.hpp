@@ -1,0 +1,42 @@
+// What the commands of `millrace trust` share: which plant, and how its authorities are opened.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include <CLI/App.hpp>
+
+#include "base/program/command_line.hpp"
+#include "tools/trust/plant.hpp"
+
+namespace millrace::tools::commands::trust {
+
+struct PlantOptions {
+  std::string folder;
+  std::string passphrase_file;
+};
+
+/// The folder of the plant, which comes first.
+void add_plant(CLI::App& command, PlantOptions& options);
+/// `--passphrase-file`.
+void add_passphrase(CLI::App& command, PlantOptions& options);
+
+/// The first line of the file; empty without one. Throws base::program::UsageError.
+std::string passphrase_of(const PlantOptions& options);
+/// Throws base::program::UsageError.
+tools::trust::Plant open(const PlantOptions& options);
+/// Of this host's clock.
+tools::trust::Time now();
+
+/// What was expected, or base::program::UsageError with what is wrong.
+template <typename T>
+T must(tl::expected<T, std::string> result) {
+  if (!result) {
+    throw base::program::UsageError(result.error());
+  }
+  if constexpr (!std::is_void_v<T>) {
+    return std::move(*result);
+  }
+}
+
+}  // namespace millrace::tools::commands::trust

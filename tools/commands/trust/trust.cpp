@@ -1,0 +1,218 @@
+#include "tools/commands/trust/trust.hpp"
+
+#include <chrono>
+#include <fstream>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/posix/durable_file.hpp"
+#include "base/program/command_line.hpp"
+#include "fabric/trust/grants.hpp"
+#include "tools/commands/trust/make.hpp"
+#include "tools/commands/trust/plants.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/table.hpp"
+
+namespace millrace::tools::commands::trust {
+
+namespace {
+
+using base::program::UsageError;
+using tools::trust::Entry;
+
+/// From when on a certificate is named for running out.
+constexpr auto soon = std::chrono::days(30);
+
+struct ListOptions : PlantOptions {
+  bool json = false;
+};
+
+struct ShowOptions : ListOptions {
+  std::string name;
+};
+
+struct ExportOptions : PlantOptions {
+  std::string name;
+  std::string output;
+};
+
+std::vector<std::string> roles_of(const Entry& entry) {
+  std::vector<std::string> names;
+  for (const fabric::trust::Role role : entry.member.roles) {
+    names.emplace_back(fabric::trust::name_of(role));
+  }
+  return names;
+}
+
+std::string state_of(const Entry& entry) {
+  if (entry.revoked) {
+    return "revoked";
+  }
+  if (entry.until <= now()) {
+    return "expired";
+  }
+  return entry.until <= now() + soon ? "expires soon" : "valid";
+}
+
+boost::json::object json_of(const Entry& entry) {
+  const auto strings = [](const std::vector<std::string>& texts) {
+    return boost::json::array(texts.begin(), texts.end());
+  };
+  return {{"name", entry.member.name},
+          {"roles", strings(roles_of(entry))},
+          {"uuids", strings(entry.member.uuids)},
+          {"machines", strings(entry.member.machines)},
+          {"host", entry.host},
+          {"serial", entry.serial},
+          {"from", fmt::format("{:%FT%TZ}", entry.from)},
+          {"until", fmt::format("{:%FT%TZ}", entry.until)},
+          {"state", state_of(entry)}};
+}
+
+int list(const ListOptions& options) {
+  const tools::trust::Plant plant = open(options);
+  if (options.json) {
+    boost::json::array members;
+    for (const Entry& entry : plant.entries()) {
+      members.push_back(json_of(entry));
+    }
+    print::print_json(boost::json::object{
+        {"plant", plant.name()}, {"fabric", plant.fabric()}, {"members", std::move(members)}});
+    return base::program::exit_done;
+  }
+  print::Table table({{"NAME"}, {"ROLE"}, {"OF"}, {"HOST"}, {"UNTIL"}, {"STATE"}});
+  for (const Entry& entry : plant.entries()) {
+    std::vector<std::string> of = entry.member.uuids;
+    of.insert(of.end(), entry.member.machines.begin(), entry.member.machines.end());
+    table.add({entry.member.name, fmt::format("{}", fmt::join(roles_of(entry), ", ")),
+               fmt::format("{}", fmt::join(of, ", ")), entry.host,
+               fmt::format("{:%F}", entry.until), state_of(entry)});
+  }
+  fmt::print("{}", table.text());
+  return base::program::exit_done;
+}
+
+int show(const ShowOptions& options) {
+  const tools::trust::Plant plant = open(options);
+  const Entry entry = must(plant.entry(options.name));
+  const auto grants = fabric::trust::grants_of(entry.member, plant.fabric());
+  const auto word = [](const fabric::trust::Grant& grant) {
+    return grant.way == fabric::trust::Way::write ? "writes" : "reads";
+  };
+  if (options.json) {
+    boost::json::object out = json_of(entry);
+    boost::json::array may;
+    for (const fabric::trust::Grant& grant : grants) {
+      may.push_back(boost::json::object{
+          {"way", word(grant)}, {"topic", grant.topic}, {"partition", grant.partition}});
+    }
+    out["may"] = std::move(may);
+    print::print_json(out);
+    return base::program::exit_done;
+  }
+  fmt::print("{} of {}: {}, {} until {:%F}, serial {}\n", entry.member.name, plant.name(),
+             fmt::join(roles_of(entry), ", "), state_of(entry), entry.until, entry.serial);
+  if (!entry.host.empty()) {
+    fmt::print("meant for {}\n", entry.host);
+  }
+  for (const std::string& machine : entry.member.machines) {
+    fmt::print("machine {}\n", machine);
+  }
+  print::Table table({{"MAY"}, {"TOPIC"}, {"PARTITION"}});
+  for (const fabric::trust::Grant& grant : grants) {
+    table.add({word(grant), grant.topic, grant.partition});
+  }
+  fmt::print("{}", table.text());
+  return base::program::exit_done;
+}
+
+int write_archive(const ExportOptions& options) {
+  const tools::trust::Plant plant = open(options);
+  const std::string archive = must(plant.archive_of(options.name));
+  must(base::posix::write_durably(options.output, archive, tools::trust::owner_only));
+  fmt::print(
+      "{}: all that {} needs, its private key among it; unpack it where its fabric.textproto "
+      "says, then remove it\n",
+      options.output, options.name);
+  return base::program::exit_done;
+}
+
+void add_list(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command = add_subcommand(trust, "list", "Who is believed what, and how long",
+                                     "millrace trust list plant");
+  auto options = std::make_shared<ListOptions>();
+  add_plant(command, *options);
+  add_json(command, options->json);
+  command.callback([options, &chosen] { chosen.run = [options] { return list(*options); }; });
+}
+
+void add_show(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command = add_subcommand(trust, "show", "What a member may write and read",
+                                     "millrace trust show plant square-root");
+  auto options = std::make_shared<ShowOptions>();
+  add_plant(command, *options);
+  add_json(command, options->json);
+  command.add_option("name", options->name, "Who")->required();
+  command.callback([options, &chosen] { chosen.run = [options] { return show(*options); }; });
+}
+
+void add_export(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command = add_subcommand(trust, "export", "Pack a member's folder for its host",
+                                     "millrace trust export plant square-root -o square-root.tar");
+  auto options = std::make_shared<ExportOptions>();
+  add_plant(command, *options);
+  command.add_option("name", options->name, "Who")->required();
+  command.add_option("-o,--output", options->output, "The tar archive to write")->required();
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return write_archive(*options); }; });
+}
+
+}  // namespace
+
+void add_plant(CLI::App& command, PlantOptions& options) {
+  command.add_option("plant", options.folder, "Folder of the plant's trust")->required();
+}
+
+void add_passphrase(CLI::App& command, PlantOptions& options) {
+  command.add_option("--passphrase-file", options.passphrase_file,
+                     "File whose first line encrypts the authorities' keys; without, only the "
+                     "folder's mode protects them");
+}
+
+std::string passphrase_of(const PlantOptions& options) {
+  if (options.passphrase_file.empty()) {
+    return {};
+  }
+  std::ifstream in(options.passphrase_file);
+  std::string line;
+  if (!std::getline(in, line) || line.empty()) {
+    throw UsageError(fmt::format("--passphrase-file {}: expected a passphrase in its first line",
+                                 options.passphrase_file));
+  }
+  return line;
+}
+
+tools::trust::Plant open(const PlantOptions& options) {
+  return must(tools::trust::Plant::open(options.folder));
+}
+
+tools::trust::Time now() {
+  return std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+}
+
+void add_trust(CLI::App& app, Chosen& chosen) {
+  CLI::App& trust =
+      add_subcommand(app, "trust", "Who may be what on a fabric", "millrace trust init plant");
+  trust.require_subcommand(1);
+  add_init(trust, chosen);
+  add_issue(trust, chosen);
+  add_list(trust, chosen);
+  add_show(trust, chosen);
+  add_renew(trust, chosen);
+  add_revoke(trust, chosen);
+  add_export(trust, chosen);
+}
+
+}  // namespace millrace::tools::commands::trust

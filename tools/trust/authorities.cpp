@@ -1,0 +1,158 @@
+#include "tools/trust/authorities.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include "base/openssl/signed_text.hpp"
+#include "base/posix/durable_file.hpp"
+#include "fabric/trust/folder.hpp"
+#include "fabric/trust/governance.hpp"
+#include "fabric/trust/grants.hpp"
+#include "fabric/trust/permissions.hpp"
+
+namespace millrace::tools::trust {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace openssl = base::openssl;
+namespace files = fabric::trust::files;
+using openssl::Certificate;
+using openssl::Key;
+
+/// Names in the folder of the authorities.
+constexpr std::string_view identity_name = "identity";
+constexpr std::string_view permissions_name = "permissions";
+
+fs::path key_file(const fs::path& folder, std::string_view name) {
+  return folder / fmt::format("{}.key", name);
+}
+
+fs::path certificate_file(const fs::path& folder, std::string_view name) {
+  return folder / fmt::format("{}.pem", name);
+}
+
+tl::expected<std::string, std::string> content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in.is_open() || in.bad()) {
+    return tl::unexpected(
+        fmt::format("{}: cannot be read ({})", file.string(), std::strerror(errno)));
+  }
+  return text;
+}
+
+}  // namespace
+
+Authorities Authorities::create(std::string_view plant, Time from, Time until) {
+  const auto authority = [&](std::string_view what) {
+    Key key = Key::generate();
+    Certificate certificate =
+        openssl::self_signed(key, {.organisation = std::string(plant),
+                                   .common_name = fmt::format("{} authority", what),
+                                   .from = from,
+                                   .until = until});
+    return Authority{std::move(key), std::move(certificate)};
+  };
+  return {authority(identity_name), authority(permissions_name)};
+}
+
+tl::expected<Authorities, std::string> Authorities::read(const fs::path& folder,
+                                                         std::string_view passphrase) {
+  const auto authority = [&](std::string_view name) -> tl::expected<Authority, std::string> {
+    const fs::path of_key = key_file(folder, name);
+    const auto in = [](const fs::path& file) {
+      return [file](const std::string& what) { return fmt::format("{}: {}", file.string(), what); };
+    };
+    auto key = content_of(of_key).and_then(
+        [&](const std::string& pem) { return Key::read(pem, passphrase).map_error(in(of_key)); });
+    if (!key) {
+      return tl::unexpected(key.error());
+    }
+    const fs::path of_certificate = certificate_file(folder, name);
+    auto certificate = content_of(of_certificate).and_then([&](const std::string& pem) {
+      return Certificate::read(pem).map_error(in(of_certificate));
+    });
+    if (!certificate) {
+      return tl::unexpected(certificate.error());
+    }
+    if (!certificate->belongs_to(*key)) {
+      return tl::unexpected(fmt::format("{}: does not belong to {}", of_certificate.string(),
+                                        of_key.filename().string()));
+    }
+    return Authority{std::move(*key), std::move(*certificate)};
+  };
+  auto identity = authority(identity_name);
+  if (!identity) {
+    return tl::unexpected(identity.error());
+  }
+  auto permissions = authority(permissions_name);
+  if (!permissions) {
+    return tl::unexpected(permissions.error());
+  }
+  return Authorities(std::move(*identity), std::move(*permissions));
+}
+
+tl::expected<void, std::string> Authorities::write(const fs::path& folder,
+                                                   std::string_view passphrase) const {
+  if (::mkdir(folder.c_str(), owner_folder) != 0) {
+    return tl::unexpected(
+        fmt::format("{}: cannot be created ({})", folder.string(), std::strerror(errno)));
+  }
+  const auto put = [&](const Authority& authority, std::string_view name) {
+    return base::posix::write_durably(key_file(folder, name), authority.key.pem(passphrase),
+                                      owner_only)
+        .and_then([&] {
+          return base::posix::write_durably(certificate_file(folder, name),
+                                            authority.certificate.pem());
+        });
+  };
+  return put(identity_, identity_name).and_then([&] {
+    return put(permissions_, permissions_name);
+  });
+}
+
+Material Authorities::issue(const fabric::trust::Member& member, std::string_view fabric, Time from,
+                            Time until, const std::vector<openssl::Revoked>& revoked) const {
+  using fabric::trust::Protection;
+  const Key key = Key::generate();
+  // The plant's name is that of its authorities.
+  const Certificate certificate =
+      openssl::issue(key,
+                     {.organisation = identity_.certificate.organisation(),
+                      .common_name = member.name,
+                      .from = from,
+                      .until = until},
+                     identity_.certificate, identity_.key);
+  const auto sign = [&](const std::string& document) {
+    return openssl::sign_text(document, permissions_.certificate, permissions_.key);
+  };
+  const auto governance = [&](Protection protection) {
+    return Material::File{std::string(fabric::trust::governance_file(protection)),
+                          sign(fabric::trust::governance_document(protection))};
+  };
+  Material made{.files = {}, .serial = certificate.serial()};
+  made.files.push_back({std::string(files::key), key.pem(), true});
+  made.files.push_back({std::string(files::certificate), certificate.pem()});
+  made.files.push_back({std::string(files::identity_authority), identity_.certificate.pem()});
+  made.files.push_back({std::string(files::permissions_authority), permissions_.certificate.pem()});
+  made.files.push_back({std::string(files::revoked), revocations(revoked, from)});
+  made.files.push_back(
+      {std::string(files::permissions),
+       sign(fabric::trust::permissions_document(fabric::trust::grants_of(member, fabric),
+                                                certificate.subject(), from, until))});
+  made.files.push_back(governance(Protection::sign));
+  made.files.push_back(governance(Protection::encrypt));
+  return made;
+}
+
+std::string Authorities::revocations(const std::vector<openssl::Revoked>& revoked, Time now) const {
+  return openssl::revocation_list(revoked, identity_.certificate, identity_.key, now, until());
+}
+
+}  // namespace millrace::tools::trust

@@ -1,0 +1,76 @@
+// The two authorities of a plant: one says who somebody is, the other what he may do. Neither signs
+// what is the other's, so that nobody can write himself permissions with what he got to show who he
+// is.
+//
+//   const Authorities authorities = Authorities::create("plant", until, now);
+//   authorities.write(folder, passphrase);
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <sys/types.h>
+#include <tl/expected.hpp>
+
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/revocations.hpp"
+#include "fabric/trust/member.hpp"
+
+namespace millrace::tools::trust {
+
+using Time = std::chrono::sys_seconds;
+
+/// Of private keys, and of folders that hold them.
+inline constexpr mode_t owner_only = 0600;
+inline constexpr mode_t owner_folder = 0700;
+
+/// The files of a member's folder, by name; the key is among them.
+struct Material {
+  struct File {
+    std::string name;
+    std::string content;
+    bool secret = false;
+  };
+  std::vector<File> files;
+  /// Of the certificate.
+  std::string serial;
+};
+
+class Authorities {
+ public:
+  /// Draws both keys. Throws std::invalid_argument for a plant's name that a certificate cannot
+  /// hold.
+  static Authorities create(std::string_view plant, Time from, Time until);
+  /// From the folder that write() has filled. The error names the file and what to do.
+  static tl::expected<Authorities, std::string> read(const std::filesystem::path& folder,
+                                                     std::string_view passphrase);
+  /// Creates the folder, for its owner alone; the keys are encrypted if there is a passphrase.
+  [[nodiscard]] tl::expected<void, std::string> write(const std::filesystem::path& folder,
+                                                      std::string_view passphrase) const;
+
+  /// A new key, a certificate and permissions of the same validity, and what all members have.
+  [[nodiscard]] Material issue(const fabric::trust::Member& member, std::string_view fabric,
+                               Time from, Time until,
+                               const std::vector<base::openssl::Revoked>& revoked) const;
+  /// The list of taken-back certificates, as each member has it.
+  [[nodiscard]] std::string revocations(const std::vector<base::openssl::Revoked>& revoked,
+                                        Time now) const;
+
+  /// Nothing that they sign can be valid for longer.
+  [[nodiscard]] Time until() const { return identity_.certificate.until(); }
+
+ private:
+  struct Authority {
+    base::openssl::Key key;
+    base::openssl::Certificate certificate;
+  };
+  Authorities(Authority identity, Authority permissions)
+      : identity_(std::move(identity)), permissions_(std::move(permissions)) {}
+
+  Authority identity_;
+  Authority permissions_;
+};
+
+}  // namespace millrace::tools::trust

@@ -1,0 +1,99 @@
+// The folder in which a plant's trust is made: its authorities, a register of whom they have
+// believed what, and a folder for each member with what it needs and nothing else.
+//
+//   auto plant = Plant::open("plant", {});
+//   plant->issue({.name = "square-root", .roles = {Role::service}, .uuids = {"560aacbf-…"}}, {.days
+//   = 825}, now);
+//
+//   plant/authorities/       never leaves the desk
+//   plant/register.textproto
+//   plant/square-root/       goes to the host of that service
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "base/posix/fd.hpp"
+#include "tools/trust/authorities.hpp"
+
+namespace millrace::config {
+class TrustMember;
+class TrustRegister;
+}  // namespace millrace::config
+
+namespace millrace::tools::trust {
+
+/// A member as the register has it.
+struct Entry {
+  fabric::trust::Member member;
+  /// Where it is meant to be, for people.
+  std::string host;
+  /// Of what is in its folder now.
+  std::string serial;
+  Time from;
+  Time until;
+  /// Everything it ever got has been taken back.
+  bool revoked = false;
+};
+
+struct IssueOptions {
+  std::string host{};
+  /// How long it is valid, in days; never longer than the authorities are.
+  int days = 825;
+};
+
+/// Holds the folder's lock; two commands do not write it at once. Errors are for people and name
+/// the file.
+class Plant {
+ public:
+  /// Creates the folder, which must not exist or be empty: an authority is never overwritten.
+  static tl::expected<void, std::string> create(const std::filesystem::path& folder,
+                                                std::string_view name, std::string_view fabric,
+                                                int days, std::string_view passphrase, Time now);
+  static tl::expected<Plant, std::string> open(const std::filesystem::path& folder);
+  Plant(Plant&&) noexcept;
+  Plant& operator=(Plant&&) noexcept;
+  ~Plant();
+
+  [[nodiscard]] const std::string& name() const;
+  [[nodiscard]] const std::string& fabric() const;
+  /// By name.
+  [[nodiscard]] std::vector<Entry> entries() const;
+  [[nodiscard]] tl::expected<Entry, std::string> entry(std::string_view name) const;
+  /// Of a member: plant/NAME.
+  [[nodiscard]] std::filesystem::path folder_of(std::string_view name) const;
+
+  /// A new member; refused if there is one of that name.
+  tl::expected<Entry, std::string> issue(const fabric::trust::Member& member,
+                                         const IssueOptions& options, std::string_view passphrase,
+                                         Time now);
+  /// A new key, certificate and permissions; what the host has goes on being valid until its time
+  /// is over.
+  tl::expected<Entry, std::string> renew(std::string_view name, int days,
+                                         std::string_view passphrase, Time now);
+  /// Takes back everything that the member ever got, and tells all members' folders of it.
+  tl::expected<void, std::string> revoke(std::string_view name, std::string_view passphrase,
+                                         Time now);
+  /// The member's folder as a tar archive, for its host.
+  [[nodiscard]] tl::expected<std::string, std::string> archive_of(std::string_view name) const;
+
+ private:
+  Plant(std::filesystem::path folder, base::posix::Fd lock,
+        std::unique_ptr<config::TrustRegister> members);
+
+  [[nodiscard]] const config::TrustMember* find(std::string_view name) const;
+  [[nodiscard]] std::vector<base::openssl::Revoked> revoked() const;
+  tl::expected<Entry, std::string> make(config::TrustMember& record, int days,
+                                        std::string_view passphrase, Time now);
+  [[nodiscard]] tl::expected<void, std::string> save() const;
+
+  std::filesystem::path folder_;
+  base::posix::Fd lock_;
+  std::unique_ptr<config::TrustRegister> register_;
+};
+
+}  // namespace millrace::tools::trust
