@@ -43,6 +43,8 @@ install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATAD
   COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN programs EXCLUDE)
 # For controllers whose programs use the services.
 install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc DESTINATION ${millrace_share}/cycles COMPONENT services)
+# What lcm-gen makes LCM programs of.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl/lcm DESTINATION ${millrace_share} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_share} USE_SOURCE_PERMISSIONS
   COMPONENT services)
 # Where units look for the flags of each instance.
@@ -107,8 +109,9 @@ set(CPACK_COMPONENT_COMMON_DESCRIPTION "millrace: what all its programs on a hos
 set(CPACK_COMPONENT_GATEWAY_DESCRIPTION "millrace gateway: the Service Interface of CNC channels on DDS
  Polls the controllers over ADS and gives each call of an NC program to one live
  service of its UUID.")
-set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, mail
- Programs that answer calls of NC programs, and the systemd unit of a service.")
+set(CPACK_COMPONENT_SERVICES_DESCRIPTION "millrace services: square root, dial gauge, archiver, batch, mail, LCM
+ Programs that answer calls of NC programs, a bridge to programs that speak LCM,
+ and the systemd unit of a service.")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "millrace: the operator's command
  Looks at a fabric, acts on it, records what happens and reads recordings; shows
  it in a browser and to Prometheus.")

@@ -64,13 +64,14 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
 }
 
 struct Instance::Impl final : Hosted {
-  Impl(const ServiceOptions& options, const Service::Log& own_log, LaterHandler prompt)
+  Impl(const ServiceOptions& options, const Service::Log& own_log, Prompt prompt,
+       std::function<void(const std::string& issuer)> tell_draining = nullptr)
       : log(own_log),
         member(options.member ? options.member
                               : std::make_shared<Member>(join_options(options), own_log)),
         identity(make_identity(options, member->participant().options().lease)),
-        runner(std::make_shared<Runner>(desk_options(options, identity), log,
-                                        Prompt{std::move(prompt)})),
+        draining(std::move(tell_draining)),
+        runner(std::make_shared<Runner>(desk_options(options, identity), log, std::move(prompt))),
         end(std::in_place, member->participant(), identity, *runner),
         grace(member->loop()) {}
   ~Impl() override { leave(); }
@@ -85,6 +86,7 @@ struct Instance::Impl final : Hosted {
   const Service::Log log;
   const std::shared_ptr<Member> member;
   const fabric::InstanceIdentity identity;
+  const std::function<void(const std::string& issuer)> draining;
   const std::shared_ptr<Runner> runner;
   std::optional<fabric::ends::ReplyEnd> end;
   /// On the member's loop.
@@ -114,6 +116,9 @@ void Instance::Impl::on_drain(const std::string& issuer) {
   if (!issuer.empty()) {
     log->info("{} asks this instance to leave", issuer);
   }
+  if (draining) {
+    draining(issuer);
+  }
   end->set_draining(true);
   grace.expires_after(fabric::ends::InstanceCommands::drain_grace);
   grace.async_wait([runner = std::weak_ptr(runner)](const boost::system::error_code& error) {
@@ -131,7 +136,16 @@ fabric::InstanceLoad Instance::Impl::load() const {
 }
 
 Instance::Instance(const ServiceOptions& options, const Service::Log& log, LaterHandler prompt)
-    : impl_(std::make_unique<Impl>(options, log, std::move(prompt))) {
+    : impl_(std::make_unique<Impl>(options, log, Prompt{.handler = std::move(prompt)})) {
+  impl_->start();
+}
+
+Instance::Instance(const ServiceOptions& options, const Service::Log& log, PassingOn to)
+    : impl_(std::make_unique<Impl>(options, log,
+                                   Prompt{.handler = std::move(to.call),
+                                          .passes_on = true,
+                                          .cancelled = std::move(to.cancelled)},
+                                   std::move(to.draining))) {
   impl_->start();
 }
 

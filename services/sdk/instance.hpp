@@ -6,7 +6,9 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "fabric/dds/participant.hpp"
 #include "fabric/messages.hpp"
@@ -17,11 +19,25 @@ namespace millrace::services::sdk {
 /// How a service with these options joins the fabric.
 fabric::dds::ParticipantOptions join_options(const ServiceOptions& options);
 
+/// For an instance whose calls are run elsewhere, in another process: next() has none of them.
+/// Called in any thread, in the order of what happened but for calls that are cancelled as they
+/// begin; must not wait, nor end the instance.
+struct PassingOn {
+  /// Whoever takes the call answers it, in the end also one that is cancelled: until then it counts
+  /// as running.
+  LaterHandler call;
+  /// Nobody waits for this call any more; it may not have begun.
+  std::function<void(fabric::CallId)> cancelled;
+  /// The instance is asked to leave; see Hosted::on_drain.
+  std::function<void(const std::string& issuer)> draining;
+};
+
 class Instance {
  public:
   /// Throws as Service does. Calls wait for next(), unless `prompt` runs them; see
   /// ServiceOptions::prompt.
   Instance(const ServiceOptions& options, const Service::Log& log, LaterHandler prompt = nullptr);
+  Instance(const ServiceOptions& options, const Service::Log& log, PassingOn to);
   /// Leaves.
   ~Instance();
   Instance(const Instance&) = delete;

@@ -67,8 +67,9 @@ Runner::Runner(DeskOptions options, Service::Log log, Prompt prompt)
     : log_(std::move(log)), desk_(options), prompt_(std::move(prompt)) {}
 
 void Runner::set_end(fabric::ends::ReplyEnd* end) {
-  const Lock lock(lock_);
+  Lock lock(lock_);
   end_ = end;
+  perform(std::move(lock), {});
 }
 
 void Runner::on_request(const fabric::Request& request) {
@@ -166,7 +167,7 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
   closed_ = closed_ || (closing_ && desk_.idle());
   const bool all = closed_;
   std::vector<std::shared_ptr<const Call>> here;
-  if (place == Place::here) {
+  if (place == Place::here || (prompt_.passes_on && end_ != nullptr)) {
     here.assign(work_.begin(), work_.end());
     work_.clear();
   }
@@ -180,6 +181,7 @@ void Runner::perform(Lock lock, const Actions& actions, Place place) {
   for (const std::string& lost : trouble) {
     log_->error(lost);
   }
+  tell_cancelled(actions);
   for (const auto& call : here) {
     run_here(call);
   }
@@ -198,8 +200,23 @@ void Runner::wake_workers(const Actions& actions, bool all) {
   }
 }
 
+void Runner::tell_cancelled(const Actions& actions) const {
+  if (!prompt_.cancelled) {
+    return;
+  }
+  for (const Action& action : actions) {
+    if (const auto* cancel = std::get_if<Cancel>(&action)) {
+      prompt_.cancelled(cancel->call);
+    }
+  }
+}
+
 void Runner::run_here(const std::shared_ptr<const Call>& call) {
   announce(*call);
+  if (prompt_.passes_on) {
+    prompt_.handler(call);
+    return;
+  }
   const auto start = std::chrono::steady_clock::now();
   const OwnTime before = own_time();
   prompt_.handler(call);

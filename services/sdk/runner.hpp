@@ -24,6 +24,12 @@ struct Prompt {
   /// Null if all calls wait for Runner::next.
   LaterHandler handler;
   std::chrono::steady_clock::duration limit = prompt_limit;
+  /// It only passes calls on: it may be called in whichever thread lets a call begin, and keeps its
+  /// place.
+  bool passes_on = false;
+  /// Told of each call that is cancelled, whether it has begun or not; may be empty. As the handler
+  /// it must not wait.
+  std::function<void(fabric::CallId)> cancelled{};
 };
 
 /// All functions may be called from any thread, requests in the one that receives them: nothing
@@ -34,7 +40,7 @@ class Runner : public CallSink,
  public:
   Runner(DeskOptions options, Service::Log log, Prompt prompt);
 
-  /// Where replies go; null to send no more.
+  /// Where replies go; null to send no more. Calls that came before are passed on now.
   void set_end(fabric::ends::ReplyEnd* end);
 
   void on_request(const fabric::Request& request) override;
@@ -63,6 +69,7 @@ class Runner : public CallSink,
   void perform(Lock lock, const Actions& actions, Place place = Place::workers);
   void wake_workers(const Actions& actions, bool all);
   void run_here(const std::shared_ptr<const Call>& call);
+  void tell_cancelled(const Actions& actions) const;
   void announce(const Call& call) const;
   void perform(const Start& start);
   /// An answer that cannot be sent is told to `trouble`, for the log.

@@ -131,6 +131,7 @@ TEST(Check, SaysWhatIsGoodAndWhatIsNot) {
        {std::pair<std::string, std::string>{"millrace-archiver", ".archiver.textproto"},
         {"millrace-batch", ".batch.textproto"},
         {"millrace-dial-gauge", ".dial_gauge.textproto"},
+        {"millrace-lcm", ".lcm.textproto"},
         {"millrace-mail", ".mail.textproto"}}) {
     for (const std::string folder : {"good", "bad"}) {
       std::size_t tried = 0;

@@ -3,6 +3,7 @@
 #include "tools/mcap/scan.hpp"
 #include "tools/mcap/summary.hpp"
 #include "tools/recording/codec.hpp"
+#include "tools/recording/lcm_log.hpp"
 
 namespace millrace::tools::recording {
 
@@ -53,6 +54,9 @@ class EntryVisitor : public mcap::Visitor {
 
 ReadReport read_entries(mcap::Source& source, const Filter& filter,
                         const std::function<void(const Entry&)>& use) {
+  if (is_lcm_log(source)) {
+    return read_lcm_log(source, filter, use);
+  }
   const auto summary = mcap::read_summary(source);
   EntryVisitor visitor(filter, use);
   const bool closed =

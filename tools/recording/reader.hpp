@@ -1,4 +1,5 @@
-// Reads the entries of a recording, whole or damaged.
+// Reads the entries of a recording, whole or damaged: of an MCAP file, or of a log of LCM in which
+// millrace-lcm has mirrored a fabric.
 //
 //   const ReadReport report = read_entries(source, filter, [&](const Entry& entry) { … });
 #pragma once

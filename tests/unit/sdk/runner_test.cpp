@@ -12,6 +12,7 @@
 
 #include "base/program/log.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/domain.hpp"
 
 namespace millrace::services::sdk {
 namespace {
@@ -93,6 +94,59 @@ TEST_F(RunnerTest, LetsAHandlerDropItsCallInTheMomentItIsCancelled) {
     std::fputs("the runner waits for a lock that it holds itself\n", stderr);
     std::abort();
   }
+}
+
+/// Where calls are run elsewhere.
+class PassingRunner : public RunnerTest {
+ protected:
+  /// Nothing is sent: whatever asks for an end finds one that has no fabric.
+  std::vector<std::shared_ptr<const Call>> passed;
+  std::vector<fabric::CallId> cancelled;
+  const std::shared_ptr<Runner> sut = std::make_shared<Runner>(
+      DeskOptions{.instance = self}, base::program::no_log(),
+      Prompt{.handler = [this](const auto& call) { passed.push_back(call); },
+             .passes_on = true,
+             .cancelled = [this](fabric::CallId call) { cancelled.push_back(call); }});
+  tests::Domain domain;
+  fabric::dds::Participant participant{{.domain = domain.number()}};
+  fabric::ends::ReplyEnd end{
+      participant,
+      {.id = self, .uuid = "weather", .name = "weather", .lease = std::chrono::milliseconds(500)},
+      *sut};
+};
+
+TEST_F(PassingRunner, PassesOnWhatCameBeforeItsEndWasKnown) {
+  sut->on_request(request(1));
+  EXPECT_THAT(passed, testing::IsEmpty());
+  sut->set_end(&end);
+  ASSERT_EQ(passed.size(), 1U);
+  EXPECT_EQ(passed.front()->id().number, 1U);
+  sut->set_end(nullptr);
+}
+
+TEST_F(PassingRunner, PassesOnACallThatWaitedWhereTheOneBeforeItIsAnswered) {
+  sut->set_end(&end);
+  sut->on_request(request(1));
+  fabric::Request other = request(2);
+  other.key.channel = 2;
+  other.may_wait = true;
+  sut->on_request(other);
+  ASSERT_EQ(passed.size(), 1U);
+  // A copy: the list grows while it answers.
+  const auto first = passed.front();
+  first->answer({.text = "done"});
+  ASSERT_EQ(passed.size(), 2U);
+  EXPECT_EQ(passed.back()->id().number, 2U);
+  sut->set_end(nullptr);
+}
+
+TEST_F(PassingRunner, TellsOfACallThatIsCancelled) {
+  sut->set_end(&end);
+  sut->on_request(request(1));
+  sut->on_withdrawn({{.machine = "cnc", .channel = 1}, 1, self});
+  EXPECT_THAT(cancelled, testing::ElementsAre(fabric::CallId{1, 1}));
+  EXPECT_TRUE(passed.front()->cancelled());
+  sut->set_end(nullptr);
 }
 
 }  // namespace

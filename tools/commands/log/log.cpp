@@ -4,6 +4,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
+#include "tools/recording/lcm_log.hpp"
 
 namespace millrace::tools::commands::log {
 
@@ -42,10 +43,10 @@ int report(const std::filesystem::path& file, const mcap::Problems& problems) {
   if (problems.empty()) {
     return program::exit_done;
   }
-  fmt::print(
-      stderr,
-      "Everything else in {} has been read; 'millrace log repair' makes a whole file of it.\n",
-      file.string());
+  auto source = mcap::FileSource::open(file);
+  const bool is_ours = source && !recording::is_lcm_log(*source);
+  fmt::print(stderr, "Everything else in {} has been read{}.\n", file.string(),
+             is_ours ? "; 'millrace log repair' makes a whole file of it" : "");
   return program::exit_failed;
 }
 

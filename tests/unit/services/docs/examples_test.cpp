@@ -1,5 +1,5 @@
-// The configurations that docs/services.md shows and those of deploy/examples are ones the services
-// take.
+// The configurations that docs/services.md and docs/lcm.md show and those of deploy/examples are
+// ones the services take.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -10,6 +10,7 @@
 #include "services/archiver/config.hpp"
 #include "services/batch/config.hpp"
 #include "services/dial_gauge/config.hpp"
+#include "services/lcm/config.hpp"
 #include "services/mail/config.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -17,14 +18,15 @@ namespace millrace::services {
 namespace {
 
 /// Writes the example that begins with "# NAME" to a file of that name.
-std::filesystem::path example(const tests::TemporaryFolder& folder, const std::string& name) {
-  std::ifstream in(std::string(MILLRACE_DOCS) + "/services.md");
+std::filesystem::path example(const tests::TemporaryFolder& folder, const std::string& name,
+                              const std::string& page = "services.md") {
+  std::ifstream in(std::string(MILLRACE_DOCS) + "/" + page);
   std::stringstream text;
   text << in.rdbuf();
   const std::string docs = text.str();
   const std::size_t start = docs.find("```textproto\n# " + name + "\n");
   if (start == std::string::npos) {
-    throw std::runtime_error("docs/services.md shows no " + name);
+    throw std::runtime_error("docs/" + page + " shows no " + name);
   }
   const std::size_t first = docs.find('\n', start) + 1;
   const std::filesystem::path file = folder.path() / name;
@@ -61,6 +63,13 @@ TEST(DocumentedConfiguration, OfMailIsTaken) {
   EXPECT_EQ(sut->spool, "/var/lib/millrace/mail/spool");
 }
 
+TEST(DocumentedConfiguration, OfTheBridgeToLcmIsTaken) {
+  const tests::TemporaryFolder folder;
+  const auto sut = lcm::load(example(folder, "lcm.textproto", "lcm.md"));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->network.interface, "10.77.0.5");
+}
+
 std::filesystem::path installed(const std::string& name) {
   return std::filesystem::path(MILLRACE_EXAMPLES) / name;
 }
@@ -70,6 +79,7 @@ TEST(ExampleConfiguration, OfEachServiceIsTaken) {
   EXPECT_EQ(dial_gauge::load(installed("dial_gauge.textproto")).value().gauges.size(), 2U);
   EXPECT_EQ(archiver::load(installed("archiver.textproto")).value().folder,
             "/var/lib/millrace/archiver/archive");
+  EXPECT_EQ(lcm::load(installed("lcm.textproto")).value().rules.services.size(), 1U);
   EXPECT_EQ(mail::load(installed("mail.textproto")).value().templates.size(), 1U);
 }
 
@@ -86,7 +96,7 @@ TEST(ExampleConfiguration, OfEachUnitNamesItsFile) {
       }
     }
   }
-  EXPECT_EQ(count, 4U);
+  EXPECT_EQ(count, 5U);
 }
 
 }  // namespace

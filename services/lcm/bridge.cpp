@@ -1,0 +1,293 @@
+#include "services/lcm/bridge.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <millrace/drain_t.hpp>
+
+#include "base/text/quoted.hpp"
+#include "fabric/lcm/message.hpp"
+#include "services/lcm/channels.hpp"
+
+namespace millrace::services::lcm {
+
+namespace {
+
+using fabric::SteadyTime;
+
+Publish drain_of(const std::string& uuid, std::int64_t program) {
+  drain_t message;
+  message.program = program;
+  return {channel_of(drain_prefix, uuid), fabric::lcm::encode(message)};
+}
+
+bool is_ours(std::string_view channel) {
+  return channel == presence_channel || channel.starts_with(reply_prefix);
+}
+
+}  // namespace
+
+std::string program_name(std::int64_t program) {
+  return fmt::format("program {:016x}", static_cast<std::uint64_t>(program));
+}
+
+std::string Sender::to_string() const {
+  return fmt::format("{}.{}.{}.{}:{}", address >> 24U, (address >> 16U) & 0xFFU,
+                     (address >> 8U) & 0xFFU, address & 0xFFU, port);
+}
+
+Actions Bridge::on_message(std::string_view channel, std::string_view bytes, Sender sender,
+                           fabric::Moment now) {
+  Actions actions;
+  if (channel == presence_channel) {
+    if (const auto presence = parse_presence(bytes)) {
+      on_presence(*presence, sender, now, actions);
+    } else {
+      complain("presence", "",
+               fmt::format("a message on {} from {} is no presence: {}", channel,
+                           sender.to_string(), presence.error()),
+               now.steady, actions);
+    }
+  } else if (channel.starts_with(reply_prefix)) {
+    const std::string_view uuid = channel.substr(reply_prefix.size());
+    if (const auto answered = parse_reply(bytes)) {
+      on_reply(uuid, *answered, sender, now.steady, actions);
+    } else {
+      complain("reply", uuid,
+               fmt::format("a message on {} from {} is no reply: {}", base::text::safe(channel),
+                           sender.to_string(), answered.error()),
+               now.steady, actions);
+    }
+  }
+  return actions;
+}
+
+Actions Bridge::on_fragment(std::string_view channel, Sender sender, SteadyTime now) {
+  Actions actions;
+  if (is_ours(channel)) {
+    complain(
+        "fragment", channel,
+        fmt::format("a message on {} from {} is longer than {} bytes, and is not read",
+                    base::text::safe(channel), sender.to_string(), fabric::lcm::longest_packet),
+        now, actions);
+  }
+  return actions;
+}
+
+void Bridge::on_presence(const Presence& presence, Sender sender, fabric::Moment now,
+                         Actions& actions) {
+  const Key key{presence.announcement.uuid, presence.program};
+  Program* const program = welcome(key, presence, sender, now, actions);
+  if (program == nullptr) {
+    return;
+  }
+  program->heard = now.steady;
+  keep_registered(*program, presence, now.steady, actions);
+  compare_calls(*program, key, presence, now.steady, actions);
+}
+
+/// The program that says that it is there; null if it is not believed.
+
+Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sender sender,
+                                 fabric::Moment now, Actions& actions) {
+  const auto& [uuid, number] = key;
+  if (const auto off = std::chrono::abs(now.wall - presence.at); off > rules_.silence) {
+    complain("clock", uuid,
+             fmt::format("{} of {} at {} says that it is {} ms {} now: the clocks differ, or a log "
+                         "is played; it is not believed",
+                         program_name(number), uuid, sender.to_string(),
+                         std::chrono::duration_cast<std::chrono::milliseconds>(off).count(),
+                         presence.at < now.wall ? "before" : "after"),
+             now.steady, actions);
+    return nullptr;
+  }
+  if (!rules_.any_uuid && rules_.find(uuid) == nullptr) {
+    complain("uuid", uuid,
+             fmt::format("{} at {} announces {}, which the configuration does not name; it is not "
+                         "served",
+                         program_name(number), sender.to_string(), uuid),
+             now.steady, actions);
+    return nullptr;
+  }
+  const auto place = programs_.find(key);
+  if (place != programs_.end()) {
+    if (place->second.sender == sender) {
+      return &place->second;
+    }
+    complain("twice", uuid,
+             fmt::format("{} of {} is at {} and, so it says, at {}: two programs with one number, "
+                         "or one with two LCM instances; the second is not heard",
+                         program_name(number), uuid, place->second.sender.to_string(),
+                         sender.to_string()),
+             now.steady, actions);
+    return nullptr;
+  }
+  if (programs_.size() >= rules_.most_programs) {
+    complain("full", "",
+             fmt::format("{} programs are there, and no more are let in (most_programs); {} of {} "
+                         "at {} is not served",
+                         programs_.size(), program_name(number), uuid, sender.to_string()),
+             now.steady, actions);
+    return nullptr;
+  }
+  return &programs_.emplace(key, Program{.sender = sender}).first->second;
+}
+
+void Bridge::keep_registered(Program& program, const Presence& presence, SteadyTime now,
+                             Actions& actions) {
+  const Key key{presence.announcement.uuid, presence.program};
+  const Announcement wanted = ruled(presence.announcement);
+  const bool too_soon = program.registered_at && now - *program.registered_at < register_pause;
+  if (program.registration) {
+    if (presence.draining && !program.draining) {
+      program.draining = true;
+      actions.emplace_back(Drain{*program.registration});
+    } else if (!program.draining && !program.dismissed && wanted != program.announced &&
+               program.calls.empty() && !too_soon) {
+      registered_.erase(*program.registration);
+      actions.emplace_back(Unregister{*program.registration});
+      register_anew(program, key, wanted, now, actions);
+    }
+  } else if (!presence.draining && !program.dismissed && !too_soon &&
+             !(program.refused && program.announced == wanted)) {
+    program.draining = false;
+    register_anew(program, key, wanted, now, actions);
+  }
+  if (program.dismissed && !presence.draining && now - program.told_to_leave >= settle) {
+    program.told_to_leave = now;
+    actions.emplace_back(drain_of(key.first, key.second));
+  }
+}
+
+Actions Bridge::on_dismissed(Registration number, SteadyTime now) {
+  const auto [key, program] = find(number);
+  if (program == nullptr || program->dismissed) {
+    return {};
+  }
+  program->dismissed = true;
+  program->told_to_leave = now;
+  return {drain_of(key->first, key->second)};
+}
+
+Actions Bridge::on_drained(Registration number) {
+  const auto [key, program] = find(number);
+  if (program == nullptr) {
+    return {};
+  }
+  Actions actions{Unregister{number},
+                  Say{Level::info, fmt::format("{} of {} has answered everything and is served no "
+                                               "longer",
+                                               program_name(key->second), key->first)}};
+  program->registration.reset();
+  program->calls.clear();
+  registered_.erase(number);
+  return actions;
+}
+
+Actions Bridge::on_refused(Registration number, const std::string& reason, SteadyTime now) {
+  Actions actions;
+  if (const auto [key, program] = find(number); program != nullptr) {
+    complain(
+        "refused", key->first,
+        fmt::format("{} of {} cannot be served: {}", program_name(key->second), key->first, reason),
+        now, actions);
+    program->registration.reset();
+    program->calls.clear();
+    program->refused = true;
+    registered_.erase(number);
+  }
+  return actions;
+}
+
+/// What has come meanwhile waits to be read.
+void Bridge::forgive_standstill(SteadyTime now) {
+  const SteadyTime last = last_time_.value_or(now);
+  last_time_ = now;
+  if (now - last < stood_still) {
+    return;
+  }
+  for (auto& [key, program] : programs_) {
+    program.heard = std::min(program.heard + (now - last), now);
+  }
+}
+
+Actions Bridge::on_time(SteadyTime now) {
+  forgive_standstill(now);
+  Actions actions;
+  for (auto place = programs_.begin(); place != programs_.end();) {
+    auto& [key, program] = *place;
+    if (now - program.heard > rules_.silence) {
+      lose(key, program, actions);
+      place = programs_.erase(place);
+      continue;
+    }
+    for (auto& [call, given] : program.calls) {
+      flush_interim(program, given, now, actions);
+    }
+    ++place;
+  }
+  for (std::string& line : complaints_.due(now)) {
+    actions.emplace_back(Say{Level::warn, std::move(line)});
+  }
+  return actions;
+}
+
+void Bridge::lose(const Key& key, Program& program, Actions& actions) {
+  const bool in_order = program.calls.empty() && (program.draining || program.dismissed);
+  actions.emplace_back(
+      Say{in_order ? Level::info : Level::warn,
+          fmt::format("{} of {} at {} is gone: silent for {} ms; of its calls {} go on elsewhere",
+                      program_name(key.second), key.first, program.sender.to_string(),
+                      rules_.silence.count(), program.calls.size())});
+  if (program.registration) {
+    registered_.erase(*program.registration);
+    actions.emplace_back(Unregister{*program.registration});
+  }
+}
+
+void Bridge::register_anew(Program& program, const Key& key, const Announcement& as, SteadyTime now,
+                           Actions& actions) {
+  const Registration number = ++last_registration_;
+  program.registration = number;
+  program.registered_at = now;
+  program.announced = as;
+  program.refused = false;
+  registered_.emplace(number, key);
+  actions.emplace_back(Register{number, program.announced});
+  actions.emplace_back(
+      Say{Level::info, fmt::format("{} of {} at {} is there: {}", program_name(key.second),
+                                   key.first, program.sender.to_string(), program.announced.name)});
+}
+
+void Bridge::complain(const char* kind, std::string_view about, const std::string& text,
+                      SteadyTime now, Actions& actions) {
+  // Foreign words in what they are about would make a kind of their own each.
+  const std::string uuid = fabric::canonical_uuid(about);
+  const bool known =
+      rules_.find(uuid) != nullptr || std::ranges::any_of(registered_, [&](const auto& registered) {
+        return registered.second.first == uuid;
+      });
+  if (auto line = complaints_.note(kind, known ? uuid : "", text, now)) {
+    actions.emplace_back(Say{Level::warn, *std::move(line)});
+  }
+}
+
+Announcement Bridge::ruled(Announcement announcement) const {
+  if (const ServiceRule* const rule = rules_.find(announcement.uuid)) {
+    announcement.channels = rule->channels.empty() ? announcement.channels : rule->channels;
+    announcement.delivery = rule->delivery.value_or(announcement.delivery);
+    announcement.concurrency = rule->concurrency.value_or(announcement.concurrency);
+  }
+  return announcement;
+}
+
+std::pair<const Bridge::Key*, Bridge::Program*> Bridge::find(Registration number) {
+  const auto registered = registered_.find(number);
+  if (registered == registered_.end()) {
+    return {nullptr, nullptr};
+  }
+  const auto place = programs_.find(registered->second);
+  return {&registered->second, &place->second};
+}
+
+}  // namespace millrace::services::lcm

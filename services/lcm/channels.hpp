@@ -1,0 +1,29 @@
+// The channels of LCM on which the bridge and its programs speak.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "fabric/lcm/packet.hpp"
+
+namespace millrace::services::lcm {
+
+/// From all programs.
+inline constexpr std::string_view presence_channel = "MILLRACE_PRESENCE";
+
+// With the canonical UUID behind them. To its programs:
+inline constexpr std::string_view request_prefix = "MILLRACE_REQUEST.";
+inline constexpr std::string_view withdrawal_prefix = "MILLRACE_WITHDRAWAL.";
+inline constexpr std::string_view drain_prefix = "MILLRACE_DRAIN.";
+// From them:
+inline constexpr std::string_view reply_prefix = "MILLRACE_REPLY.";
+
+/// Bytes of an identifier that fits into a channel's name.
+inline constexpr std::size_t longest_uuid = fabric::lcm::longest_channel - withdrawal_prefix.size();
+
+inline std::string channel_of(std::string_view prefix, std::string_view uuid) {
+  return std::string(prefix).append(uuid);
+}
+
+}  // namespace millrace::services::lcm

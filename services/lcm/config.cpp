@@ -1,0 +1,164 @@
+#include "services/lcm/config.hpp"
+
+#include <algorithm>
+
+#include <boost/asio/ip/address_v4.hpp>
+
+#include "base/configuration/mistakes.hpp"
+#include "base/text/number.hpp"
+#include "fabric/channel_scope.hpp"
+#include "idl/lcm.pb.h"
+#include "services/lcm/channels.hpp"
+#include "services/lcm/received.hpp"
+
+namespace millrace::services::lcm {
+
+namespace {
+
+using base::configuration::ConfigPath;
+using base::configuration::ConfigStep;
+using base::configuration::Mistakes;
+
+/// Programs speak five times a second; one word may be lost.
+constexpr std::uint32_t shortest_silence = 400;
+constexpr std::uint32_t longest_silence = 60'000;
+constexpr std::uint32_t most_programs = 1024;
+
+/// What stands before `mark` in `text`, which is left with what stands behind it.
+std::string_view cut(std::string_view& text, char mark) {
+  const std::size_t end = std::min(text.find(mark), text.size());
+  const std::string_view head = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return head;
+}
+
+/// Fills group, port and ttl; the error says what is wrong. An option of liblcm that has no meaning
+/// here (recv_buf_size) is none.
+tl::expected<void, std::string> parse_url(std::string_view url, Network& network) {
+  using Error = tl::unexpected<std::string>;
+  constexpr std::string_view scheme = "udpm://";
+  if (!url.starts_with(scheme)) {
+    return Error("expected udpm://ADDRESS:PORT?ttl=N; other providers of LCM are not spoken");
+  }
+  url.remove_prefix(scheme.size());
+  std::string_view place = cut(url, '?');
+  const std::string_view group = cut(place, ':');
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address_v4(std::string(group), error);
+  if (error || !address.is_multicast()) {
+    return Error("its address is no multicast address of IPv4 (224.0.0.0 to 239.255.255.255)");
+  }
+  const auto port = base::text::parse_number<std::uint16_t>(place);
+  if (!port || *port == 0) {
+    return Error("its port is none; expected 1 to 65535");
+  }
+  std::uint8_t ttl = 0;
+  while (!url.empty()) {
+    std::string_view value = cut(url, '&');
+    const std::string_view name = cut(value, '=');
+    const auto number = base::text::parse_number<std::uint8_t>(value);
+    if (name != "ttl" || !number) {
+      return Error("of LCM's options only ttl is known, 0 to 255");
+    }
+    ttl = *number;
+  }
+  network.group = address.to_string();
+  network.port = *port;
+  network.ttl = ttl;
+  return {};
+}
+
+void check_network(const config::Lcm& from, Network& network, Mistakes& mistakes) {
+  network.url = from.url();
+  network.interface = from.interface();
+  const auto parsed = parse_url(from.url(), network);
+  mistakes.expect(parsed.has_value(), {{"url"}}, parsed ? "" : parsed.error());
+  boost::system::error_code error;
+  const auto interface = boost::asio::ip::make_address_v4(from.interface(), error);
+  if (!mistakes.expect(!error, {{"interface"}}, "is no address of IPv4")) {
+    return;
+  }
+  mistakes.expect(network.ttl > 0 || interface.is_loopback(), {{"interface"}},
+                  "a ttl of 0 stays on this host; name an interface only with a ttl above 0");
+  mistakes.expect(network.ttl == 0 || !interface.is_loopback(), {{"interface"}},
+                  "a ttl above 0 leaves this host; name the address of the interface to leave by");
+}
+
+ServiceRule rule_from(const config::Lcm::Service& from) {
+  ServiceRule rule;
+  for (const std::string& channel : from.channel()) {
+    if (const auto scope = fabric::parse_channel_scope(channel)) {
+      rule.channels.push_back(*scope);
+    }
+  }
+  if (from.has_delivery()) {
+    rule.delivery = from.delivery() == config::Lcm::AT_LEAST_ONCE ? fabric::Delivery::at_least_once
+                                                                  : fabric::Delivery::at_most_once;
+  }
+  if (from.has_concurrency()) {
+    rule.concurrency = from.concurrency();
+  }
+  rule.encoding = from.encoding() == config::Lcm::CP1252 ? Encoding::cp1252 : Encoding::utf8;
+  return rule;
+}
+
+void check_service(const config::Lcm::Service& from, const ConfigPath& path, Rules& rules,
+                   Mistakes& mistakes) {
+  const std::string uuid = fabric::canonical_uuid(from.uuid());
+  if (!mistakes.expect(!uuid.empty(), path / "uuid", "is missing")) {
+    return;
+  }
+  mistakes.expect(uuid.size() <= longest_uuid, path / "uuid",
+                  fmt::format("has {} bytes; {} fit into the name of a channel of LCM", uuid.size(),
+                              longest_uuid));
+  for (int i = 0; i < from.channel_size(); ++i) {
+    const auto scope = fabric::parse_channel_scope(from.channel(i));
+    mistakes.expect(scope.has_value(), path / ConfigStep{"channel", i}, scope ? "" : scope.error());
+  }
+  if (from.has_concurrency()) {
+    mistakes.expect_range(from.concurrency(), 1U, most_calls, path / "concurrency");
+  }
+  mistakes.expect(rules.services.emplace(uuid, rule_from(from)).second, path / "uuid",
+                  from.uuid() + " is there twice");
+}
+
+Mirror mirror_from(const config::Lcm::Mirror& from, Mistakes& mistakes) {
+  Mirror mirror;
+  for (int i = 0; i < from.without_text_size(); ++i) {
+    const std::string uuid = fabric::canonical_uuid(from.without_text(i));
+    mistakes.expect(!uuid.empty(), {{"mirror"}, {"without_text", i}},
+                    "is empty; expected the UUID of a service");
+    mirror.without_text.insert(uuid);
+  }
+  return mirror;
+}
+
+}  // namespace
+
+tl::expected<Config, std::string> load(const std::filesystem::path& file) {
+  config::Lcm from;
+  base::configuration::ConfigPlaces places;
+  if (const auto read = base::configuration::read_config(file, from, places); !read) {
+    return tl::unexpected(read.error());
+  }
+  Mistakes mistakes(from, places);
+  Config config;
+  check_network(from, config.network, mistakes);
+  mistakes.expect_range(from.silence_ms(), shortest_silence, longest_silence, {{"silence_ms"}});
+  mistakes.expect_range(from.most_programs(), 1U, most_programs, {{"most_programs"}});
+  config.rules.silence = std::chrono::milliseconds(from.silence_ms());
+  config.rules.any_uuid = from.any_uuid();
+  config.rules.most_programs = from.most_programs();
+  for (int i = 0; i < from.service_size(); ++i) {
+    check_service(from.service(i), {{"service", i}}, config.rules, mistakes);
+  }
+  mistakes.expect(from.any_uuid() || from.service_size() > 0, {{"any_uuid"}},
+                  "is false and no service is named: nothing could be served");
+  if (from.has_mirror()) {
+    config.mirror = mirror_from(from.mirror(), mistakes);
+  }
+  return mistakes.none() ? tl::expected<Config, std::string>(std::move(config))
+                         : tl::unexpected(mistakes.text());
+}
+
+}  // namespace millrace::services::lcm

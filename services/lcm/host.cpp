@@ -1,0 +1,315 @@
+#include "services/lcm/host.hpp"
+
+#include <atomic>
+#include <map>
+#include <mutex>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <spdlog/spdlog.h>
+
+#include "base/program/barrier.hpp"
+#include "base/program/supervisor.hpp"
+#include "services/lcm/bridge.hpp"
+#include "services/sdk/instance.hpp"
+
+namespace millrace::services::lcm {
+
+namespace asio = boost::asio;
+
+namespace {
+
+using fabric::CallId;
+using CallPointer = std::shared_ptr<const sdk::Call>;
+
+fabric::Moment now() {
+  return {std::chrono::steady_clock::now(), std::chrono::system_clock::now()};
+}
+
+fabric::Request request_of(const sdk::Call& call) {
+  return {.key = call.channel(),
+          .call = call.id(),
+          .attempt = call.attempt(),
+          .uuid = call.uuid(),
+          .text = call.text(),
+          .state = call.state(),
+          .deadline = call.deadline(),
+          .replayed = call.replayed()};
+}
+
+/// A program as an instance of the fabric.
+struct Hosted {
+  // In this order: a call that is let go of is answered, which leads nowhere once the instance is
+  // gone.
+  std::map<CallId, CallPointer> calls;
+  std::unique_ptr<sdk::Instance> instance;
+};
+
+}  // namespace
+
+/// Everything of DDS comes in its threads, everything of LCM on the loop; a lock keeps the order of
+/// what is decided and of what is sent on LCM. Instances begin and end on the loop, without the
+/// lock: an instance that ends waits for what still comes for it.
+struct Host::Impl final : SocketListener {
+  using Lock = std::unique_lock<std::mutex>;
+
+  Impl(const Config& config, sdk::ServiceOptions own_base, base::program::Log own_log)
+      : base(std::move(own_base)),
+        log(std::move(own_log)),
+        bridge(config.rules),
+        socket(loop, config.network, *this),
+        timer(loop) {}
+
+  void on_packet(std::string_view channel, std::string_view bytes, Sender sender) override;
+  void on_fragment(std::string_view channel, Sender sender) override;
+  void on_foreign(Sender sender) override;
+
+  void on_tick();
+  void perform(Lock lock, const Actions& actions);
+  void say(Level level, const std::string& text) const;
+  void send(const Publish& publish);
+  void open(const Register& action);
+  void close(Registration number);
+  void pass_on(Registration number, Hosted& hosted, const CallPointer& call);
+  [[nodiscard]] CallPointer take(const Answer& answer);
+  void stop();
+  void tell();
+
+  const sdk::ServiceOptions base;
+  const base::program::Log log;
+  std::mutex lock;
+  // With the lock:
+  Bridge bridge;
+  Complaints complaints;
+  std::map<Registration, std::unique_ptr<Hosted>> hosted;
+  // On the loop:
+  asio::io_context loop{1};
+  Socket socket;
+  asio::steady_timer timer;
+  bool stopping = false;
+  std::size_t told = 0;
+};
+
+void Host::Impl::on_packet(std::string_view channel, std::string_view bytes, Sender sender) {
+  Lock held(lock);
+  const Actions actions = bridge.on_message(channel, bytes, sender, now());
+  perform(std::move(held), actions);
+}
+
+void Host::Impl::on_fragment(std::string_view channel, Sender sender) {
+  Lock held(lock);
+  const Actions actions = bridge.on_fragment(channel, sender, now().steady);
+  perform(std::move(held), actions);
+}
+
+void Host::Impl::on_foreign(Sender sender) {
+  const Lock held(lock);
+  const auto line = complaints.note(
+      "foreign", "",
+      fmt::format("{} is not on this host, and is not heard: the configuration has a ttl of 0",
+                  sender.to_string()),
+      now().steady);
+  if (line) {
+    log->warn(*line);
+  }
+}
+
+void Host::Impl::on_tick() {
+  Lock held(lock);
+  std::vector<Registration> drained;
+  for (const auto& [number, one] : hosted) {
+    if (one->instance && one->instance->drained()) {
+      drained.push_back(number);
+    }
+  }
+  Actions actions = bridge.on_time(now().steady);
+  for (const Registration number : drained) {
+    for (Action& action : bridge.on_drained(number)) {
+      actions.push_back(std::move(action));
+    }
+  }
+  for (std::string& line : complaints.due(now().steady)) {
+    actions.emplace_back(Say{Level::warn, std::move(line)});
+  }
+  perform(std::move(held), actions);
+  tell();
+  if (stopping && hosted.empty()) {
+    loop.stop();
+    return;
+  }
+  timer.expires_after(Bridge::tick);
+  timer.async_wait([this](const boost::system::error_code& error) {
+    if (!error) {
+      on_tick();
+    }
+  });
+}
+
+void Host::Impl::perform(Lock held, const Actions& actions) {
+  std::vector<CallPointer> calls(actions.size());
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    if (const auto* publish = std::get_if<Publish>(&actions[i])) {
+      send(*publish);
+    } else if (const auto* answer = std::get_if<Answer>(&actions[i])) {
+      calls[i] = take(*answer);
+    } else if (const auto* progress = std::get_if<Progress>(&actions[i])) {
+      if (const auto one = hosted.find(progress->number); one != hosted.end()) {
+        const auto call = one->second->calls.find(progress->call);
+        calls[i] = call == one->second->calls.end() ? nullptr : call->second;
+      }
+    }
+  }
+  held.unlock();
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    if (const auto* answer = std::get_if<Answer>(&actions[i])) {
+      if (calls[i] && answer->result) {
+        calls[i]->answer(*answer->result);
+      } else if (calls[i]) {
+        calls[i]->fail(answer->result.error());
+      }
+    } else if (const auto* progress = std::get_if<Progress>(&actions[i])) {
+      if (calls[i]) {
+        calls[i]->interim(progress->response);
+      }
+    } else if (const auto* opened = std::get_if<Register>(&actions[i])) {
+      open(*opened);
+    } else if (const auto* closed = std::get_if<Unregister>(&actions[i])) {
+      close(closed->number);
+    } else if (const auto* drain = std::get_if<Drain>(&actions[i])) {
+      const auto one = hosted.find(drain->number);
+      if (one != hosted.end() && one->second->instance) {
+        one->second->instance->drain();
+      }
+    } else if (const auto* said = std::get_if<Say>(&actions[i])) {
+      say(said->level, said->text);
+    }
+  }
+}
+
+void Host::Impl::say(Level level, const std::string& text) const {
+  log->log(level == Level::warn ? spdlog::level::warn : spdlog::level::info, "{}", text);
+}
+
+/// With the lock.
+void Host::Impl::send(const Publish& publish) {
+  if (const auto sent = socket.publish(publish.channel, publish.bytes); !sent) {
+    if (const auto line = complaints.note("lost", "", sent.error(), now().steady)) {
+      log->warn(*line);
+    }
+  }
+}
+
+CallPointer Host::Impl::take(const Answer& answer) {
+  const auto one = hosted.find(answer.number);
+  if (one == hosted.end()) {
+    return nullptr;
+  }
+  const auto node = one->second->calls.extract(answer.call);
+  return node.empty() ? nullptr : node.mapped();
+}
+
+void Host::Impl::open(const Register& action) {
+  if (stopping) {
+    return;
+  }
+  const Announcement& as = action.announcement;
+  sdk::ServiceOptions options = base;
+  options.uuid = as.uuid;
+  options.name = as.name;
+  options.description = as.description;
+  options.version = as.version;
+  options.channels = as.channels;
+  options.delivery = as.delivery;
+  options.concurrency = as.concurrency;
+  const Registration number = action.number;
+  Hosted* const one = [&] {
+    const Lock held(lock);
+    return hosted.emplace(number, std::make_unique<Hosted>()).first->second.get();
+  }();
+  try {
+    auto instance = std::make_unique<sdk::Instance>(
+        options, log,
+        sdk::PassingOn{
+            .call = [this, number, one](const CallPointer& call) { pass_on(number, *one, call); },
+            .cancelled =
+                [this, number](CallId call) {
+                  Lock held(lock);
+                  const Actions actions = bridge.on_cancelled(number, call, now().steady);
+                  perform(std::move(held), actions);
+                },
+            .draining =
+                [this, number](const std::string& issuer) {
+                  // This program's own leaving is no affair of the programs it speaks for.
+                  if (!issuer.empty()) {
+                    Lock held(lock);
+                    const Actions actions = bridge.on_dismissed(number, now().steady);
+                    perform(std::move(held), actions);
+                  }
+                }});
+    const Lock held(lock);
+    one->instance = std::move(instance);
+  } catch (const std::exception& error) {
+    close(number);
+    Lock held(lock);
+    const Actions actions = bridge.on_refused(number, error.what(), now().steady);
+    perform(std::move(held), actions);
+  }
+}
+
+/// In the order that Hosted has.
+void Host::Impl::close(Registration number) {
+  const auto node = [&] {
+    const Lock held(lock);
+    return hosted.extract(number);
+  }();
+}
+
+void Host::Impl::pass_on(Registration number, Hosted& one, const CallPointer& call) {
+  Lock held(lock);
+  one.calls.insert_or_assign(call->id(), call);
+  Actions actions = bridge.on_call(number, request_of(*call), now().steady);
+  if (call->cancelled()) {
+    for (Action& action : bridge.on_cancelled(number, call->id(), now().steady)) {
+      actions.push_back(std::move(action));
+    }
+  }
+  perform(std::move(held), actions);
+}
+
+void Host::Impl::stop() {
+  stopping = true;
+  for (const auto& [number, one] : hosted) {
+    if (one->instance) {
+      one->instance->drain();
+    }
+  }
+}
+
+/// The supervisor shows it.
+void Host::Impl::tell() {
+  if (hosted.size() != told) {
+    told = hosted.size();
+    base::program::tell_supervisor(fmt::format("STATUS={} programs of LCM are served", told));
+  }
+}
+
+Host::Host(const Config& config, sdk::ServiceOptions base, base::program::Log log)
+    : impl_(std::make_unique<Impl>(config, std::move(base), std::move(log))) {}
+
+Host::~Host() = default;
+
+void Host::run() {
+  impl_->on_tick();
+  impl_->loop.run();
+}
+
+void Host::stop() {
+  asio::post(impl_->loop, [impl = impl_.get()] { impl->stop(); });
+}
+
+Socket& Host::socket() {
+  return impl_->socket;
+}
+
+}  // namespace millrace::services::lcm

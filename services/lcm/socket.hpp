@@ -1,0 +1,52 @@
+// The bridge's sockets on LCM's multicast group, driven by our loop.
+//
+//   Socket socket(loop, network, listener);
+//   socket.publish("MILLRACE_REQUEST.560aacbf-…", bytes);
+//
+// liblcm itself has a thread that receives and a pipe to whoever handles, hears every sender on the
+// network, and leaves the choice of the interface to the routes: docs/decisions/lcm.md.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <tl/expected.hpp>
+
+#include "services/lcm/bridge.hpp"
+#include "services/lcm/config.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace millrace::services::lcm {
+
+/// Called on the loop.
+class SocketListener {
+ public:
+  virtual ~SocketListener() = default;
+  virtual void on_packet(std::string_view channel, std::string_view bytes, Sender sender) = 0;
+  virtual void on_fragment(std::string_view channel, Sender sender) = 0;
+  /// With a ttl of 0: from another host, and not read.
+  virtual void on_foreign(Sender sender) = 0;
+};
+
+class Socket {
+ public:
+  /// Throws std::runtime_error, which says what to do, if the group cannot be joined. Loop and
+  /// listener outlive it.
+  Socket(boost::asio::io_context& loop, const Network& network, SocketListener& listener);
+  ~Socket();
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+
+  /// Without waiting; from any thread. The error is the system's: what could not be sent is lost.
+  tl::expected<void, std::string> publish(std::string_view channel, std::string_view bytes);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::lcm

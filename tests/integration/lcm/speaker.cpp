@@ -1,0 +1,143 @@
+#include "tests/integration/lcm/speaker.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <random>
+#include <stdexcept>
+
+#include "fabric/lcm/message.hpp"
+#include "tests/support/await.hpp"
+
+namespace millrace::tests::integration {
+
+namespace {
+
+using fabric::lcm::decode;
+using fabric::lcm::encode;
+
+std::int64_t drawn() {
+  std::random_device random;
+  return static_cast<std::int64_t>(random()) << 30 | random();
+}
+
+/// The first one, taken out, once there is one.
+template <typename Message>
+Message await_one(const char* what, std::mutex& lock, std::vector<Message>& from) {
+  Message one;
+  await(what, [&] {
+    const std::lock_guard held(lock);
+    if (from.empty()) {
+      return false;
+    }
+    one = from.front();
+    from.erase(from.begin());
+    return true;
+  });
+  return one;
+}
+
+}  // namespace
+
+Speaker::Speaker(std::string uuid, const std::string& name)
+    : uuid_(std::move(uuid)),
+      number_(drawn()),
+      lcm_(lcm_create("udpm://239.255.76.67:7667?ttl=0")) {
+  if (lcm_ == nullptr) {
+    throw std::runtime_error("liblcm cannot join its group");
+  }
+  presence_.program = number_;
+  presence_.uuid = uuid_;
+  presence_.name = name;
+  presence_.concurrency = 1;
+  const auto handler = [](const lcm_recv_buf_t* buffer, const char* channel, void* self) {
+    static_cast<Speaker*>(self)->take(
+        channel, std::string(static_cast<const char*>(buffer->data), buffer->data_size));
+  };
+  lcm_subscribe(lcm_, ("MILLRACE_.*" + uuid_).c_str(), handler, this);
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+Speaker::~Speaker() {
+  thread_.request_stop();
+  thread_.join();
+  lcm_destroy(lcm_);
+}
+
+void Speaker::run(const std::stop_token& stop) {
+  auto next = std::chrono::steady_clock::now();
+  while (!stop.stop_requested()) {
+    if (std::chrono::steady_clock::now() >= next) {
+      next += std::chrono::milliseconds(200);
+      say_that_it_is_there();
+    }
+    lcm_handle_timeout(lcm_, 10);
+  }
+}
+
+void Speaker::say_that_it_is_there() {
+  const std::lock_guard held(lock_);
+  presence_.running = static_cast<std::int32_t>(presence_.calls.size());
+  presence_.utime = std::chrono::duration_cast<std::chrono::microseconds>(
+                        std::chrono::system_clock::now().time_since_epoch())
+                        .count();
+  publish("MILLRACE_PRESENCE", encode(presence_));
+}
+
+void Speaker::take(const std::string& channel, const std::string& bytes) {
+  const std::lock_guard held(lock_);
+  if (const auto request = decode<request_t>(bytes); request && request->program == number_) {
+    if (!deaf_) {
+      forget(request->call.id);
+      presence_.calls.push_back(request->call);
+      requests_.push_back(*request);
+    }
+  } else if (const auto drain = decode<drain_t>(bytes);
+             drain && drain->program == number_ && channel.starts_with("MILLRACE_DRAIN.")) {
+    ++drains_;
+  } else if (const auto withdrawal = decode<withdrawal_t>(bytes);
+             withdrawal && withdrawal->program == number_) {
+    withdrawals_.push_back(*withdrawal);
+  }
+}
+
+/// With the lock.
+void Speaker::forget(const std::string& call) {
+  std::erase_if(presence_.calls, [&](const call_t& one) { return one.id == call; });
+}
+
+void Speaker::change(const std::function<void(presence_t&)>& change) {
+  const std::lock_guard held(lock_);
+  change(presence_);
+}
+
+request_t Speaker::await_request() {
+  return await_one("a request", lock_, requests_);
+}
+
+withdrawal_t Speaker::await_withdrawal() {
+  return await_one("a withdrawal", lock_, withdrawals_);
+}
+
+reply_t Speaker::reply_to(const request_t& request, const std::string& text,
+                          std::int64_t state) const {
+  reply_t reply{};
+  reply.program = number_;
+  reply.call = request.call;
+  reply.text = text;
+  reply.state = state;
+  return reply;
+}
+
+void Speaker::send(const reply_t& reply) {
+  const std::lock_guard held(lock_);
+  publish(reply_channel(), encode(reply));
+  if (reply.kind != reply_t::INTERIM) {
+    forget(reply.call.id);
+  }
+}
+
+void Speaker::publish(const std::string& channel, const std::string& bytes) {
+  lcm_publish(lcm_, channel.c_str(), bytes.data(), static_cast<unsigned>(bytes.size()));
+}
+
+}  // namespace millrace::tests::integration
