@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "fabric/messages.hpp"
+#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/topics.hpp"
 
 namespace millrace::fabric::trust {
@@ -25,7 +26,7 @@ class Grants {
     switch (role) {
       case Role::gateway:
         write({&wire::channel_topic, &wire::machine_topic, &wire::event_topic, &wire::command_topic,
-               &wire::outcome_topic},
+               &wire::outcome_topic, &wire::notice_topic},
               fabric_);
         write({&wire::request_topic}, calls_);
         see_everything();
@@ -38,6 +39,8 @@ class Grants {
         see_everything();
         break;
       case Role::observer:
+        // What a recorder says of itself.
+        write({&wire::notice_topic}, fabric_);
         see_everything();
         break;
       case Role::tester:
@@ -75,7 +78,7 @@ class Grants {
 
   void answer(const Member& member) {
     // Whose beat and whose outcome it is, is told by the participant that writes it.
-    write({&wire::beat_topic, &wire::outcome_topic}, fabric_);
+    write({&wire::beat_topic, &wire::outcome_topic, &wire::notice_topic}, fabric_);
     read({&wire::command_topic}, fabric_);
     for (const std::string& uuid : member.uuids) {
       const std::string own = wire::service_partition(fabric_, canonical_uuid(uuid));

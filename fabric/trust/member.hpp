@@ -20,7 +20,7 @@ enum class Role : std::uint8_t {
   service,
   /// Sees everything; answers, retries, drains.
   operating,
-  /// Sees everything, writes nothing: a recorder, a status page.
+  /// Sees everything, and writes nothing but what troubles itself: a recorder, a status page.
   observer,
   /// Sees everything and sends requests that come from no machine: `millrace call` and `millrace
   /// replay`.

@@ -36,6 +36,8 @@ struct ChannelView {
 /// What the outputs of a gateway's channels share.
 struct Commons {
   Audience audience{};
+  /// Why the journal cannot be written; empty while it can. What waits for it says so.
+  std::string journal_trouble{};
   /// Memory for actions: whoever has carried out what take() gave may put it here, emptied.
   std::vector<SessionActions> spare{};
 };
@@ -74,6 +76,9 @@ class ChannelOutput {
   /// All that was put since.
   SessionActions take() { return std::exchange(actions_, {}); }
 
+  [[nodiscard]] std::string_view journal_trouble() const {
+    return commons_ == nullptr ? std::string_view() : commons_->journal_trouble;
+  }
   [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
   /// As it was to be shown last, with the counters as of now.
   [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }

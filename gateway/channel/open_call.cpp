@@ -69,6 +69,13 @@ const Assignment* OpenCall::assignment() const {
   return given != nullptr ? &given->to : nullptr;
 }
 
+bool OpenCall::waits_for_journal() const {
+  const auto* const answering = std::get_if<phase::Answering>(&phase_);
+  return std::holds_alternative<phase::Assigned>(phase_) ||
+         std::holds_alternative<phase::Answered>(phase_) ||
+         (answering != nullptr && answering->clearing != 0);
+}
+
 ChannelView OpenCall::view() const {
   using enum fabric::ChannelState;
   ChannelView view;

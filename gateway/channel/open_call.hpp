@@ -96,6 +96,8 @@ class OpenCall {
   [[nodiscard]] const fabric::CallId& id() const { return call_.id; }
   /// It has its final answer; nothing else becomes of it.
   [[nodiscard]] bool answered() const { return call_.answer.has_value(); }
+  /// Its next step has to wait until the journal knows of this one.
+  [[nodiscard]] bool waits_for_journal() const;
   [[nodiscard]] bool verified() const { return !std::holds_alternative<phase::Unverified>(phase_); }
   /// An instance may have it, or have had it.
   [[nodiscard]] bool may_be_given() const;

@@ -302,6 +302,8 @@ void ChannelSession::show(Moment now) {
     view.reason = link_reason_;
   } else if (!trouble_.empty()) {
     view.reason = trouble_;
+  } else if (call_ && call_->waits_for_journal() && !out_.journal_trouble().empty()) {
+    view.reason = out_.journal_trouble();
   }
   out_.show(view, now);
 }

@@ -111,8 +111,11 @@ class CallControl {
                           const std::string& by, Verdict& verdict, Moment now);
   [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return sessions_.contains(key); }
 
-  /// Why no new call may be claimed (the journal is full); empty = claim again.
+  /// Why no new call may be claimed; empty = claim again.
   ChannelActions set_obstacle(const std::string& reason, Moment now);
+  /// The journal cannot be written, and why; empty = it can again. No new call is claimed
+  /// meanwhile, and those that wait for it say so.
+  ChannelActions set_journal_trouble(const std::string& reason, Moment now);
 
   /// Who listens from now on. Who begins to look is shown what is not as it was shown last.
   ChannelActions set_audience(const Audience& audience, Moment now);

@@ -25,6 +25,14 @@ ChannelActions CallControl::set_obstacle(const std::string& reason, Moment now) 
   return finish();
 }
 
+ChannelActions CallControl::set_journal_trouble(const std::string& reason, Moment now) {
+  commons_.journal_trouble = reason;
+  for (auto& [key, session] : sessions_) {
+    run(session, session.show_again(now), now);
+  }
+  return set_obstacle(reason, now);
+}
+
 void CallControl::answer_offer(channel::ChannelSession& session, const Offer& offer, Moment now) {
   const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
   const Policy policy = policy_of(session.key(), uuid);

@@ -53,14 +53,33 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       participant(settings.join),
       call_end(participant, executor, *this),
       command_end(participant, executor, *this),
+      notices(
+          participant, executor,
+          {.key = {.responder = own.id}, .program = "gateway", .host = own.host, .pid = own.pid}),
       watch(participant, executor, *this),
       machines(own, *this, *this) {
   static_cast<void>(
       control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
   journal->on_trouble([this](const std::string& trouble) {
     begin_event();
-    carry_out(control.set_obstacle(trouble, now()));
+    carry_out(control.set_journal_trouble(trouble, now()));
+    notice_journal(trouble);
   });
+}
+
+void Gateway::Impl::notice_journal(const std::string& trouble) {
+  const auto told =
+      trouble.empty()
+          ? notices.clear("journal")
+          : notices.raise(
+                {.key = {.kind = "journal"},
+                 .level = fabric::NoticeLevel::problem,
+                 .text = trouble,
+                 .advice =
+                     "make room on the disk, or give it its folder back; it goes on by itself"});
+  if (!told) {
+    log->warn("nobody but this log is told of it: {}", told.error());
+  }
 }
 
 Moment Gateway::Impl::now() const {

@@ -17,6 +17,7 @@
 #include "fabric/ends/call_end.hpp"
 #include "fabric/ends/command_end.hpp"
 #include "fabric/ends/gateway_watch.hpp"
+#include "fabric/ends/notice_end.hpp"
 #include "gateway/control/call_control.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/channel_timer.hpp"
@@ -51,6 +52,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_stall(std::chrono::nanoseconds late);
   void beat();
   void tell_load();
+  void notice_journal(const std::string& trouble);
   void arm_timer();
 
   // What the machines need.
@@ -129,6 +131,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::dds::Participant participant;
   fabric::ends::CallEnd call_end;
   fabric::ends::CommandEnd command_end;
+  fabric::ends::NoticeEnd notices;
   DoneCommands done_commands;
   fabric::ends::GatewayWatch watch;
   /// Of all links; before the machines, which have them.

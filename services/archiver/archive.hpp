@@ -48,6 +48,9 @@ class Archive {
   /// Whether a file could not be closed yet.
   [[nodiscard]] bool untidy() const { return !unclosed_.empty(); }
 
+  /// Files of the folder that are damaged, or nobody's archive; left as they are.
+  [[nodiscard]] const std::set<std::filesystem::path>& foreign() const { return foreign_; }
+
   /// The file that is written.
   [[nodiscard]] std::filesystem::path file() const;
   /// When the newest file was last written before this archive was opened; nothing for a new one.

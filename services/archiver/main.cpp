@@ -69,7 +69,7 @@ int serve(int argc, char** argv) {
     const auto report = [log = program.log()](const std::string& news) { log->error("{}", news); };
     writer.emplace(
         archiver::Archive(config.folder, config.policy, std::chrono::system_clock::now(), report),
-        program.log());
+        program.log(), program.notices());
     if (config.record_events || config.record_channels) {
       const sdk::ServiceOptions& options = program.options();
       observer.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,

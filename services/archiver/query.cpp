@@ -134,12 +134,15 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
 }
 
 /// Writes the rows of one file until there are `limit` of them in all, and counts them.
+/// `rows` is only made once the file turns out to be one that can be read.
+template <typename Rows>
 void write_file(const std::filesystem::path& file, const Source& source, const Condition& condition,
-                std::uint64_t limit, RowWriter& rows, std::uint64_t& count) {
+                std::uint64_t limit, const Rows& rows, std::uint64_t& count) {
   SQLite::Database database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms);
   if (!database.tableExists("archive")) {
     throw std::runtime_error("no file of an archive");
   }
+  RowWriter& writer = rows();
   if (!database.tableExists(source.table)) {
     return;  // written before there was one, and never since
   }
@@ -150,7 +153,7 @@ void write_file(const std::filesystem::path& file, const Source& source, const C
     for (std::size_t i = 0; i < cells.size(); ++i) {
       cells[i] = cell_of(select.getColumn(static_cast<int>(i)), source.columns[i]);
     }
-    rows.write(cells);
+    writer.write(cells);
     ++count;
   }
 }
@@ -165,7 +168,10 @@ Found write_rows(const std::filesystem::path& folder, const Filter& filter, Form
   for (const Column& column : source.columns) {
     names.emplace_back(column.name);
   }
-  RowWriter rows(format, std::move(names), out);
+  std::optional<RowWriter> writer;
+  const auto rows = [&]() -> RowWriter& {
+    return writer ? *writer : writer.emplace(format, names, out);
+  };
   const std::uint64_t limit = filter.limit.value_or(UINT64_MAX);
   Found found;
   for (const auto& file : archive_files(folder)) {
@@ -178,6 +184,10 @@ Found write_rows(const std::filesystem::path& folder, const Filter& filter, Form
       }
     }
   }
+  if (found.unread.empty()) {
+    rows();  // An archive without a file has no rows, which is an answer.
+  }
+  found.read = writer.has_value();
   return found;
 }
 

@@ -36,6 +36,9 @@ struct Filter {
 
 struct Found {
   std::uint64_t rows = 0;
+  /// False if there are files and none of them can be read: nothing was written then, no header
+  /// either.
+  bool read = true;
   /// A line for each file that cannot be read, or not to its end.
   std::vector<std::string> unread{};
 };

@@ -90,14 +90,6 @@ std::filesystem::path folder_from(const Flags& flags) {
   return folder;
 }
 
-/// The exit code, once it has said what could not be read.
-int tell(const Found& found) {
-  for (const std::string& file : found.unread) {
-    fmt::print(stderr, "millrace-archiver: cannot be read: {}\n", base::text::safe(file));
-  }
-  return found.unread.empty() ? program::exit_done : program::exit_failed;
-}
-
 /// Where an export goes: standard output, or a file that is there whole or as it was before.
 class Output {
  public:
@@ -146,6 +138,17 @@ class Output {
   std::ofstream stream_;
 };
 
+/// The exit code, once it has said what could not be read, and ended `out` if anything could.
+int finish(Output& out, const Found& found) {
+  if (found.read) {
+    out.finish();
+  }
+  for (const std::string& file : found.unread) {
+    fmt::print(stderr, "millrace-archiver: cannot be read: {}\n", base::text::safe(file));
+  }
+  return found.unread.empty() ? program::exit_done : program::exit_failed;
+}
+
 }  // namespace
 
 int query(int argc, char** argv) {
@@ -157,8 +160,7 @@ int query(int argc, char** argv) {
     const Filter filter = filter_from(flags);
     Output out("");
     const Found found = write_rows(folder_from(flags), filter, Format::text, out.stream());
-    out.finish();
-    return tell(found);
+    return finish(out, found);
   });
 }
 
@@ -178,8 +180,7 @@ int export_rows(int argc, char** argv) {
     const std::filesystem::path folder = folder_from(flags);
     Output out(output);
     const Found found = write_rows(folder, filter, format, out.stream());
-    out.finish();
-    return tell(found);
+    return finish(out, found);
   });
 }
 

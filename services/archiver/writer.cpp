@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <exception>
+#include <utility>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 namespace millrace::services::archiver {
@@ -20,8 +22,9 @@ constexpr std::chrono::minutes pause{10};
 
 }  // namespace
 
-Writer::Writer(Archive archive, Log log)
+Writer::Writer(Archive archive, Log log, fabric::NoticeSink& notices)
     : log_(std::move(log)),
+      notices_(notices),
       archive_(std::move(archive)),
       clock_("rows of the archive", archive_.last_written(), base::loop::clocks_now()),
       thread_([this] { run(); }) {}
@@ -80,6 +83,7 @@ void Writer::tidy_up() {
   } catch (const std::exception& error) {
     log_->error("the archive {} cannot be tidied up: {}", archive_.file().string(), error.what());
   }
+  notice_foreign_files();
 }
 
 bool Writer::has_work() const {
@@ -115,12 +119,14 @@ void Writer::write(Batch batch) {
     ids = archive_.append(batch.rows, std::chrono::system_clock::now());
   } catch (const std::exception& error) {
     log_->error("the archive {} cannot be written: {}", archive_.file().string(), error.what());
+    notice_failure(error.what());
     for (const Done& done : batch.done) {
       done(tl::unexpected(std::string(error.what())));
     }
     keep(std::move(batch.rows), batch.done.size());
     return;
   }
+  notice_success();
   for (std::size_t i = 0; i < batch.done.size(); ++i) {
     batch.done[i](ids[i]);
   }
@@ -141,6 +147,42 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   guard.unlock();
   if (lost != 0) {
     log_->error("{} recorded events and states are lost so far", lost);
+    notices_.raise(
+        {.key = {.kind = "lost_rows"},
+         .level = fabric::NoticeLevel::warning,
+         .text = fmt::format("{} events and states are lost since the start: the archive "
+                             "could not be written for too long",
+                             lost),
+         .advice = "what is there is whole; a recording of that time may have the rest"});
+  }
+}
+
+void Writer::notice_failure(const std::string& reason) {
+  failing_ = true;
+  notices_.raise(
+      {.key = {.kind = "archive"},
+       .level = fabric::NoticeLevel::problem,
+       .text =
+           fmt::format("the archive {} cannot be written: {}", archive_.file().string(), reason),
+       .advice = "make room on its disk, or give it its folder back; it goes on by itself"});
+}
+
+void Writer::notice_success() {
+  if (std::exchange(failing_, false)) {
+    notices_.clear("archive", "");
+  }
+}
+
+void Writer::notice_foreign_files() {
+  const std::set<std::filesystem::path>& files = archive_.foreign();
+  if (std::exchange(foreign_files_, files.size()) != files.size()) {
+    notices_.raise(
+        {.key = {.kind = "foreign_files"},
+         .level = fabric::NoticeLevel::warning,
+         .text = fmt::format("damaged, or no files of an archive, and left as they are: {}{}",
+                             files.begin()->string(),
+                             files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : ""),
+         .advice = "move them away; what they have is in no query"});
   }
 }
 

@@ -21,6 +21,7 @@
 #include <tl/expected.hpp>
 
 #include "base/loop/clock_watch.hpp"
+#include "fabric/notice_sink.hpp"
 #include "services/archiver/archive.hpp"
 
 namespace spdlog {
@@ -37,7 +38,9 @@ class Writer {
  public:
   using Log = std::shared_ptr<spdlog::logger>;
 
-  Writer(Archive archive, Log log);
+  /// `notices`, which outlives it, gets to know what troubles the archive: "archive", "lost_rows",
+  /// "foreign_files".
+  Writer(Archive archive, Log log, fabric::NoticeSink& notices);
   /// Writes what is waiting, then ends.
   ~Writer();
   Writer(const Writer&) = delete;
@@ -67,8 +70,12 @@ class Writer {
   void write(Batch batch);
   /// Puts the recorded rows back, to be tried again.
   void keep(std::vector<Row> rows, std::size_t first_recorded);
+  void notice_failure(const std::string& reason);
+  void notice_success();
+  void notice_foreign_files();
 
   Log log_;
+  fabric::NoticeSink& notices_;
   Archive archive_;
   base::loop::ClockWatch clock_;
   std::chrono::steady_clock::time_point next_tidying_{};
@@ -77,6 +84,8 @@ class Writer {
   std::deque<std::pair<Put, Done>> puts_;
   std::deque<Row> recorded_;
   std::uint64_t lost_ = 0;
+  bool failing_ = false;
+  std::size_t foreign_files_ = 0;
   /// After a failure: recorded rows wait until then; puts are tried at once.
   std::chrono::steady_clock::time_point retry_{};
   bool ending_ = false;

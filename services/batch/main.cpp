@@ -21,10 +21,7 @@ namespace batch = services::batch;
 
 /// --config: many programs, each with its UUID.
 int serve_folder(int argc, char** argv) {
-  CLI::App app{
-      "Answers calls with programs and scripts.\n"
-      "For one program without a file: millrace-batch --exec ./script --uuid UUID\n"
-      "(see millrace-batch --exec --help)"};
+  CLI::App app{"Answers calls with programs and scripts"};
   std::string file = "batch.textproto";
   app.add_option("--config", file, "What to serve; changes are followed")->capture_default_str();
   program::add_check(app);
@@ -35,6 +32,11 @@ int serve_folder(int argc, char** argv) {
   auto level = spdlog::level::info;
   program::add_log_level(app, level);
   const fabric::profile::FabricFlags fabric(app);
+  app.footer(
+      "One program without a file:\n"
+      "  millrace-batch --exec ./measure.sh --uuid 1b671a64-40d5-491e-99b0-da01ff1f3341\n"
+      "which takes the flags above but --config and --check, and these:\n" +
+      batch::flags_of_one(app));
   return program::run(app, argc, argv, [&] {
     const fabric::dds::ParticipantOptions join = fabric.options();
     const auto log = program::make_log(name, level);

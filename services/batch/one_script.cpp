@@ -1,5 +1,10 @@
 #include "services/batch/one_script.hpp"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "base/program/command_tree.hpp"
 #include "services/batch/answering.hpp"
 #include "services/batch/catalog.hpp"
 #include "services/sdk/command_line.hpp"
@@ -45,11 +50,37 @@ Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
 
 }  // namespace
 
+namespace {
+
+sdk::ServiceOptions defaults() {
+  return {.name = "batch",
+          .description = "Answers calls with a program",
+          .version = MILLRACE_VERSION,
+          .delivery = fabric::Delivery::at_most_once};
+}
+
+}  // namespace
+
+std::string flags_of_one(const CLI::App& others) {
+  sdk::ServiceProgram program(defaults());
+  Flags flags;
+  add_flags(program.app(), flags);
+  const base::program::Command own = base::program::command_tree(program.app(), "");
+  const base::program::Command known = base::program::command_tree(others, "");
+  std::string text;
+  for (const base::program::CommandOption& option : own.options) {
+    if (!option.names.empty() &&
+        std::ranges::find(known.options, option.names, &base::program::CommandOption::names) ==
+            known.options.end()) {
+      text += fmt::format("  {:<24}{}\n", option.names.front() + " " + option.value,
+                          option.description.substr(0, option.description.find('\n')));
+    }
+  }
+  return text;
+}
+
 int serve_one(int argc, char** argv) {
-  sdk::ServiceProgram program({.name = "batch",
-                               .description = "Answers calls with a program",
-                               .version = MILLRACE_VERSION,
-                               .delivery = fabric::Delivery::at_most_once});
+  sdk::ServiceProgram program(defaults());
   Flags flags;
   add_flags(program.app(), flags);
   const std::function<sdk::Handler()> make = [&] {

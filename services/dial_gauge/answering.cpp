@@ -41,14 +41,31 @@ double seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
-/// The reading, if it is one to work with, else the answer that says why not.
-tl::expected<Reading, Response> good_reading(const Gauge& gauge, Source& source, Time now) {
-  const auto reading = source.read(now);
-  if (!reading) {
+}  // namespace
+
+void Answering::add(Gauge gauge, std::unique_ptr<Source> source) {
+  assert(source != nullptr && is_gauge_name(gauge.name));
+  const std::string name = gauge.name;
+  gauges_.insert_or_assign(name, Entry{.gauge = std::move(gauge), .source = std::move(source)});
+}
+
+tl::expected<Reading, Failure> Answering::read_source(Entry& entry, Time now) {
+  auto reading = entry.source->read(now);
+  if (reading) {
+    failing_.erase(entry.gauge.name);
+  } else {
     const Failure& failure = reading.error();
-    return tl::unexpected(
-        error(state_of(failure.fault),
-              fmt::format("{} of {}: {}", words_of(failure.fault), gauge.name, failure.reason)));
+    failing_.insert_or_assign(entry.gauge.name, fmt::format("{} of {}: {}", words_of(failure.fault),
+                                                            entry.gauge.name, failure.reason));
+  }
+  return reading;
+}
+
+tl::expected<Reading, Response> Answering::good_reading(Entry& entry, Time now) {
+  const Gauge& gauge = entry.gauge;
+  const auto reading = read_source(entry, now);
+  if (!reading) {
+    return tl::unexpected(error(state_of(reading.error().fault), failing_.at(gauge.name)));
   }
   const auto age = now - reading->taken;
   if (age > gauge.max_age) {
@@ -66,12 +83,10 @@ tl::expected<Reading, Response> good_reading(const Gauge& gauge, Source& source,
   return *reading;
 }
 
-}  // namespace
-
-void Answering::add(Gauge gauge, std::unique_ptr<Source> source) {
-  assert(source != nullptr && is_gauge_name(gauge.name));
-  const std::string name = gauge.name;
-  gauges_.insert_or_assign(name, Entry{.gauge = std::move(gauge), .source = std::move(source)});
+void Answering::look() {
+  std::erase_if(failing_, [this](const auto& each) {
+    return gauges_.find(each.first)->second.source->has_reading();
+  });
 }
 
 Response Answering::answer(std::string_view text, Time now) {
@@ -116,7 +131,7 @@ Response Answering::list() const {
 }
 
 Response Answering::read(Entry& entry, bool bare, Time now) {
-  const auto reading = good_reading(entry.gauge, *entry.source, now);
+  const auto reading = good_reading(entry, now);
   if (!reading) {
     return reading.error();
   }
@@ -128,7 +143,7 @@ Response Answering::read(Entry& entry, bool bare, Time now) {
 }
 
 Response Answering::zero(Entry& entry, Time now) {
-  const auto reading = good_reading(entry.gauge, *entry.source, now);
+  const auto reading = good_reading(entry, now);
   if (!reading) {
     return reading.error();
   }
@@ -142,7 +157,7 @@ Response Answering::zero(Entry& entry, Time now) {
 }
 
 Response Answering::status(Entry& entry, Time now) {
-  const auto reading = good_reading(entry.gauge, *entry.source, now);
+  const auto reading = good_reading(entry, now);
   if (!reading) {
     return reading.error();
   }

@@ -52,6 +52,12 @@ class Answering {
 
   sdk::Response answer(std::string_view request, Time now);
 
+  /// The gauges of which a program could not have a reading when it asked last, because of gauge,
+  /// radio or line, and why in words.
+  [[nodiscard]] const std::map<std::string, std::string>& failing() const { return failing_; }
+  /// Forgets those that can be read again, although no program has asked.
+  void look();
+
  private:
   struct Entry {
     Gauge gauge;
@@ -63,11 +69,16 @@ class Answering {
   sdk::Response read(Entry& entry, bool bare, Time now);
   sdk::Response zero(Entry& entry, Time now);
   sdk::Response status(Entry& entry, Time now);
+  /// Reads the source, and remembers whether that is possible.
+  tl::expected<Reading, Failure> read_source(Entry& entry, Time now);
+  /// The reading, if it is one to work with, else the answer that says why not.
+  tl::expected<Reading, sdk::Response> good_reading(Entry& entry, Time now);
   [[nodiscard]] Nanometres zero_of(const std::string& gauge) const;
 
   std::map<std::string, Entry, std::less<>> gauges_;
   Zeros zeros_;
   KeepZeros keep_;
+  std::map<std::string, std::string> failing_;
 };
 
 }  // namespace millrace::services::dial_gauge

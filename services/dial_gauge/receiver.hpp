@@ -54,6 +54,9 @@ class RadioSource : public Source {
       : receiver_(std::move(receiver)), channel_(channel) {}
   tl::expected<Reading, Failure> read(Time /*now*/) override { return receiver_->newest(channel_); }
   [[nodiscard]] Condition condition() const override { return receiver_->condition(channel_); }
+  [[nodiscard]] bool has_reading() const override {
+    return receiver_->newest(channel_).has_value();
+  }
 
  private:
   std::shared_ptr<const Receiver> receiver_;

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
 #include "services/dial_gauge/receiver.hpp"
@@ -28,22 +30,29 @@ Zeros zeros_or_throw(const std::filesystem::path& file) {
 /// What is heard on one line, into its receiver and the log.
 class Listener : public SerialLineListener {
  public:
-  Listener(const LineConfig& config, std::mutex& lock, base::program::Log log)
+  Listener(const LineConfig& config, std::mutex& lock, base::program::Log log,
+           fabric::NoticeSink& notices)
       : name_(config.name),
         lock_(lock),
         log_(std::move(log)),
+        notices_(notices),
         receiver_(std::make_shared<Receiver>(config.form, config.unit)) {}
 
   [[nodiscard]] std::shared_ptr<const Receiver> receiver() const { return receiver_; }
 
   void on_opened() override {
     log_->info("line {} is open", name_);
+    notices_.clear("gauge_line", name_);
     const std::lock_guard guard(lock_);
     receiver_->opened();
   }
 
   void on_closed(const std::string& reason) override {
     log_->error("line {} is gone and will be opened again: {}", name_, reason);
+    notices_.raise({.key = {.kind = "gauge_line", .subject = name_},
+                    .level = fabric::NoticeLevel::problem,
+                    .text = fmt::format("line {} is gone: {}", name_, reason),
+                    .advice = "look at its plug and its device; it is opened again by itself"});
     const std::lock_guard guard(lock_);
     receiver_->closed(reason);
   }
@@ -65,26 +74,60 @@ class Listener : public SerialLineListener {
   std::string name_;
   std::mutex& lock_;
   base::program::Log log_;
+  fabric::NoticeSink& notices_;
   std::shared_ptr<Receiver> receiver_;
   std::uint64_t broken_ = 0;
 };
 
+/// How often gauges are looked at that could not be read.
+constexpr std::chrono::seconds pause{1};
+
 }  // namespace
 
 struct RunningGauges::Impl {
-  Impl(const Config& config, const base::program::Log& log)
-      : answering(zeros_or_throw(config.zero_file), [file = config.zero_file](const Zeros& zeros) {
+  Impl(const Config& config, const base::program::Log& log, fabric::NoticeSink& own_notices)
+      : notices(own_notices),
+        answering(zeros_or_throw(config.zero_file), [file = config.zero_file](const Zeros& zeros) {
           return keep_zeros(file, zeros);
         }) {
     for (const LineConfig& line : config.lines) {
-      listeners.push_back(std::make_unique<Listener>(line, lock, log));
+      listeners.push_back(std::make_unique<Listener>(line, lock, log, notices));
       lines.push_back(
           std::make_unique<SerialLine>(context.get_executor(), line, *listeners.back()));
     }
     for (const GaugeConfig& gauge : config.gauges) {
       answering.add(gauge.gauge, source_of(gauge));
     }
+    look_around();
     thread = std::thread([this] { context.run(); });
+  }
+
+  void look_around() {
+    timer.expires_after(pause);
+    timer.async_wait([this](const boost::system::error_code& error) {
+      if (!error) {
+        const std::lock_guard guard(lock);
+        answering.look();
+        tell_failing();
+        look_around();
+      }
+    });
+  }
+
+  /// With the lock.
+  void tell_failing() {
+    for (const auto& [gauge, why] : answering.failing()) {
+      notices.raise({.key = {.kind = "gauge", .subject = gauge},
+                     .level = fabric::NoticeLevel::problem,
+                     .text = "a program cannot read it: " + why,
+                     .advice = "look at the gauge, its battery and its radio"});
+    }
+    for (const auto& [gauge, why] : told) {
+      if (!answering.failing().contains(gauge)) {
+        notices.clear("gauge", gauge);
+      }
+    }
+    told = answering.failing();
   }
 
   ~Impl() {
@@ -102,21 +145,28 @@ struct RunningGauges::Impl {
 
   /// For the receivers and what answers.
   std::mutex lock;
+  fabric::NoticeSink& notices;
   boost::asio::io_context context;
+  boost::asio::steady_timer timer{context};
   std::vector<std::unique_ptr<Listener>> listeners;
   std::vector<std::unique_ptr<SerialLine>> lines;
   Answering answering;
+  /// The gauges that were failing when that was told last.
+  std::map<std::string, std::string> told;
   std::thread thread;
 };
 
-RunningGauges::RunningGauges(const Config& config, base::program::Log log)
-    : impl_(std::make_unique<Impl>(config, log)) {}
+RunningGauges::RunningGauges(const Config& config, base::program::Log log,
+                             fabric::NoticeSink& notices)
+    : impl_(std::make_unique<Impl>(config, log, notices)) {}
 
 RunningGauges::~RunningGauges() = default;
 
 sdk::Response RunningGauges::answer(std::string_view request) {
   const std::lock_guard guard(impl_->lock);
-  return impl_->answering.answer(request, Time::clock::now());
+  sdk::Response response = impl_->answering.answer(request, Time::clock::now());
+  impl_->tell_failing();
+  return response;
 }
 
 }  // namespace millrace::services::dial_gauge

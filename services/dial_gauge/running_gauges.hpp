@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "base/program/log.hpp"
+#include "fabric/notice_sink.hpp"
 #include "services/dial_gauge/config.hpp"
 #include "services/sdk/response.hpp"
 
@@ -13,8 +14,10 @@ namespace millrace::services::dial_gauge {
 
 class RunningGauges {
  public:
-  /// Throws program::UsageError for a file of zero points that cannot be read.
-  RunningGauges(const Config& config, base::program::Log log);
+  /// `notices`, which outlives it, gets to know which lines are gone ("gauge_line") and which
+  /// gauges a program asked for in vain ("gauge"). Throws program::UsageError for a file of zero
+  /// points that cannot be read.
+  RunningGauges(const Config& config, base::program::Log log, fabric::NoticeSink& notices);
   ~RunningGauges();
   RunningGauges(const RunningGauges&) = delete;
   RunningGauges& operator=(const RunningGauges&) = delete;

@@ -50,6 +50,8 @@ class Source {
   /// The newest reading there is; its age is for the caller to judge.
   virtual tl::expected<Reading, Failure> read(Time now) = 0;
   [[nodiscard]] virtual Condition condition() const = 0;
+  /// Known without a reading being taken: there is one. Who is not sure says no.
+  [[nodiscard]] virtual bool has_reading() const { return false; }
 };
 
 }  // namespace millrace::services::dial_gauge

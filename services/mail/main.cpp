@@ -81,7 +81,7 @@ int serve(int argc, char** argv) {
       throw program::UsageError(file + ": server: " + secret.error());
     }
     smtp.emplace(config.server);
-    postman.emplace(config, mail::Spool(config.spool), *smtp, service.log());
+    postman.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.notices());
     return [&](const sdk::Call& call) { return postman->answer(info(call)); };
   };
   return service.run(argc, argv, make);

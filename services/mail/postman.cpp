@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "services/mail/answering.hpp"
@@ -20,12 +21,16 @@ constexpr std::chrono::seconds spool_pause{10};
 
 }  // namespace
 
-Postman::Postman(Config config, Spool spool, Transport& transport, base::program::Log log)
+Postman::Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
+                 fabric::NoticeSink& notices)
     : config_(std::move(config)),
       spool_(std::move(spool)),
       transport_(transport),
-      log_(std::move(log)) {
+      log_(std::move(log)),
+      notices_(notices),
+      condition_(fmt::format("{}:{}", config_.server.host, config_.server.port)) {
   read_spool();
+  tell_condition();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -58,6 +63,17 @@ void Postman::read_spool() {
              content->calls);
 }
 
+void Postman::tell_condition() {
+  condition_.waiting(waiting_.size(), std::chrono::steady_clock::now());
+  condition_.tell(notices_);
+}
+
+template <typename Value>
+void Postman::note_spool(const Spool::Result<Value>& result) {
+  condition_.spool(result ? std::nullopt : std::optional(result.error()));
+  tell_condition();
+}
+
 Spool::Result<std::optional<Entry>> Postman::known(fabric::CallId call) const {
   const auto unwritten = unwritten_.find(call);
   return unwritten != unwritten_.end() ? std::optional(unwritten->second) : spool_.find(call);
@@ -73,6 +89,7 @@ Response Postman::answer(const CallInfo& call) {
   const auto earlier = known(call.call);
   if (!earlier) {
     log_->error("call {}: nothing is sent: {}", call.call.to_string(), earlier.error());
+    note_spool(earlier);
     return text::error(state_spool, "nothing sent, the spool cannot be read: " + earlier.error());
   }
   if (*earlier) {
@@ -95,6 +112,7 @@ Response Postman::first_attempt(Lock& lock, const Entry& entry) {
   lock.unlock();
   const auto kept = spool_.put(entry);
   lock.lock();
+  note_spool(kept);
   if (!kept) {
     busy_.erase(entry.call);
     changed_.notify_all();
@@ -139,6 +157,8 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
   } else {
     drop(lock, entry.call);
   }
+  condition_.tried(outcome, result ? std::optional(result->stage) : std::nullopt, program_waits);
+  tell_condition();
   if (!outcome.contact) {
     pause_until_ = std::chrono::system_clock::now() + config_.retry.first;
   }
@@ -155,6 +175,7 @@ void Postman::keep(Lock& lock, const Entry& entry) {
   }
   lock.lock();
   note(entry);
+  note_spool(kept);
   if (kept) {
     unwritten_.erase(entry.call);
   } else {
@@ -164,10 +185,12 @@ void Postman::keep(Lock& lock, const Entry& entry) {
 }
 
 void Postman::drop(Lock& lock, fabric::CallId call) {
-  if (const auto gone = spool_.remove(call); !gone) {
+  const auto gone = spool_.remove(call);
+  if (!gone) {
     log_->error("call {}: {}", call.to_string(), gone.error());
   }
   lock.lock();
+  note_spool(gone);
   waiting_.erase(call);
   unwritten_.erase(call);
 }
@@ -238,6 +261,7 @@ void Postman::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
   const auto entry = known(call);
   if (!entry) {
     log_->error("call {}: its mail is tried again later: {}", call.to_string(), entry.error());
+    note_spool(entry);
     pause_until_ = now + spool_pause;
     return;
   }

@@ -17,6 +17,7 @@
 #include "base/loop/clock_watch.hpp"
 #include "base/program/log.hpp"
 #include "services/mail/compose.hpp"
+#include "services/mail/condition.hpp"
 #include "services/mail/spool.hpp"
 #include "services/mail/transport.hpp"
 
@@ -25,8 +26,10 @@ namespace millrace::services::mail {
 /// Functions may be called from any thread.
 class Postman {
  public:
-  /// `transport` lives longer. Mails that wait in the spool are tried from now on.
-  Postman(Config config, Spool spool, Transport& transport, base::program::Log log);
+  /// `transport` and `notices`, which gets to know what troubles it, live longer. Mails that wait
+  /// in the spool are tried from now on.
+  Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
+          fabric::NoticeSink& notices);
   /// Gives up attempts that have not been handed over; they are in the spool.
   ~Postman();
   Postman(const Postman&) = delete;
@@ -54,6 +57,12 @@ class Postman {
   void note(const Entry& entry);
   void tell(const Entry& entry, const Outcome& outcome) const;
 
+  /// With the lock: tells what troubles it now.
+  void tell_condition();
+  /// The same, after the spool was used; `result` is what came of it.
+  template <typename Value>
+  void note_spool(const Spool::Result<Value>& result);
+
   void run();
   /// The call whose mail to try next, if it is time; otherwise `wake` is when to look again.
   std::optional<fabric::CallId> due(fabric::Time now, fabric::Time& wake) const;
@@ -67,6 +76,8 @@ class Postman {
   Spool spool_;
   Transport& transport_;
   base::program::Log log_;
+  fabric::NoticeSink& notices_;
+  Condition condition_;
   mutable std::mutex lock_;
   std::condition_variable changed_;
   /// The mails that wait, and when each is to be tried again.

@@ -8,6 +8,7 @@
 #include "fabric/words.hpp"
 #include "services/sdk/instance.hpp"
 #include "services/sdk/main.hpp"
+#include "services/sdk/member.hpp"
 #include "services/sdk/stop_signals.hpp"
 
 namespace millrace::services::sdk {
@@ -76,13 +77,18 @@ int ServiceProgram::run(int argc, char** argv, const std::function<LaterHandler(
     signals.on_stop([&] { service->stop(); });
     program::ready(ready_line(*service, options_));
     service->wait();
+    notices_.leave();
     return program::exit_done;
   });
 }
 
-std::unique_ptr<Service> ServiceProgram::open(LaterHandler handler) const {
+std::unique_ptr<Service> ServiceProgram::open(LaterHandler handler) {
   try {
-    return std::make_unique<Service>(options_, std::move(handler), log_);
+    ServiceOptions options = options_;
+    options.member = std::make_shared<Member>(join_options(options), log_);
+    auto service = std::make_unique<Service>(options, std::move(handler), log_);
+    notices_.join(options.member, service->identity(), log_);
+    return service;
   } catch (const std::invalid_argument& error) {
     throw program::UsageError(error.what());
   }

@@ -18,6 +18,7 @@
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
 #include "fabric/profile/command_line.hpp"
+#include "services/sdk/notices.hpp"
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
@@ -34,6 +35,9 @@ class ServiceProgram {
   [[nodiscard]] const ServiceOptions& options() const { return options_; }
   /// To standard error under the service's name; for `make` and the handler.
   [[nodiscard]] const Service::Log& log() const { return log_; }
+  /// What the service has to say of itself; for `make` and the handler. On the fabric while it
+  /// serves.
+  [[nodiscard]] Notices& notices() { return notices_; }
 
   /// Parses the command line, makes the handler (which may throw program::UsageError), serves,
   /// prints one ready line, and leaves on SIGTERM or SIGINT when the calls under way are answered;
@@ -44,7 +48,7 @@ class ServiceProgram {
 
  private:
   void take_channels();
-  [[nodiscard]] std::unique_ptr<Service> open(LaterHandler handler) const;
+  [[nodiscard]] std::unique_ptr<Service> open(LaterHandler handler);
   void take_fabric();
 
   ServiceOptions options_;
@@ -53,6 +57,7 @@ class ServiceProgram {
   spdlog::level::level_enum level_ = spdlog::level::info;
   std::vector<std::string> channels_;
   Service::Log log_;
+  Notices notices_;
 };
 
 }  // namespace millrace::services::sdk

@@ -153,6 +153,23 @@ test('a machine that was never reached is a concern, too; one that has a second 
   assert.deepEqual(kinds([machine([], [down, { connected: true, gateway_host: 'there' }])], 0), []);
 });
 
+test('a program that says it has a problem is a concern, one that warns is worth a look, one that is well is none', () => {
+  const notice = { responder: 'r', kind: 'archive', subject: '', program: 'archiver', host: 'vm', since: iso(noon - 5000), text: 'disk full', advice: 'make room' };
+  const { concerns, counts, level } = assess([], noon, [{ ...notice, level: 'problem' }, { ...notice, level: 'warning' }, { ...notice, level: 'fine' }]);
+  assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.kind, concern.level]),
+    [['archiver @ vm', 'trouble', 'person'], ['archiver @ vm', 'trouble', 'look']]);
+  assert.deepEqual([concerns[0].reason, concerns[0].todo, concerns[0].since, counts.programs, level], ['disk full', 'make room', noon - 5000, 1, 'person']);
+});
+
+test('what programs say stays until the whole of it is told anew', () => {
+  const model = new Model();
+  model.takeSnapshot({ about: { time: iso(noon), started: iso(noon) }, notices: [{ kind: 'archive' }] }, noon);
+  model.takeChanges({ time: iso(noon) }, noon);
+  assert.equal(model.notices.length, 1);
+  model.takeChanges({ time: iso(noon), notices: [] }, noon);
+  assert.equal(model.notices.length, 0);
+});
+
 test('a state that nobody knows yet is worth a look', () => {
   assert.deepEqual(kinds([machine([{ channel_state: 'dreaming' }])], 0), [['cnc/1', 'unknown', 'look']]);
 });

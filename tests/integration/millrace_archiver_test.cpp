@@ -305,6 +305,28 @@ TEST(ArchiverCommands, NameTheFileThatCannotBeRead) {
   EXPECT_THAT(sut.error_output(), HasSubstr("archive-000001.db: file is not a database"));
 }
 
+TEST(ArchiverCommands, WriteNothingWhereNothingCanBeRead) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "archive-000001.db") << "no database";
+  const std::string file = (folder.path() / "out.csv").string();
+  std::ofstream(file) << "yesterday's";
+  for (const std::vector<std::string>& output :
+       {std::vector<std::string>{}, std::vector<std::string>{"--output", file}}) {
+    std::vector<std::string> command{
+        binary("millrace-archiver"), "export", "--format", "csv", "--folder",
+        folder.path().string()};
+    command.insert(command.end(), output.begin(), output.end());
+    Process sut(command);
+    EXPECT_EQ(sut.wait(), 1);
+    EXPECT_EQ(sut.output(), "");
+    EXPECT_THAT(sut.error_output(), HasSubstr("archive-000001.db: file is not a database"));
+  }
+  std::string content;
+  std::getline(std::ifstream(file), content);
+  EXPECT_EQ(content, "yesterday's");
+  EXPECT_FALSE(std::filesystem::exists(file + ".part"));
+}
+
 TEST(ArchiverCommands, RefuseWrongArguments) {
   const TemporaryFolder folder;
   for (const std::vector<std::string>& arguments :

@@ -288,5 +288,60 @@ TEST_F(TheWeb, IsNotOpenedToANetworkWithoutProtection) {
   EXPECT_EQ(wrong.wait(), 2);
 }
 
+/// A certificate for `name` that vouches for itself, and its key, in place of those before.
+void make_certificate(const std::filesystem::path& folder, const std::string& name) {
+  Process openssl({"/usr/bin/openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                   "ec_paramgen_curve:prime256v1", "-nodes", "-subj", "/CN=" + name, "-days", "2",
+                   "-keyout", (folder / "web.key").string(), "-out",
+                   (folder / "web.crt").string()});
+  ASSERT_EQ(openssl.wait(), 0) << openssl.error_output();
+}
+
+/// The subject of the certificate that a server shows.
+std::string certificate_at(std::uint16_t port) {
+  Process client({"/bin/sh", "-c",
+                  "openssl s_client -connect 127.0.0.1:" + std::to_string(port) +
+                      " </dev/null 2>/dev/null | openssl x509 -noout -subject"});
+  client.wait();
+  return client.output();
+}
+
+TEST(TheWebWithTls, TakesANewCertificateWhenItIsToldTo) {
+  Chain chain;
+  make_certificate(chain.folder(), "first");
+  Process sut = chain.millrace({"web", "--listen", "127.0.0.1:0", "--tls-cert",
+                                (chain.folder() / "web.crt").string(), "--tls-key",
+                                (chain.folder() / "web.key").string()});
+  const auto port = static_cast<std::uint16_t>(
+      std::stoi(sut.await("^ready: .* at https://127\\.0\\.0\\.1:(\\d+)/").at(1)));
+  EXPECT_THAT(certificate_at(port), HasSubstr("first"));
+  make_certificate(chain.folder(), "second");
+  sut.signal(SIGHUP);
+  sut.await_error("web.crt is used from now on");
+  EXPECT_THAT(certificate_at(port), HasSubstr("second"));
+  // A key that does not fit, as while the files are replaced one after the other.
+  std::ofstream(chain.folder() / "web.key") << "no key";
+  sut.signal(SIGHUP);
+  sut.await_error("the one before stays");
+  EXPECT_THAT(certificate_at(port), HasSubstr("second"));
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
+}
+
+TEST_F(TheWeb, TellsWhatProgramsSayOfThemselves) {
+  start_web();
+  Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
+  recorder.await("^ready: ");
+  await("word of the recorder", [&] {
+    const auto notices = get("/api/notices").as_array();
+    return !notices.empty() && notices.at(0).at("kind") == "recording";
+  });
+  EXPECT_THAT(HttpClient(port).get("/metrics").body,
+              HasSubstr("kind=\"recording\",subject=\"\",level=\"fine\"} 1"));
+  // Gone without a word, as its host may be.
+  recorder.kill();
+  await("the end of its word", [&] { return get("/api/notices").as_array().empty(); });
+}
+
 }  // namespace
 }  // namespace millrace::tests::integration

@@ -34,6 +34,14 @@ bool Live::add(const recording::Entry& entry) {
   return false;
 }
 
+bool Live::add(const fabric::Notice& notice) {
+  if (notices_.size() >= most_notices && !notices_.contains(notice.key)) {
+    too_many_notices_ = true;
+    return false;
+  }
+  return notices_.insert_or_assign(notice.key, notice).second;
+}
+
 std::vector<const LiveInstance*> Live::instances_of(const std::string& what) const {
   const std::string canonical = fabric::canonical_uuid(what);
   std::vector<const LiveInstance*> found;

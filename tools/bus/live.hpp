@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "fabric/notice.hpp"
 #include "tools/recording/entry.hpp"
 
 namespace millrace::tools::bus {
@@ -24,6 +25,10 @@ class Live {
  public:
   /// True if it shows somebody new, or that somebody is gone; false for news of who is known.
   bool add(const recording::Entry& entry);
+  /// What a program says of itself; true as for add().
+  bool add(const fabric::Notice& notice);
+  /// It does not say so any more, or is gone.
+  void take_back(const fabric::NoticeKey& key) { notices_.erase(key); }
 
   [[nodiscard]] const std::map<fabric::InstanceId, LiveInstance>& instances() const {
     return instances_;
@@ -40,6 +45,13 @@ class Live {
     return gateways_;
   }
 
+  /// Whoever is on the fabric can say what he likes: more than these are not kept, but counted.
+  static constexpr std::size_t most_notices = 1'000;
+  [[nodiscard]] const std::map<fabric::NoticeKey, fabric::Notice>& notices() const {
+    return notices_;
+  }
+  [[nodiscard]] bool too_many_notices() const { return too_many_notices_; }
+
   /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
   /// two; all for an empty text.
   [[nodiscard]] std::vector<const LiveInstance*> instances_of(const std::string& what) const;
@@ -49,6 +61,8 @@ class Live {
   std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
   Machines machines_;
   std::map<fabric::InstanceId, fabric::MachineStatus> gateways_;
+  std::map<fabric::NoticeKey, fabric::Notice> notices_;
+  bool too_many_notices_ = false;
   /// Status of instances that discovery has not shown yet.
   std::map<fabric::InstanceId, fabric::InstanceStatus> early_;
 };

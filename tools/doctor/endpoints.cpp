@@ -18,10 +18,10 @@ namespace {
 using fabric::wire::Keep;
 
 const fabric::wire::Topic* topic_named(const std::string& name) {
-  static const std::array<const fabric::wire::Topic*, 8> topics{
+  static const std::array<const fabric::wire::Topic*, 9> topics{
       &fabric::wire::request_topic, &fabric::wire::reply_topic,   &fabric::wire::channel_topic,
       &fabric::wire::beat_topic,    &fabric::wire::machine_topic, &fabric::wire::event_topic,
-      &fabric::wire::command_topic, &fabric::wire::outcome_topic};
+      &fabric::wire::command_topic, &fabric::wire::outcome_topic, &fabric::wire::notice_topic};
   const auto* const found = std::ranges::find_if(
       topics, [&](const fabric::wire::Topic* topic) { return topic->name == name; });
   return found == topics.end() ? nullptr : *found;
@@ -81,7 +81,8 @@ TopicReaders::TopicReaders(const fabric::dds::Participant& participant)
       machines_(participant, participant.options().fabric, Keep::last),
       events_(participant, participant.options().fabric, Keep::last),
       commands_(participant, participant.options().fabric, Keep::last),
-      outcomes_(participant, participant.options().fabric, Keep::last) {}
+      outcomes_(participant, participant.options().fabric, Keep::last),
+      notices_(participant, participant.options().fabric, Keep::last) {}
 
 std::set<Handle> TopicReaders::matched() const {
   std::set<Handle> all;
@@ -97,6 +98,7 @@ std::set<Handle> TopicReaders::matched() const {
   add(events_);
   add(commands_);
   add(outcomes_);
+  add(notices_);
   return all;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "tools/doctor/directory.hpp"
 #include "tools/doctor/findings.hpp"
@@ -28,6 +29,7 @@ class TopicReaders {
   fabric::wire::Reader<fabric::Event> events_;
   fabric::wire::Reader<fabric::Command> commands_;
   fabric::wire::Reader<fabric::Outcome> outcomes_;
+  fabric::wire::Reader<fabric::Notice> notices_;
 };
 
 /// What is wrong with the endpoints of this fabric that others have: those whose QoS or type fits

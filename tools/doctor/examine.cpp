@@ -9,6 +9,7 @@
 #include "base/posix/host.hpp"
 #include "fabric/ends/discovery.hpp"
 #include "fabric/observer/observer.hpp"
+#include "tools/bus/notice_reader.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/doctor/endpoints.hpp"
 
@@ -24,8 +25,10 @@ constexpr auto turn = std::chrono::milliseconds(50);
 constexpr int exchanges = 5;
 constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
 
-struct Listener : fabric::observer::ObserverListener {
+struct Listener : fabric::observer::ObserverListener, bus::NoticeListener {
   void on_entry(recording::Entry entry) override { live.add(entry); }
+  void on_notice(const fabric::Notice& notice) override { live.add(notice); }
+  void on_notice_gone(const fabric::NoticeKey& key) override { live.take_back(key); }
   bus::Live live;
 };
 
@@ -110,6 +113,7 @@ class Visit {
         discovery_(participant_, nullptr),
         readers_(participant_),
         observer_(participant_, io_.get_executor(), listener_, fabric::observer::Interest::states),
+        notices_(participant_, io_.get_executor(), listener_),
         found_(found) {}
 
   void listen(std::chrono::milliseconds time, Hearing* hearing) {
@@ -146,6 +150,7 @@ class Visit {
   fabric::ends::Discovery discovery_;
   TopicReaders readers_;
   fabric::observer::Observer observer_;
+  bus::NoticeReader notices_;
   Findings& found_;
 };
 

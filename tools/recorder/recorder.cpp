@@ -17,9 +17,7 @@ bool ends_a_call(const recording::Entry& entry) {
 Recorder::Recorder(Options options, FreeSpace free_space)
     : options_(std::move(options)),
       free_space_(std::move(free_space)),
-      series_(options_.file,
-              options_.rotate_size > 0 || options_.rotate_time.count() > 0 ? Series::Files::many
-                                                                           : Series::Files::one,
+      series_(options_.file, has_many_files() ? Series::Files::many : Series::Files::one,
               options_.prefix),
       file_number_(series_.last_number()) {
   if (options_.window) {
@@ -28,7 +26,11 @@ Recorder::Recorder(Options options, FreeSpace free_space)
 }
 
 Recorder::Result Recorder::start(Moment now) {
-  return ring_ ? Result{} : begin_file(now);
+  if (has_many_files()) {
+    look_at_disk();
+    waits_for_room_ = disk_is_full_;
+  }
+  return ring_ || waits_for_room_ ? Result{} : begin_file(now);
 }
 
 Recorder::Result Recorder::on_entry(recording::Entry entry, Moment now) {
@@ -52,7 +54,7 @@ Recorder::Result Recorder::on_entry(recording::Entry entry, Moment now) {
 }
 
 Recorder::Result Recorder::write_window(Moment now) {
-  if (!ring_ || !options_.window) {
+  if (!ring_ || !options_.window || waits_for_room_) {
     return {};
   }
   write_until_ = now + options_.window->after;
@@ -66,6 +68,9 @@ Recorder::Result Recorder::write_window(Moment now) {
 }
 
 Recorder::Result Recorder::write(const recording::Entry& entry, Moment now) {
+  if (waits_for_room_) {
+    return {};
+  }
   if (auto written = file_->write(entry); !written) {
     return written;
   }
@@ -84,7 +89,7 @@ Recorder::Result Recorder::write(const recording::Entry& entry, Moment now) {
 
 Recorder::Result Recorder::tick(Moment now) {
   if (!file_) {
-    return {};
+    return waits_for_room_ ? wait_for_room(now) : Result{};
   }
   if (dirty_since_ && now - *dirty_since_ >= options_.chunk_period) {
     if (auto closed = close_chunk(options_.sync != Sync::none); !closed) {
@@ -92,7 +97,22 @@ Recorder::Result Recorder::tick(Moment now) {
     }
   }
   look_at_disk();
+  if (disk_is_full_ && has_many_files()) {
+    return wait_for_room(now);
+  }
   return rotate_if_due(now);
+}
+
+Recorder::Result Recorder::wait_for_room(Moment now) {
+  look_at_disk();
+  if (disk_is_full_ == waits_for_room_) {
+    return {};
+  }
+  waits_for_room_ = disk_is_full_;
+  if (waits_for_room_) {
+    return file_ ? end_file({}) : Result{};
+  }
+  return ring_ ? Result{} : begin_file(now);
 }
 
 Recorder::Result Recorder::close_chunk(bool sync) {
@@ -186,7 +206,10 @@ void Recorder::keep_to_size() {
 }
 
 void Recorder::look_at_disk() {
-  const auto too_full = [&] { return free_space_(file_->path()) < options_.minimum_free; };
+  const auto too_full = [&] {
+    free_ = free_space_(file_ ? file_->path() : options_.file);
+    return *free_ < options_.minimum_free;
+  };
   if (too_full() && options_.keep_size > 0) {
     make_room(too_full);
   }

@@ -58,8 +58,17 @@ class Recorder {
   [[nodiscard]] Tally tally() const;
   /// What is not there of the calls that are over, as far as the others tell of it.
   [[nodiscard]] const recording::Missing& missing() const { return completeness_.missing(); }
-  /// True when the disk has too little space left; the recording should be finished then.
+  /// True when the disk has too little space left. A recording of one file should be finished then;
+  /// one of many has closed its file, lets go what comes, and begins the next file when there is
+  /// room.
   [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
+  [[nodiscard]] bool waits_for_room() const { return waits_for_room_; }
+  /// What was left on the disk when it was last looked at; nothing before that.
+  [[nodiscard]] std::optional<std::uint64_t> free_space() const { return free_; }
+  /// The file that is written; nothing while there is none.
+  [[nodiscard]] std::optional<std::filesystem::path> writes() const {
+    return file_ ? std::optional(file_->path()) : std::nullopt;
+  }
   /// Files that were removed to have room for newer ones, since the last time this was asked.
   [[nodiscard]] std::vector<std::filesystem::path> take_removed() {
     return std::exchange(removed_, {});
@@ -81,6 +90,11 @@ class Recorder {
   void make_room(const std::function<bool()>& too_much);
   void keep_to_size();
   void look_at_disk();
+  [[nodiscard]] bool has_many_files() const {
+    return options_.rotate_size > 0 || options_.rotate_time.count() > 0;
+  }
+  /// Ends the file for want of room, or begins one when there is some again.
+  Result wait_for_room(Moment now);
 
   Options options_;
   FreeSpace free_space_;
@@ -93,7 +107,9 @@ class Recorder {
   std::optional<Moment> dirty_since_;
   /// With a window: everything is written until then.
   Moment write_until_ = Moment::min();
+  std::optional<std::uint64_t> free_;
   bool disk_is_full_ = false;
+  bool waits_for_room_ = false;
   Tally tally_;
   recording::Completeness completeness_;
   std::vector<std::filesystem::path> files_;

@@ -45,7 +45,7 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
     in_trouble_ = !trouble.empty();
     begin_event();
     if (!ending_) {
-      carry_out(control_->set_obstacle(trouble, now()));
+      carry_out(control_->set_journal_trouble(trouble, now()));
     }
   };
 }

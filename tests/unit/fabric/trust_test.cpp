@@ -14,7 +14,6 @@ using testing::Contains;
 using testing::Each;
 using testing::Field;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::Not;
 using testing::StartsWith;
 using testing::UnorderedElementsAre;
@@ -38,13 +37,15 @@ TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
               UnorderedElementsAre(Grant{Way::write, "millrace/v2/reply", own},
                                    Grant{Way::write, "millrace/v2/beat", "hall"},
                                    Grant{Way::write, "millrace/outcome", "hall"},
+                                   Grant{Way::write, "millrace/notice", "hall"},
                                    Grant{Way::read, "millrace/v2/request", own + "/*"},
                                    Grant{Way::read, "millrace/command", "hall"}));
 }
 
-TEST(Grants, OfAnObserverWriteNothing) {
+TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
   const auto sut = grants_of({.name = "o", .roles = {Role::observer}}, "hall");
-  EXPECT_THAT(of_way(Way::write, sut), IsEmpty());
+  EXPECT_THAT(of_way(Way::write, sut),
+              UnorderedElementsAre(Grant{Way::write, "millrace/notice", "hall"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v2/request", "hall/*"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/event", "hall"}));
 }

@@ -132,6 +132,33 @@ TEST_F(CallControlTest, ClaimsNothingWhileTheJournalIsFull) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
+TEST_F(CallControlTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto assigned = request(1);
+  const auto shown = all<Show>(sut->set_journal_trouble("the journal cannot be written", now));
+  ASSERT_THAT(shown, SizeIs(1));
+  EXPECT_EQ(shown.front().status.state, fabric::ChannelState::running);
+  EXPECT_EQ(shown.front().status.reason, "the journal cannot be written");
+  const auto well = all<Show>(sut->set_journal_trouble("", now));
+  ASSERT_THAT(well, SizeIs(1));
+  EXPECT_EQ(well.front().status.reason, "");
+  EXPECT_THAT(all<Publish>(confirm(assigned)), SizeIs(1));
+}
+
+TEST_F(CallControlTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto published = all<Publish>(confirm(request(1)));
+  ASSERT_THAT(published, SizeIs(1));
+  EXPECT_THAT(all<Show>(sut->set_journal_trouble("the journal cannot be written", now)), IsEmpty());
+  const auto answered = all<Show>(sut->on_reply(answer_to(published.front().request), now));
+  ASSERT_FALSE(answered.empty());
+  EXPECT_EQ(answered.back().status.reason, "the journal cannot be written");
+}
+
 TEST_F(CallControlTest, ResumesTheCallsOfAnEarlierRunAtTheirInstance) {
   start();
   link_up();

@@ -44,7 +44,7 @@ void print_channels(const bus::Live& live) {
   fmt::print("{}", table.text());
 }
 
-boost::json::array json_of(const bus::Live& live) {
+boost::json::array channels_json(const bus::Live& live) {
   boost::json::array out;
   for (const auto& [key, status] : live.channels()) {
     out.push_back(print::json_of(status));
@@ -55,7 +55,7 @@ boost::json::array json_of(const bus::Live& live) {
 int list_channels(const LookOptions& options) {
   const bus::Live live = options.look();
   if (options.json) {
-    print::print_json(json_of(live));
+    print::print_json(channels_json(live));
   } else if (live.channels().empty()) {
     fmt::print("no gateway is on fabric '{}', domain {}, or none has seen its machine yet\n",
                options.fabric.options().fabric, options.fabric.options().domain);

@@ -7,6 +7,7 @@
 #include "fabric/words.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/notice_text.hpp"
 #include "tools/print/table.hpp"
 #include "tools/print/units.hpp"
 
@@ -48,10 +49,32 @@ void print_services(const std::vector<const bus::LiveInstance*>& instances) {
   fmt::print("{}", table.text());
 }
 
-boost::json::array json_of(const std::vector<const bus::LiveInstance*>& instances) {
+/// What programs say of themselves, also those that are no services.
+void print_notices(const bus::Live& live) {
+  print::Table table({{"STATE"}, {"PROGRAM"}, {"SINCE", Align::right}, {"WHAT"}, {"TO DO"}});
+  for (const auto& [key, notice] : live.notices()) {
+    table.add({std::string(fabric::name_of(notice.level)), print::said_by(notice),
+               ago(notice.since), notice.text, notice.advice});
+  }
+  if (!table.empty()) {
+    fmt::print("\n{}", table.text());
+  }
+}
+
+boost::json::array services_json(const bus::Live& live) {
   boost::json::array out;
-  for (const bus::LiveInstance* instance : instances) {
-    out.push_back(print::json_of(instance->identity, instance->status));
+  for (const bus::LiveInstance* instance : live.instances_of("")) {
+    boost::json::object object = print::json_of(instance->identity, instance->status);
+    boost::json::array notices;
+    for (const auto& [key, notice] : live.notices()) {
+      if (key.responder == instance->identity.id) {
+        notices.push_back(print::json_of(notice));
+      }
+    }
+    if (!notices.empty()) {
+      object["notices"] = std::move(notices);
+    }
+    out.push_back(std::move(object));
   }
   return out;
 }
@@ -60,7 +83,7 @@ int list_services(const LookOptions& options) {
   const bus::Live live = options.look();
   const auto instances = live.instances_of("");
   if (options.json) {
-    print::print_json(json_of(instances));
+    print::print_json(services_json(live));
   } else if (instances.empty()) {
     fmt::print(
         "no service is on fabric '{}', domain {}; check --fabric, --domain and --fabric-config\n",
@@ -68,14 +91,18 @@ int list_services(const LookOptions& options) {
   } else {
     print_services(instances);
   }
+  if (!options.json) {
+    print_notices(live);
+  }
   return base::program::exit_done;
 }
 
 }  // namespace
 
 void add_services(CLI::App& app, Chosen& chosen) {
-  CLI::App& command = add_subcommand(app, "services", "Every instance of every service",
-                                     "millrace services --json");
+  CLI::App& command = add_subcommand(
+      app, "services", "Every instance of every service, and what programs say of themselves",
+      "millrace services --json");
   auto options = std::make_shared<LookOptions>(command);
   command.callback(
       [options, &chosen] { chosen.run = [options] { return list_services(*options); }; });

@@ -11,6 +11,7 @@
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/notice_text.hpp"
 
 namespace millrace::tools::commands::operate {
 
@@ -26,12 +27,16 @@ struct HealthOptions : OperateOptions {
 constexpr int exit_link_down = 3;
 constexpr int exit_held = 4;
 constexpr int exit_unserved = 5;
+constexpr int exit_trouble = 6;
 
 /// Whoever has a loop that may hang: the gateways of a host, in the words of an instance, and its
 /// services.
 struct Programs {
   std::vector<fabric::InstanceIdentity> gateways;
   std::vector<fabric::InstanceIdentity> instances;
+  /// What they say of themselves, and others of the host that have no calls, such as a recorder.
+  /// Whose loop hangs says nothing any more.
+  std::vector<fabric::Notice> notices;
 };
 
 Programs programs_on(const bus::Live& live, const std::string& host) {
@@ -47,6 +52,11 @@ Programs programs_on(const bus::Live& live, const std::string& host) {
   for (const bus::LiveInstance* instance : live.instances_of("")) {
     if (instance->identity.host == host) {
       found.instances.push_back(instance->identity);
+    }
+  }
+  for (const auto& [key, notice] : live.notices()) {
+    if (notice.host == host) {
+      found.notices.push_back(notice);
     }
   }
   return found;
@@ -73,14 +83,24 @@ void show_machines(const HealthOptions& options, const bus::Live& live, const Pr
   }
 }
 
-/// --all: an exit code for the first thing that is wrong with the links of these gateways and the
-/// channels of their machines; says each of them.
-int look_at_machines(const bus::Live& live, const Programs& programs) {
-  int worst = base::program::exit_done;
-  const auto note = [&](int code, const std::string& what) {
-    worst = worst == base::program::exit_done ? code : std::min(worst, code);
+/// --all: says each thing that is wrong, and remembers the exit code of the worst.
+class Wrongs {
+ public:
+  void note(int code, const std::string& what) {
+    worst_ = worst_ == base::program::exit_done ? code : std::min(worst_, code);
+    say(what);
+  }
+  void say(const std::string& what) const {
     fmt::print(stderr, "millrace: {}\n", base::text::safe(what));
-  };
+  }
+  [[nodiscard]] int exit_code() const { return worst_; }
+
+ private:
+  int worst_ = base::program::exit_done;
+};
+
+/// The links of these gateways and the channels of their machines.
+void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& wrongs) {
   std::set<std::string> machines;
   for (const auto& [key, status] : live.machines()) {
     if (std::ranges::find(programs.gateways, key.second, &fabric::InstanceIdentity::id) ==
@@ -93,7 +113,7 @@ int look_at_machines(const bus::Live& live, const Programs& programs) {
       return one.second.machine == status.machine && one.second.connected;
     });
     if (!has_link) {
-      note(exit_link_down, fmt::format("{}: link down: {}", status.machine, status.reason));
+      wrongs.note(exit_link_down, fmt::format("{}: link down: {}", status.machine, status.reason));
     }
   }
   for (const auto& [key, status] : live.channels()) {
@@ -101,13 +121,25 @@ int look_at_machines(const bus::Live& live, const Programs& programs) {
       continue;
     }
     if (status.state == fabric::ChannelState::held) {
-      note(exit_held, fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
+      wrongs.note(exit_held, fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
     } else if (status.state == fabric::ChannelState::unserved) {
-      note(exit_unserved,
-           fmt::format("{}: nobody serves {}: {}", key.to_string(), status.uuid, status.reason));
+      wrongs.note(exit_unserved, fmt::format("{}: nobody serves {}: {}", key.to_string(),
+                                             status.uuid, status.reason));
     }
   }
-  return worst;
+}
+
+/// What the programs of the host say of themselves. A warning is told, and is no failure.
+void look_at_notices(const std::vector<fabric::Notice>& notices, Wrongs& wrongs) {
+  for (const fabric::Notice& notice : notices) {
+    const std::string what =
+        print::what_is_said(notice) + (notice.advice.empty() ? "" : " -> " + notice.advice);
+    if (notice.level == fabric::NoticeLevel::warning) {
+      wrongs.say(what);
+    } else if (notice.level != fabric::NoticeLevel::fine) {
+      wrongs.note(exit_trouble, what);
+    }
+  }
 }
 
 /// Takes the answers of the gateways, which are the first, out of all.
@@ -131,25 +163,37 @@ int check(const HealthOptions& options) {
   show_machines(options, live, programs, machines);
   std::vector<fabric::InstanceIdentity> asked = programs.gateways;
   asked.insert(asked.end(), programs.instances.begin(), programs.instances.end());
-  const bool healthy =
-      !asked.empty() && tell_each(options, fabric::CommandKind::ping, asked, answers);
+  const bool nobody = asked.empty() && programs.notices.empty();
+  const bool healthy = !nobody && tell_each(options, fabric::CommandKind::ping, asked, answers);
   if (options.json) {
     boost::json::array gateways = take_gateways(answers, programs.gateways.size());
+    boost::json::array notices;
+    for (const fabric::Notice& notice : programs.notices) {
+      notices.push_back(print::json_of(notice));
+    }
     print::print_json(boost::json::object{{"healthy", healthy},
                                           {"machines", std::move(machines)},
                                           {"gateways", std::move(gateways)},
-                                          {"instances", std::move(answers)}});
+                                          {"instances", std::move(answers)},
+                                          {"notices", std::move(notices)}});
   }
-  if (asked.empty()) {
+  if (nobody) {
     fmt::print(stderr,
-               "millrace: no gateway and no service of host '{}' is on fabric '{}', domain {}; "
+               "millrace: no gateway, no service and no recorder of host '{}' is on fabric '{}', "
+               "domain {}; "
                "'millrace services' and 'millrace machines' show who is\n",
                options.host, options.fabric.options().fabric, options.fabric.options().domain);
   }
   if (!healthy) {
     return base::program::exit_failed;
   }
-  return options.all ? look_at_machines(live, programs) : base::program::exit_done;
+  if (!options.all) {
+    return base::program::exit_done;
+  }
+  Wrongs wrongs;
+  look_at_machines(live, programs, wrongs);
+  look_at_notices(programs.notices, wrongs);
+  return wrongs.exit_code();
 }
 
 }  // namespace
@@ -164,8 +208,9 @@ void add_health(CLI::App& app, Chosen& chosen) {
                      "The host, as it calls itself; this one unless given");
   command.add_flag(
       "--all", options->all,
-      "Also whether their controllers and channels are well: exit code 3 for a link that "
-      "is down, 4 for a held call, 5 for one that nobody serves");
+      "Also whether their controllers and channels are well, and what programs say of themselves: "
+      "exit code 3 for a link that is down, 4 for a held call, 5 for one that nobody serves, 6 for "
+      "a program that says it has a problem");
   command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
 }
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -13,9 +14,11 @@
 #include <boost/json/object.hpp>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
+#include "fabric/ends/notice_end.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/arguments.hpp"
@@ -23,6 +26,7 @@
 #include "tools/mcap/repair_file.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/missing.hpp"
+#include "tools/recorder/notices.hpp"
 #include "tools/recorder/recorder.hpp"
 #include "tools/recorder/repair.hpp"
 
@@ -129,14 +133,25 @@ void expect_place(const recorder::Options& settings) {
   }
 }
 
+fabric::Notice this_recorder() {
+  return {.key = {.responder = fabric::InstanceId::random()},
+          .program = "millrace record",
+          .host = base::posix::host_name(),
+          .pid = static_cast<std::uint32_t>(::getpid())};
+}
+
 /// Joins observer, recorder, timer and signals in one io_context.
 class RecordRun : public fabric::observer::ObserverListener {
  public:
   RecordRun(fabric::dds::Participant& participant, recorder::Options options)
-      : recorder_(std::move(options)),
+      : condition_{.file = options.file,
+                   .minimum_free = options.minimum_free,
+                   .makes_room = options.keep_size > 0},
+        recorder_(std::move(options)),
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
-        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything) {}
+        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything),
+        notices_(participant, io_.get_executor(), this_recorder()) {}
 
   /// Begins the file; the error is why that is not possible.
   recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
@@ -187,7 +202,9 @@ class RecordRun : public fabric::observer::ObserverListener {
                      file.string());
         }
         say_if_nobody_is_heard();
-        if (recorder_.disk_is_full()) {
+        say_if_it_waits();
+        tell_condition();
+        if (recorder_.disk_is_full() && !recorder_.waits_for_room()) {
           fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
           io_.stop();
         }
@@ -208,6 +225,46 @@ class RecordRun : public fabric::observer::ObserverListener {
     }
   }
 
+  void say_if_it_waits() {
+    if (std::exchange(waited_, recorder_.waits_for_room()) != recorder_.waits_for_room()) {
+      fmt::print(stderr, "millrace: {}\n",
+                 recorder_.waits_for_room()
+                     ? "the disk is nearly full; nothing is recorded until there is room"
+                     : "there is room on the disk again; recording goes on");
+    }
+  }
+
+  /// Tells the fabric how it is, once a second.
+  void tell_condition() {
+    if (Clock::now() < next_word_) {
+      return;
+    }
+    next_word_ = Clock::now() + std::chrono::seconds(1);
+    condition_.writes = recorder_.writes();
+    condition_.waits_for_room = recorder_.waits_for_room();
+    condition_.free = recorder_.free_space();
+    condition_.lost = counts().lost;
+    condition_.missing = recorder_.missing();
+    std::set<std::string> kinds;
+    for (fabric::Notice& notice : recorder::notices_of(condition_)) {
+      kinds.insert(notice.key.kind);
+      note(notices_.raise(std::move(notice)));
+    }
+    for (const std::string& kind : told_) {
+      if (!kinds.contains(kind)) {
+        note(notices_.clear(kind));
+      }
+    }
+    told_ = std::move(kinds);
+  }
+
+  void note(const tl::expected<void, std::string>& told) {
+    if (!told && !std::exchange(said_untold_, true)) {
+      fmt::print(stderr, "millrace: the fabric is not told how the recorder is: {}\n",
+                 told.error());
+    }
+  }
+
   void keep(const recorder::Recorder::Result& result) {
     if (!result && result_) {
       result_ = result;
@@ -217,15 +274,23 @@ class RecordRun : public fabric::observer::ObserverListener {
 
   static constexpr std::chrono::seconds time_to_be_heard{10};
 
+  /// What does not change of it; the rest is as it was told last.
+  recorder::Condition condition_;
   recorder::Recorder recorder_;
   recorder::Recorder::Result result_;
   Clock::time_point begun_ = Clock::now();
   bool looked_for_somebody_ = false;
+  bool waited_ = false;
+  Clock::time_point next_word_{};
+  /// The kinds of what was told.
+  std::set<std::string> told_;
+  bool said_untold_ = false;
   boost::asio::io_context io_{1};
   const base::loop::Watchdog watchdog_{io_.get_executor()};
   boost::asio::steady_timer timer_;
   boost::asio::signal_set signals_;
   fabric::observer::Observer observer_;
+  fabric::ends::NoticeEnd notices_;
 };
 
 /// The files, and with JSON the numbers too.

@@ -18,6 +18,8 @@ void at_endpoints(const Findings& found, Report& report);
 void at_machines(const Findings& found, Report& report);
 /// Channels that wait, and for what.
 void at_channels(const Findings& found, Report& report);
+/// What programs say of themselves.
+void at_notices(const Findings& found, Report& report);
 /// Different versions on one fabric.
 void at_versions(const Findings& found, Report& report);
 /// Do the clocks of the hosts agree?

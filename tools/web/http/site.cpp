@@ -173,6 +173,9 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
   if (what == "services") {
     return json_response(parts_.plant.services(now));
   }
+  if (what == "notices") {
+    return json_response(parts_.plant.notices());
+  }
   if (what == "history") {
     return json_response(parts_.plant.history());
   }

@@ -57,6 +57,10 @@ std::optional<asio::ssl::context> tls_context(const ServerOptions& options) {
         fmt::format("--tls-key {}: {}; expected the key of --tls-cert, in PEM, without a password",
                     options.key, error.message()));
   }
+  if (::SSL_CTX_check_private_key(context->native_handle()) != 1) {
+    throw std::runtime_error(fmt::format("--tls-key {}: it is not the key of --tls-cert {}",
+                                         options.key, options.certificate));
+  }
   return context;
 }
 
@@ -186,6 +190,19 @@ void Server::publish(std::string_view event, std::string_view data) {
 
 std::uint16_t Server::port() const {
   return impl_->port;
+}
+
+tl::expected<std::string, std::string> Server::take_certificate() {
+  if (!impl_->tls) {
+    return "there is no certificate to be read anew: this server does no TLS";
+  }
+  try {
+    // Connections that are there hold on to the one that they have begun with.
+    impl_->tls = tls_context(impl_->options);
+  } catch (const std::runtime_error& error) {
+    return tl::unexpected(std::string(error.what()));
+  }
+  return fmt::format("the certificate {} is used from now on", impl_->options.certificate);
 }
 
 std::optional<fabric::Time> Server::certificate_ends() const {

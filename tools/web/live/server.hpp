@@ -17,6 +17,7 @@
 #include <string_view>
 
 #include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
 
 #include "base/program/log.hpp"
 #include "tools/web/http/site.hpp"
@@ -72,6 +73,9 @@ class Server {
 
   [[nodiscard]] std::uint16_t port() const;
   [[nodiscard]] ServerCounts counts() const;
+  /// Reads certificate and key anew, for connections that come from now on. What was done, in
+  /// words; or why it is not possible, and the ones before stay.
+  tl::expected<std::string, std::string> take_certificate();
   /// When its certificate ends; nothing without TLS.
   [[nodiscard]] std::optional<fabric::Time> certificate_ends() const;
 

@@ -12,6 +12,7 @@
 #include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
 #include "fabric/observer/observer.hpp"
+#include "tools/bus/notice_reader.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/web/gate/gate.hpp"
 #include "tools/web/live/examiner.hpp"
@@ -50,13 +51,16 @@ std::set<std::string> names_of(const WebOptions& options) {
 
 }  // namespace
 
-struct Web::Impl : fabric::observer::ObserverListener {
+struct Web::Impl : fabric::observer::ObserverListener, bus::NoticeListener {
   Impl(WebOptions wanted, base::program::Log destination);
   ~Impl() override;
 
   void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
+  void on_notice(const fabric::Notice& notice) override { plant.add(notice); }
+  void on_notice_gone(const fabric::NoticeKey& key) override { plant.take_back(key); }
   std::optional<gate::Gate> make_gate();
   void run();
+  void await_hangup();
   void schedule_tick();
   void say_goodbye();
   [[nodiscard]] std::string metrics_text() const;
@@ -79,7 +83,9 @@ struct Web::Impl : fabric::observer::ObserverListener {
   const base::loop::Watchdog watchdog{io.get_executor()};
   boost::asio::steady_timer timer{io};
   boost::asio::signal_set signals{io, SIGINT, SIGTERM};
+  boost::asio::signal_set hangup{io, SIGHUP};
   fabric::observer::Observer observer;
+  bus::NoticeReader notices;
 };
 
 Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
@@ -107,7 +113,8 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
             .desk = gate ? &*gate : nullptr,
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),
-      observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
+      observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything),
+      notices(participant, io.get_executor(), *this) {
   server.on_greeting(
       [this] { return event_text("snapshot", boost::json::serialize(plant.snapshot(now()))); });
 }
@@ -156,8 +163,23 @@ Web::Impl::~Impl() {
 
 void Web::Impl::run() {
   signals.async_wait([this](const boost::system::error_code&, int) { say_goodbye(); });
+  await_hangup();
   schedule_tick();
   io.run();
+}
+
+void Web::Impl::await_hangup() {
+  hangup.async_wait([this](const boost::system::error_code& error, int) {
+    if (error) {
+      return;
+    }
+    if (const auto taken = server.take_certificate()) {
+      log->info("{}", *taken);
+    } else {
+      log->error("{}; the one before stays", taken.error());
+    }
+    await_hangup();
+  });
 }
 
 void Web::Impl::schedule_tick() {

@@ -84,6 +84,7 @@ std::string Metrics::text(const plant::Plant& plant, const ProgramFigures& progr
   put_channels(families, plant.live());
   put_links(families, plant.live());
   put_services(families, plant.live());
+  put_notices(families, plant.live());
   return families.text();
 }
 
@@ -165,8 +166,15 @@ void Metrics::put_channels(Families& families, const bus::Live& live) const {
                        status.state == ChannelState::unserved || status.state == ChannelState::held;
     machine.in_flight += works ? 1 : 0;
     machine.waiting += waits ? 1 : 0;
-    // The one sign of it on the fabric (gateway/journal/keeper.cpp).
+    // What it says of a call that waits (gateway/journal/keeper.cpp).
     machine.journal_is_well = machine.journal_is_well && !status.reason.starts_with("the journal");
+  }
+  // And of itself, also where no call waits.
+  for (const auto& [key, status] : live.machines()) {
+    const auto machine = machines.find(status.machine);
+    if (machine != machines.end() && live.notices().contains({status.gateway, "journal", {}})) {
+      machine->second.journal_is_well = false;
+    }
   }
   for (const auto& [name, machine] : machines) {
     in_flight.add({{"machine", name}}, machine.in_flight);
@@ -265,6 +273,26 @@ void Metrics::put_services(Families& families, const bus::Live& live) const {
     draining.add(labels, service.draining);
     running.add(labels, service.running);
     capacity.add(labels, service.capacity);
+  }
+}
+
+void Metrics::put_notices(Families& families, const bus::Live& live) const {
+  Family notices = families.gauge("millrace_notice",
+                                  "1 for what a program says of itself: a problem, a warning, or "
+                                  "that it is there and well.");
+  std::size_t shown = 0;
+  std::set<Labels> told;
+  for (const auto& [key, notice] : live.notices()) {
+    Labels labels{{"program", notice.program},
+                  {"host", notice.host},
+                  {"kind", key.kind},
+                  {"subject", key.subject},
+                  {"level", std::string(name_of(notice.level))}};
+    // Two of one name on one host may say the same.
+    if (shown < most_notices && told.insert(labels).second) {
+      ++shown;
+      notices.add(labels, 1);
+    }
   }
 }
 

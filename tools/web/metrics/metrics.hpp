@@ -49,6 +49,7 @@ class Metrics {
   static constexpr std::size_t most_machines = 200;
   static constexpr std::size_t most_call_series = 2'000;
   static constexpr std::size_t most_channels = 2'000;
+  static constexpr std::size_t most_notices = 200;
 
   Metrics();
 
@@ -66,6 +67,7 @@ class Metrics {
   void put_channels(Families& families, const bus::Live& live) const;
   void put_links(Families& families, const bus::Live& live) const;
   void put_services(Families& families, const bus::Live& live) const;
+  void put_notices(Families& families, const bus::Live& live) const;
   void put_program(Families& families, const ProgramFigures& program) const;
 
   recording::HopStatistics hops_;

@@ -168,8 +168,8 @@ function update() {
   const { model } = app;
   updateConnection();
   // What needs somebody is told wherever the reader is.
-  const { level, counts } = assess(model.plant(), app.now());
-  tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.person + counts.machines);
+  const { level, counts } = assess(model.plant(), app.now(), model.notices);
+  tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.person + counts.machines + counts.programs);
   tabs.get('recordings').link.hidden = !model.about?.recordings;
   updateAccount();
   view?.update();

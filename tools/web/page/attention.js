@@ -9,12 +9,12 @@ const unservedGraceMs = 2000;
 const waitingLookMs = 5000;
 const waitingPersonMs = 60_000;
 
-const rank = { held: 0, gone: 1, 'link down': 2, unserved: 3, stuck: 4, waiting: 5 };
+const rank = { held: 0, gone: 1, 'link down': 2, unserved: 3, trouble: 4, stuck: 5, waiting: 6 };
 
 /** The shape of each state or kind of concern, in shapes.js. */
 export const shapeOf = {
   idle: 'idle', running: 'running', answering: 'answering', waiting: 'waiting', unserved: 'unserved', held: 'held',
-  'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown',
+  'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown', trouble: 'look',
 };
 
 /** What a channel shows: its state, or what is said of it instead. */
@@ -86,13 +86,21 @@ function concernOfMachine(machine) {
   };
 }
 
+/** What a program says of itself, where that is not that it is well. */
+const concernOfNotice = (notice) => ({
+  machine: `${notice.program} @ ${notice.host}`, channels: [], kind: 'trouble', level: notice.level === 'warning' ? 'look' : 'person',
+  since: milliseconds(notice.since), reason: notice.text, todo: notice.advice, key: `${notice.responder} ${notice.kind} ${notice.subject}`,
+});
+
 /**
  * The concerns of the whole plant (Model.plant()), and how many channels each level has. What a whole machine has in
- * common, a link that is down or a gateway that is gone, is one concern with all its channels.
+ * common, a link that is down or a gateway that is gone, is one concern with all its channels. `notices` is what programs
+ * say of themselves.
  */
-export function assess(plant, now) {
-  const concerns = [];
-  const counts = { person: 0, look: 0, machines: 0 };
+export function assess(plant, now, notices = []) {
+  const concerns = notices.filter((notice) => notice.level !== 'fine').map(concernOfNotice);
+  const programs = concerns.filter((concern) => concern.level === 'person').length;
+  const counts = { person: 0, look: 0, machines: 0, programs };
   for (const machine of plant) {
     const alone = concernOfMachine(machine);
     if (alone) {
@@ -127,7 +135,7 @@ export function assess(plant, now) {
 
 /** Stays the same while a concern lasts. */
 export function concernKey(concern) {
-  return [concern.machine, concern.kind, concern.channels[0]?.channel ?? '', concern.channels[0]?.call ?? ''].join('\u0000');
+  return [concern.machine, concern.kind, concern.key ?? concern.channels[0]?.channel ?? '', concern.channels[0]?.call ?? ''].join('\u0000');
 }
 
 /** What it concerns, as it is named everywhere: "cnc/1", or "cnc" for all of a machine. */

@@ -26,6 +26,8 @@ export class Model {
   channels = new Map();
   /** Instances; those that are gone have `goneAt`, in milliseconds. */
   services = new Map();
+  /** What programs say of themselves. */
+  notices = [];
   /**
    * Newest first: calls, and between them what the list lacks: { skipped: number } or { gap: { from, to } }, which are
    * milliseconds.
@@ -153,6 +155,7 @@ export class Model {
   }
 
   #merge(data, browserTime) {
+    this.notices = data.notices ?? this.notices;
     for (const machine of data.machines ?? []) {
       this.machines.set(keyOf(machine.machine, machine.gateway), machine);
     }

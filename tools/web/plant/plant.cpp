@@ -1,6 +1,7 @@
 #include "tools/web/plant/plant.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "tools/print/json.hpp"
 
@@ -38,6 +39,20 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
     add_news(*news);
   }
   return ended;
+}
+
+void Plant::add(const fabric::Notice& notice) {
+  const auto known = live_.notices().find(notice.key);
+  // It is said again and again while it holds.
+  if (known == live_.notices().end() || known->second != notice) {
+    live_.add(notice);
+    notices_changed_ = true;
+  }
+}
+
+void Plant::take_back(const fabric::NoticeKey& key) {
+  live_.take_back(key);
+  notices_changed_ = true;
 }
 
 void Plant::add_news(const recording::InstanceNews& news) {
@@ -162,7 +177,7 @@ std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
   boost::json::array calls = take_calls(skipped);
 
   const bool is_news = !machines.empty() || !channels.empty() || !services.empty() ||
-                       !gone.empty() || !calls.empty();
+                       !gone.empty() || !calls.empty() || notices_changed_;
   if (!is_news && told_ && now.steady - *told_ < heartbeat) {
     return std::nullopt;
   }
@@ -178,6 +193,10 @@ std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
   put("channels", std::move(channels));
   put("services", std::move(services));
   put("calls", std::move(calls));
+  if (std::exchange(notices_changed_, false)) {
+    // All of them: there are few, and who misses one that is taken back would show it for ever.
+    out["notices"] = notices();
+  }
   boost::json::object parted;
   if (!gone.empty()) {
     parted["services"] = std::move(gone);

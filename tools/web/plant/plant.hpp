@@ -52,6 +52,9 @@ class Plant {
 
   /// The call that ends with this entry; valid until the next one.
   const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
+  /// What a program says of itself, and that it does not any more.
+  void add(const fabric::Notice& notice);
+  void take_back(const fabric::NoticeKey& key);
   /// What the bus counted.
   void set_counts(const fabric::observer::Counts& counts) { counts_ = counts; }
 
@@ -63,6 +66,7 @@ class Plant {
   [[nodiscard]] boost::json::array machines() const;
   [[nodiscard]] boost::json::array channels(const fabric::Moment& now) const;
   [[nodiscard]] boost::json::array services(const fabric::Moment& now) const;
+  [[nodiscard]] boost::json::array notices() const;
   /// {calls, kept, oldest}.
   [[nodiscard]] boost::json::object calls(const CallFilter& filter, std::size_t most) const;
   [[nodiscard]] boost::json::object history() const { return history_.json(); }
@@ -84,6 +88,7 @@ class Plant {
   /// It is the machine's former gateway: one that is gone while another one is there.
   [[nodiscard]] bool is_former(const fabric::MachineStatus& status) const;
   [[nodiscard]] std::string_view link_of(const std::string& machine) const;
+  /// What all its instances are called; nothing where they have names of their own.
   [[nodiscard]] std::string name_of_service(const std::string& uuid) const;
   [[nodiscard]] boost::json::object channel_json(const fabric::ChannelStatus& status,
                                                  const fabric::Moment& now) const;
@@ -96,7 +101,7 @@ class Plant {
   bus::Live live_;
   CallBook book_;
   History history_;
-  /// By UUID; also of services that have no instance any more.
+  /// By UUID: what its last instance was called, for services that have none any more.
   std::map<std::string, std::string> service_names_;
   std::map<fabric::ChannelKey, Pace> channel_pace_;
   std::map<fabric::InstanceId, Pace> instance_pace_;
@@ -114,6 +119,7 @@ class Plant {
   std::set<fabric::InstanceId> services_changed_;
   std::set<fabric::InstanceId> services_gone_;
   std::vector<fabric::CallId> calls_ended_;
+  bool notices_changed_ = false;
 
   std::map<fabric::ChannelKey, fabric::SteadyTime> channel_told_;
   std::optional<fabric::SteadyTime> told_;

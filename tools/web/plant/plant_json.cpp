@@ -1,6 +1,7 @@
 // Plant: the objects that a page is told.
 #include "tools/print/call_text.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/notice_text.hpp"
 #include "tools/web/plant/plant.hpp"
 
 namespace millrace::tools::web::plant {
@@ -47,23 +48,37 @@ std::string_view Plant::link_of(const std::string& machine) const {
 }
 
 std::string Plant::name_of_service(const std::string& uuid) const {
-  const auto known = service_names_.find(fabric::canonical_uuid(uuid));
-  return known == service_names_.end() ? std::string() : print::utf8(known->second);
+  const std::string canonical = fabric::canonical_uuid(uuid);
+  const std::string* name = nullptr;
+  for (const auto& [id, instance] : live_.instances()) {
+    if (instance.identity.uuid != canonical) {
+      continue;
+    }
+    if (name != nullptr && *name != instance.identity.name) {
+      return {};
+    }
+    name = &instance.identity.name;
+  }
+  if (name == nullptr) {
+    const auto known = service_names_.find(canonical);
+    name = known == service_names_.end() ? nullptr : &known->second;
+  }
+  return name == nullptr ? std::string() : print::utf8(*name);
 }
 
 boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
                                         const fabric::Moment& now) const {
   boost::json::object out = print::json_of(status);
   out["link"] = link_of(status.key.machine);
-  if (!status.uuid.empty()) {
-    if (std::string name = name_of_service(status.uuid); !name.empty()) {
-      out["service"] = std::move(name);
-    }
-  }
   if (const auto instance = live_.instances().find(status.instance);
       instance != live_.instances().end()) {
     out["name"] = print::utf8(instance->second.identity.name);
     out["host"] = print::utf8(instance->second.identity.host);
+    out["service"] = out["name"];
+  } else if (!status.uuid.empty()) {
+    if (std::string name = name_of_service(status.uuid); !name.empty()) {
+      out["service"] = std::move(name);
+    }
   }
   const auto call = book_.under_way().find(status.key);
   if (call != book_.under_way().end() && call->second.id == status.call && call->second.request) {
@@ -95,7 +110,10 @@ boost::json::object Plant::service_json(const bus::LiveInstance& instance,
 boost::json::object Plant::json_of(const EndedCall& ended) const {
   boost::json::object out = print::json_of(ended.call);
   out["failed"] = ended.failed;
-  if (std::string name = name_of_service(ended.call.uuid); !name.empty()) {
+  // Of the instance that had it, as it was called then, whoever serves the UUID by now.
+  std::string name = ended.call.instance_name.empty() ? name_of_service(ended.call.uuid)
+                                                      : print::utf8(ended.call.instance_name);
+  if (!name.empty()) {
     out["service"] = std::move(name);
   }
   return out;
@@ -158,6 +176,14 @@ boost::json::array Plant::services(const fabric::Moment& now) const {
   return out;
 }
 
+boost::json::array Plant::notices() const {
+  boost::json::array out;
+  for (const auto& [key, notice] : live_.notices()) {
+    out.push_back(print::json_of(notice));
+  }
+  return out;
+}
+
 boost::json::object Plant::calls(const CallFilter& filter, std::size_t most) const {
   boost::json::array list;
   for (const EndedCall* call : book_.list(filter, most)) {
@@ -171,11 +197,9 @@ boost::json::object Plant::calls(const CallFilter& filter, std::size_t most) con
 }
 
 boost::json::object Plant::snapshot(const fabric::Moment& now) const {
-  return {{"about", about(now)},
-          {"machines", machines()},
-          {"channels", channels(now)},
-          {"services", services(now)},
-          {"calls", calls({}, calls_in_snapshot).at("calls")},
+  return {{"about", about(now)},       {"machines", machines()},
+          {"channels", channels(now)}, {"services", services(now)},
+          {"notices", notices()},      {"calls", calls({}, calls_in_snapshot).at("calls")},
           {"totals", totals(now)}};
 }
 

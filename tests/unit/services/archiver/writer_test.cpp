@@ -1,6 +1,7 @@
 #include "services/archiver/writer.hpp"
 
 #include <atomic>
+#include <fstream>
 #include <future>
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -9,6 +10,7 @@
 
 #include "base/program/log.hpp"
 #include "tests/support/await.hpp"
+#include "tests/support/kept_notices.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/archiver/rows.hpp"
 
@@ -27,10 +29,11 @@ class WriterTest : public testing::Test {
   }
 
   tests::TemporaryFolder folder;
+  tests::KeptNotices notices;
 };
 
 TEST_F(WriterTest, TellsTheIdOfAPutOnceItIsWritten) {
-  Writer sut(archive(), base::program::no_log());
+  Writer sut(archive(), base::program::no_log(), notices);
   std::promise<Written> written;
   std::int64_t rows = -1;
   sut.put(put(1), [&](const Written& id) {
@@ -46,7 +49,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
   constexpr std::uint64_t puts = 50;
   std::atomic<std::uint64_t> written = 0;
   {
-    Writer sut(archive(), base::program::no_log());
+    Writer sut(archive(), base::program::no_log(), notices);
     std::vector<std::thread> callers;
     for (std::uint64_t thread = 0; thread < threads; ++thread) {
       callers.emplace_back([&, thread] {
@@ -66,7 +69,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
 }
 
 TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
-  Writer sut(archive(), base::program::no_log());
+  Writer sut(archive(), base::program::no_log(), notices);
   // Stands for any reason not to write.
   SQLite::Database database((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
   database.exec(
@@ -75,12 +78,25 @@ TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
   sut.record(event(1));
   sut.put(put(1), [&](const Written& id) { failed.set_value(id); });
   EXPECT_EQ(failed.get_future().get().error(), "disk full");
+  const auto notice = notices.of("archive");
+  ASSERT_TRUE(notice);
+  EXPECT_EQ(notice->level, fabric::NoticeLevel::problem);
+  EXPECT_THAT(notice->text, testing::EndsWith("archive-000001.db cannot be written: disk full"));
 
   database.exec("DROP TRIGGER full");
   std::promise<Written> written;
   sut.put(put(1), [&](const Written& id) { written.set_value(id); });
   EXPECT_EQ(written.get_future().get(), 1);
   tests::await("the recorded row", [&] { return count("event") > 0; });
+  EXPECT_TRUE(notices.empty());
+}
+
+TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
+  std::ofstream(folder.path() / "archive-000001.db") << "not a database, whatever its name says";
+  Writer sut(Archive(folder.path(), {}, morning), base::program::no_log(), notices);
+  tests::await("word of the file", [&] { return notices.of("foreign_files").has_value(); });
+  EXPECT_THAT(notices.of("foreign_files")->text, testing::HasSubstr("archive-000001.db"));
+  EXPECT_EQ(notices.of("foreign_files")->level, fabric::NoticeLevel::warning);
 }
 
 }  // namespace

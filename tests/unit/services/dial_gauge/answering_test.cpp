@@ -16,6 +16,7 @@ class FakeSource : public Source {
  public:
   explicit FakeSource(tl::expected<Reading, Failure>& next) : next_(next) {}
   tl::expected<Reading, Failure> read(Time /*now*/) override { return next_; }
+  [[nodiscard]] bool has_reading() const override { return next_.has_value(); }
   [[nodiscard]] Condition condition() const override {
     return {.battery_percent = 87, .readings = 5, .failures = 1};
   }
@@ -135,6 +136,26 @@ TEST_F(AnsweringTest, CountsTheGaugesThatDoNotFitTheList) {
 TEST(EmptyDesk, ListsNone) {
   Answering sut({}, {});
   EXPECT_EQ(sut.answer("LIST", Time{}).text, "none");
+}
+
+TEST_F(AnsweringTest, RemembersAGaugeThatAProgramCouldNotReadUntilItCanBeRead) {
+  EXPECT_EQ(sut.answer("READ depth", now).state, 1U);
+  EXPECT_TRUE(sut.failing().empty());
+  next = tl::unexpected(Failure{Fault::no_contact, "the radio is silent"});
+  EXPECT_EQ(sut.answer("READ depth", now).state, state_no_contact);
+  sut.look();
+  ASSERT_TRUE(sut.failing().contains("depth"));
+  EXPECT_EQ(sut.failing().at("depth"), "no radio contact of depth: the radio is silent");
+  next = Reading{.value = 12'345'000, .taken = now};
+  sut.look();
+  EXPECT_TRUE(sut.failing().empty());
+}
+
+TEST_F(AnsweringTest, TakesAValueThatIsOldOrOutOfRangeForNoTroubleOfTheGauge) {
+  EXPECT_EQ(sut.answer("READ depth", now + 3s).state, state_too_old);
+  next = Reading{.value = 21 * nanometres_per_mm, .taken = now};
+  EXPECT_EQ(sut.answer("READ depth", now).state, state_out_of_range);
+  EXPECT_TRUE(sut.failing().empty());
 }
 
 }  // namespace

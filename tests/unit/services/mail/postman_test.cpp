@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "services/mail/answering.hpp"
+#include "tests/support/await.hpp"
+#include "tests/support/kept_notices.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/mail/sample.hpp"
 
@@ -24,6 +26,7 @@ class FakeServer : public Transport {
   Outcome send(const Mail& mail, const Watch& watch) override {
     std::unique_lock lock(lock_);
     ++attempts_;
+    on_attempt(attempts_);
     changed_.notify_all();
     changed_.wait(lock, [&] { return !held_ || watch.cancelled(); });
     Outcome outcome{.verdict = Verdict::accepted, .reply = "250 OK"};
@@ -82,6 +85,8 @@ class FakeServer : public Transport {
   }
 
   std::function<void()> on_handed_over = [] {};
+  /// With the number of the attempt.
+  std::function<void(std::size_t)> on_attempt = [](std::size_t) {};
 
  private:
   std::mutex lock_;
@@ -102,7 +107,7 @@ class MailPostman : public testing::Test {
     Config config = sample_config();
     config.retry = {.first = 1ms, .longest = 4ms};
     config.send_replayed = send_replayed;
-    sut.emplace(config, Spool(spool), server, base::program::no_log());
+    sut.emplace(config, Spool(spool), server, base::program::no_log(), notices);
   }
   /// As the spool has it on the disk, seen by the next process.
   std::optional<Entry> on_disk() {
@@ -122,6 +127,8 @@ class MailPostman : public testing::Test {
   tests::TemporaryFolder folder;
   std::filesystem::path spool = folder.path() / "spool";
   FakeServer server;
+  tests::KeptNotices notices;
+  std::optional<fabric::Notice> seen_while_it_waits;
   std::optional<Postman> sut;
 };
 
@@ -153,6 +160,34 @@ TEST_F(MailPostman, TriesAgainUntilTheMailIsTakenOnce) {
   EXPECT_EQ(server.attempts(), 4U);
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
   EXPECT_EQ(server.taken(), 1U);
+}
+
+TEST_F(MailPostman, SaysThatAMailWaitsAndWhyUntilItIsTaken) {
+  server.will({later});
+  server.on_attempt = [&](std::size_t attempt) {
+    if (attempt == 2) {
+      seen_while_it_waits = notices.of("mail_queue");
+    }
+  };
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 2U);
+  server.await_taken(1);
+  tests::await("an end of the queue", [&] { return notices.empty(); });
+  ASSERT_TRUE(seen_while_it_waits);
+  EXPECT_EQ(seen_while_it_waits->level, fabric::NoticeLevel::warning);
+  EXPECT_THAT(seen_while_it_waits->text, testing::StartsWith("1 mail waits for "));
+  EXPECT_THAT(seen_while_it_waits->text, testing::EndsWith(": 451 busy"));
+}
+
+TEST_F(MailPostman, SaysThatItIsNotLetInUntilItIs) {
+  server.will({{.verdict = Verdict::login, .reply = "535 wrong password"}});
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_no_login);
+  ASSERT_TRUE(notices.of("mail_server"));
+  EXPECT_EQ(notices.of("mail_server")->level, fabric::NoticeLevel::problem);
+  EXPECT_THAT(notices.of("mail_server")->text, testing::EndsWith(": 535 wrong password"));
+  EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+  EXPECT_TRUE(notices.empty());
 }
 
 TEST_F(MailPostman, LetsARepeatWaitForTheAttemptUnderWay) {

@@ -98,5 +98,27 @@ TEST(TheLivePicture, KeepsApartTwoGatewaysOfOneMachine) {
   EXPECT_FALSE(sut.machines().at({"cnc", second}).connected);
 }
 
+TEST(TheLivePicture, HasANoticeUntilItIsTakenBack) {
+  Live sut;
+  fabric::Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full"};
+  EXPECT_TRUE(sut.add(notice));
+  notice.text = "disk gone";
+  EXPECT_FALSE(sut.add(notice));
+  EXPECT_EQ(sut.notices().at(notice.key).text, "disk gone");
+  sut.take_back(notice.key);
+  EXPECT_THAT(sut.notices(), IsEmpty());
+}
+
+TEST(TheLivePicture, KeepsSoManyNoticesWhoeverSaysMore) {
+  Live sut;
+  for (std::size_t i = 0; i < Live::most_notices; ++i) {
+    sut.add(fabric::Notice{.key = {instance(1), "flood", std::to_string(i)}});
+  }
+  EXPECT_FALSE(sut.too_many_notices());
+  EXPECT_FALSE(sut.add(fabric::Notice{.key = {instance(1), "flood", "one more"}}));
+  EXPECT_TRUE(sut.too_many_notices());
+  EXPECT_THAT(sut.notices(), SizeIs(Live::most_notices));
+}
+
 }  // namespace
 }  // namespace millrace::tools::bus

@@ -220,5 +220,39 @@ TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
   EXPECT_THAT(with(60s, 1ms), Contains(is(Severity::problem, "60.0 s ahead", "NTP")));
 }
 
+TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {
+  be_healthy();
+  fabric::Notice notice{.key = {.kind = "recording"},
+                        .level = fabric::NoticeLevel::fine,
+                        .text = "records to run.mcap",
+                        .program = "millrace record",
+                        .host = "vm",
+                        .pid = 17};
+  found.live.add(notice);
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::fine, "millrace record on vm, pid 17: records to run.mcap")));
+  EXPECT_TRUE(is_healthy(sut()));
+  notice.key.kind = "disk";
+  notice.level = fabric::NoticeLevel::warning;
+  notice.text = "the disk is nearly full";
+  notice.advice = "make room";
+  found.live.add(notice);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "the disk is nearly full", "make room")));
+  EXPECT_TRUE(is_healthy(sut()));
+  notice.key.kind = "archive";
+  notice.level = fabric::NoticeLevel::problem;
+  notice.text = "cannot be written: \x1b[2J";
+  found.live.add(notice);
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cannot be written: \\x1b[2J")));
+  EXPECT_FALSE(is_healthy(sut()));
+}
+
+TEST_F(TheDoctor, TakesALevelThatItDoesNotKnowForAProblem) {
+  be_healthy();
+  found.live.add(
+      fabric::Notice{.level = static_cast<fabric::NoticeLevel>(9), .text = "of tomorrow"});
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "of tomorrow")));
+}
+
 }  // namespace
 }  // namespace millrace::tools::doctor

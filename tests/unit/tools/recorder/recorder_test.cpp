@@ -334,6 +334,40 @@ TEST_F(RecorderTest, NoticesADiskThatIsNearlyFull) {
   EXPECT_TRUE(sut.disk_is_full());
 }
 
+TEST_F(RecorderTest, WaitsForRoomWhereItHasManyFilesAndGoesOnWithTheNext) {
+  std::uint64_t left = 1 << 30;
+  Options careful = options();
+  careful.minimum_free = 1 << 20;
+  careful.rotate_time = std::chrono::hours(24);
+  Recorder sut(careful, [&](const std::filesystem::path&) { return left; });
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  left = 1000;
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_TRUE(sut.waits_for_room());
+  EXPECT_EQ(sut.writes(), std::nullopt);
+  EXPECT_EQ(read(folder.path() / "run-0001.mcap").size(), 7U);
+  record(sut, 2, 10);
+  EXPECT_EQ(sut.tally().let_go, 7U);
+  left = 1 << 30;
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_FALSE(sut.waits_for_room());
+  record(sut, 3, 20);
+  ASSERT_TRUE(sut.finish(21, 0, at(10'000)));
+  EXPECT_EQ(read(folder.path() / "run-0002.mcap").size(), 7U);
+}
+
+TEST_F(RecorderTest, BeginsNoFileOfManyOnADiskThatIsFull) {
+  Options careful = options();
+  careful.rotate_time = std::chrono::hours(24);
+  Recorder sut(careful, [](const std::filesystem::path&) { return std::uint64_t{0}; });
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.tick(now));
+  ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST_F(RecorderTest, DoesNotOverwriteARecording) {
   Recorder first(options());
   ASSERT_TRUE(first.start(now));

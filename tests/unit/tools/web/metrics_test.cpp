@@ -137,5 +137,30 @@ TEST_F(TheMetrics, KeepForeignNamesInTheirQuotes) {
   EXPECT_THAT(text(), HasSubstr("machine=\"a\\\"} 1\\nup{x=\\\"ä\""));
 }
 
+TEST_F(TheMetrics, TellWhatProgramsSayOfThemselves) {
+  fabric::Notice notice{.key = {id(0x11), "gauge", "G1"},
+                        .text = "it is silent",
+                        .program = "dial_gauge",
+                        .host = "press"};
+  plant.add(notice);
+  EXPECT_THAT(text(),
+              HasSubstr("millrace_notice{program=\"dial_gauge\",host=\"press\",kind=\"gauge\","
+                        "subject=\"G1\",level=\"problem\"} 1\n"));
+  plant.take_back(notice.key);
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_notice{")));
+}
+
+TEST_F(TheMetrics, TellThatAJournalIsFullAlsoWhereNoCallWaits) {
+  add(Entry{.sample = fabric::MachineStatus{
+                .machine = "cnc", .gateway = id(0x33), .connected = true, .host = "gw"}});
+  add_channel(fabric::ChannelState::idle);
+  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
+  plant.add(
+      fabric::Notice{.key = {id(0x33), "journal", ""}, .text = "the journal cannot be written"});
+  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 0\n"));
+  plant.take_back({id(0x33), "journal", ""});
+  EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
+}
+
 }  // namespace
 }  // namespace millrace::tools::web::metrics

@@ -222,5 +222,47 @@ TEST_F(APlant, KeepsALineOfEachService) {
   EXPECT_EQ(history.at("step_ms"), 5000);
 }
 
+TEST_F(APlant, ShowsOnACallWhatItsInstanceWasCalledThen) {
+  add({instance(Change::ready)});
+  add(one_call(17, 0));
+  Entry renamed = instance(Change::ready, 0x22);
+  std::get<InstanceNews>(renamed.sample).identity.name = "another";
+  add({instance(Change::gone), renamed});
+  EXPECT_EQ(first(sut.snapshot(after(10)), "calls").at("service"), "sq1");
+}
+
+TEST_F(APlant, ShowsTheUuidOfAServiceWhoseInstancesHaveNamesOfTheirOwn) {
+  Entry other = instance(Change::ready, 0x22);
+  std::get<InstanceNews>(other.sample).identity.name = "sq2";
+  Entry waits = channel(fabric::ChannelState::waiting, 1);
+  std::get<fabric::ChannelStatus>(waits.sample).instance = {};
+  add({instance(Change::ready), waits});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
+  add({other});
+  EXPECT_FALSE(first(sut.snapshot(after(0)), "channels").contains("service"));
+  // Who has the call is known.
+  add({channel(fabric::ChannelState::running, 1)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("service"), "sq1");
+}
+
+TEST_F(APlant, TellsAllNoticesWhenOneIsNewOrTakenBackAndOnlyThen) {
+  const fabric::Notice full{
+      .key = {id(0x11), "archive", ""}, .text = "disk full", .program = "archiver"};
+  ASSERT_TRUE(sut.changes(after(0)));
+  sut.add(full);
+  const auto raised = sut.changes(after(250));
+  ASSERT_TRUE(raised);
+  EXPECT_EQ(first(*raised, "notices").at("text"), "disk full");
+  EXPECT_EQ(first(*raised, "notices").at("level"), "problem");
+  EXPECT_EQ(first(sut.snapshot(after(250)), "notices").at("program"), "archiver");
+  // It is said again and again.
+  sut.add(full);
+  EXPECT_FALSE(sut.changes(after(500)));
+  sut.take_back(full.key);
+  const auto over = sut.changes(after(750));
+  ASSERT_TRUE(over);
+  EXPECT_THAT(over->at("notices").as_array(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace millrace::tools::web::plant

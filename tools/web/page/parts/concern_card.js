@@ -55,7 +55,7 @@ export function concernCard(app) {
       setText(lasting, known ? age(now - concern.since) : '');
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
       const channel = concern.channels.length === 1 ? concern.channels[0] : {};
-      const fresh = JSON.stringify([concern.kind, concern.reason, channel.call, channel.attempt, channel.service, channel.uuid,
+      const fresh = JSON.stringify([concern.kind, concern.reason, concern.todo, channel.call, channel.attempt, channel.service, channel.uuid,
         channel.request, channel.name, channel.host, app.session.describe()]);
       if (fresh !== shown) {
         shown = fresh;
@@ -76,7 +76,7 @@ function bodyOf(app, concern, channel) {
       concern.reason && said(concern.reason, { lang: 'en', class: 'said reason' })),
     advice && element('div', { class: 'concern-todo' },
       element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
-      element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo), advice.todo),
+      element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo), concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : advice.todo),
       buttons.length > 0 && element('div', { class: 'buttons' }, buttons),
       commands.length > 0 && element('div', { class: 'at-terminal' }, element('span', { class: 'label' }, words.command),
         commands.map((command) => element('code', {}, command)))),

@@ -23,6 +23,7 @@ export default {
     'link down': 'Verbindung weg',
     gone: 'Gateway weg',
     stuck: 'läuft zu lange',
+    trouble: 'hat ein Problem',
     unknown: 'unbekannt',
   },
 
@@ -44,6 +45,8 @@ export default {
     well: 'Alles in Ordnung',
     needs: (n) => (n === 1 ? '1 Kanal braucht jemanden' : `${n} Kanäle brauchen jemanden`),
     needsMachines: (n) => (n === 1 ? '1 Maschine braucht jemanden' : `${n} Maschinen brauchen jemanden`),
+    needsPrograms: (n) => (n === 1 ? '1 Programm braucht jemanden' : `${n} Programme brauchen jemanden`),
+    warns: 'Ein Programm hat etwas zu melden',
     look: (n) => (n === 1 ? '1 Kanal ist einen Blick wert' : `${n} Kanäle sind einen Blick wert`),
     unknown: 'Der Zustand ist nicht bekannt',
     longest: (age) => `seit ${age}`,
@@ -95,6 +98,11 @@ export default {
       means: 'Eine Instanz hat den Aufruf, länger als die Regel des Gateways erlaubt.',
       todo: 'Die Instanz und ihr Protokoll ansehen; die Ansicht „Dienste“ zeigt ihre Last. Wer bedient, darf den Aufruf beantworten oder wiederholen.',
       who: 'Wer die Dienste betreibt',
+    },
+    trouble: {
+      means: 'Ein Programm meldet, dass es nicht alles tut, was es soll, oder dass etwas nicht stimmt.',
+      todo: 'In sein Log sehen.',
+      who: 'Wer dieses Programm betreibt',
     },
     held: {
       means: 'Der Aufruf darf nicht zweimal laufen, und niemand weiß, ob er gelaufen ist.',

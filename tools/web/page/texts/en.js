@@ -24,6 +24,7 @@ export default {
     'link down': 'link down',
     gone: 'gateway gone',
     stuck: 'running too long',
+    trouble: 'has a trouble',
     unknown: 'unknown',
   },
 
@@ -45,6 +46,8 @@ export default {
     well: 'All is well',
     needs: (n) => (n === 1 ? '1 channel needs somebody' : `${n} channels need somebody`),
     needsMachines: (n) => (n === 1 ? '1 machine needs somebody' : `${n} machines need somebody`),
+    needsPrograms: (n) => (n === 1 ? '1 program needs somebody' : `${n} programs need somebody`),
+    warns: 'A program says something of itself',
     look: (n) => (n === 1 ? '1 channel is worth a look' : `${n} channels are worth a look`),
     unknown: 'The state is not known',
     longest: (age) => `for ${age}`,
@@ -97,6 +100,11 @@ export default {
       means: 'An instance has the call, longer than the gateway’s policy allows.',
       todo: 'Look at the instance and its log; the view “Services” shows its load. An operator may answer or retry the call.',
       who: 'Whoever runs the services',
+    },
+    trouble: {
+      means: 'A program says that it does not do all of its work, or that something is not as it should be.',
+      todo: 'Look at its log.',
+      who: 'Whoever runs this program',
     },
     held: {
       means: 'The call must not run twice, and nobody knows whether it has run.',

@@ -53,7 +53,11 @@ function titleOf(model, assessment, isEmpty) {
   if (counts.person > 0) {
     return words.plant.needs(counts.person);
   }
-  return counts.machines > 0 ? words.plant.needsMachines(counts.machines) : words.plant.look(counts.look);
+  if (counts.machines > 0) {
+    return words.plant.needsMachines(counts.machines);
+  }
+  return counts.programs > 0 ? words.plant.needsPrograms(counts.programs)
+    : counts.look > 0 ? words.plant.look(counts.look) : words.plant.warns;
 }
 
 export function plantView(app) {
@@ -75,7 +79,7 @@ export function plantView(app) {
       const { model } = app;
       const now = app.now();
       const plant = model.plant();
-      const assessment = assess(plant, now);
+      const assessment = assess(plant, now, model.notices);
       const { concerns } = assessment;
       const isKnown = model.about !== null && !model.isLost;
       const times = concerns.map((concern) => concern.since).filter(Number.isFinite);

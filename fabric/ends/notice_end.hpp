@@ -1,0 +1,49 @@
+// The end of a program that says something of itself: troubles that it has, and that they are over.
+//
+//   NoticeEnd notices(participant, io.get_executor(),
+//                     {.key = {.responder = id}, .program = "millrace record", .host = "vm", .pid =
+//                     17});
+//   notices.raise({.key = {.kind = "recording"}, .level = NoticeLevel::fine, .text = "records to
+//   run.mcap"}); notices.clear("recording");
+//
+// It announces no writer before there is something to say, so a program that is well costs the
+// fabric nothing.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+#include <tl/expected.hpp>
+
+#include "fabric/dds/participant.hpp"
+#include "fabric/notice_board.hpp"
+
+namespace millrace::fabric::ends {
+
+/// Use and end it on the executor.
+class NoticeEnd {
+ public:
+  /// A program that is silent for so long has no notices any more: it is gone, or its loop hangs.
+  static constexpr std::chrono::milliseconds lease{5000};
+  /// Each notice is said so often in the lease, so that who took it for gone hears it again.
+  static constexpr int repeats_per_lease = 4;
+
+  /// `who` has responder, program, host and process. `participant` outlives it.
+  NoticeEnd(const dds::Participant& participant, boost::asio::any_io_executor executor, Notice who);
+  /// Takes back what it has said.
+  ~NoticeEnd();
+  NoticeEnd(const NoticeEnd&) = delete;
+  NoticeEnd& operator=(const NoticeEnd&) = delete;
+
+  /// Says it, if it is new. The error says why nobody is told; it is tried again with the next one.
+  tl::expected<void, std::string> raise(Notice notice);
+  tl::expected<void, std::string> clear(const std::string& kind, const std::string& subject = {});
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::ends

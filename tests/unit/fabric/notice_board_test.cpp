@@ -1,0 +1,116 @@
+#include "fabric/notice_board.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::fabric {
+namespace {
+
+using std::chrono_literals::operator""s;
+using testing::EndsWith;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+const Notice archiver{
+    .key = {.responder = {.bytes = {7}}}, .program = "archiver", .host = "press-pc", .pid = 17};
+const Time noon{std::chrono::hours(12)};
+
+Notice disk_full(const std::string& subject = {}) {
+  return {
+      .key = {.kind = "archive", .subject = subject}, .text = "disk full", .advice = "make room"};
+}
+
+TEST(ANoticeBoard, TellsANewNoticeOnceAndWhoSaysIt) {
+  NoticeBoard sut(archiver);
+  sut.raise(disk_full(), noon);
+  const auto changes = sut.changes();
+  ASSERT_THAT(changes.to_tell, SizeIs(1));
+  const Notice& told = changes.to_tell.front();
+  EXPECT_EQ(told.key, (NoticeKey{archiver.key.responder, "archive", ""}));
+  EXPECT_EQ(told.program, "archiver");
+  EXPECT_EQ(told.host, "press-pc");
+  EXPECT_EQ(told.pid, 17U);
+  EXPECT_EQ(told.since, noon);
+  EXPECT_EQ(told.text, "disk full");
+  sut.raise(disk_full(), noon + 1s);
+  EXPECT_THAT(sut.changes().to_tell, IsEmpty());
+}
+
+TEST(ANoticeBoard, KeepsSinceWhenItIsSoWhateverItSaysNow) {
+  NoticeBoard sut(archiver);
+  sut.raise(disk_full(), noon);
+  static_cast<void>(sut.changes());
+  Notice worse = disk_full();
+  worse.text = "disk gone";
+  sut.raise(worse, noon + 60s);
+  const auto changes = sut.changes();
+  ASSERT_THAT(changes.to_tell, SizeIs(1));
+  EXPECT_EQ(changes.to_tell.front().text, "disk gone");
+  EXPECT_EQ(changes.to_tell.front().since, noon);
+}
+
+TEST(ANoticeBoard, TakesBackWhatIsOverAndOnlyThat) {
+  NoticeBoard sut(archiver);
+  sut.raise(disk_full("a"), noon);
+  sut.raise(disk_full("b"), noon);
+  static_cast<void>(sut.changes());
+  sut.clear("archive", "a");
+  sut.clear("archive", "never raised");
+  const auto changes = sut.changes();
+  EXPECT_THAT(changes.to_tell, IsEmpty());
+  ASSERT_THAT(changes.to_take_back, SizeIs(1));
+  EXPECT_EQ(changes.to_take_back.front().key.subject, "a");
+  EXPECT_THAT(sut.told(), SizeIs(1));
+}
+
+TEST(ANoticeBoard, SaysNothingOfWhatWasOverBeforeItWasTold) {
+  NoticeBoard sut(archiver);
+  sut.raise(disk_full(), noon);
+  sut.clear("archive");
+  EXPECT_THAT(sut.changes().to_tell, IsEmpty());
+  EXPECT_TRUE(sut.empty());
+}
+
+TEST(ANoticeBoard, TellsTheWorstOfManyAndCountsTheRest) {
+  NoticeBoard sut(archiver);
+  for (int i = 0; i < 100; ++i) {
+    Notice notice = disk_full(std::to_string(i));
+    notice.level = i == 99 ? NoticeLevel::problem : NoticeLevel::warning;
+    sut.raise(notice, noon);
+  }
+  static_cast<void>(sut.changes());
+  EXPECT_THAT(sut.told(), SizeIs(NoticeBoard::most));
+  EXPECT_TRUE(sut.told().contains({archiver.key.responder, "archive", "99"}));
+  const Notice& rest = sut.told().at({archiver.key.responder, "more", ""});
+  EXPECT_EQ(rest.text, "69 more, not told one by one");
+  EXPECT_EQ(rest.level, NoticeLevel::warning);
+  for (int i = 0; i < 90; ++i) {
+    sut.clear("archive", std::to_string(i));
+  }
+  static_cast<void>(sut.changes());
+  EXPECT_THAT(sut.told(), SizeIs(10));
+}
+
+TEST(ANoticeBoard, ShortensWhatDoesNotFitWhereEverybodySeesIt) {
+  NoticeBoard sut(archiver);
+  Notice wordy = disk_full();
+  wordy.text.clear();
+  for (int i = 0; i < 200; ++i) {
+    wordy.text += "ü";
+  }
+  wordy.advice = std::string("a\0b", 3);
+  sut.raise(wordy, noon);
+  const Notice told = sut.changes().to_tell.at(0);
+  EXPECT_LE(told.text.size(), 255U);
+  EXPECT_THAT(told.text, EndsWith("üü …"));
+  EXPECT_EQ(told.advice, "a b");
+}
+
+TEST(ALongText, IsCutBetweenCharactersAndNeverInSilence) {
+  EXPECT_EQ(shortened("abc", 3), "abc");
+  EXPECT_EQ(shortened("abcdefgh", 7), "abc …");
+  EXPECT_EQ(shortened("aüüüü", 8), "aü …");
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,57 @@
+#include "tools/bus/notice_reader.hpp"
+
+#include <optional>
+
+#include "fabric/dds/post_once.hpp"
+#include "fabric/wire/notice_codec.hpp"
+#include "fabric/wire/reader.hpp"
+
+namespace millrace::tools::bus {
+
+namespace wire = fabric::wire;
+
+struct NoticeReader::Impl : std::enable_shared_from_this<Impl> {
+  explicit Impl(NoticeListener& own_listener) : listener(own_listener) {}
+
+  void open(const fabric::dds::Participant& participant,
+            const boost::asio::any_io_executor& executor) {
+    post.emplace(executor, weak_from_this(), [this] { take(); });
+    const fabric::dds::Listener on_data(dds_create_listener(nullptr));
+    post->listen_for_data(on_data.get());
+    reader.emplace(participant, participant.options().fabric, wire::Keep::last,
+                   wire::EndpointOptions{.listener = on_data.get()});
+  }
+
+  void take() {
+    while (reader) {
+      const auto batch = reader->take();
+      if (batch.empty()) {
+        return;
+      }
+      for (const wire::Taken<fabric::Notice>& taken : batch) {
+        if (taken.presence != wire::Presence::alive) {
+          listener.on_notice_gone(taken.value.key);
+        } else if (taken.valid) {
+          listener.on_notice(taken.value);
+        }
+      }
+    }
+  }
+
+  NoticeListener& listener;
+  // Before the reader that wakes it.
+  std::optional<fabric::dds::PostOnce> post;
+  std::optional<wire::Reader<fabric::Notice>> reader;
+};
+
+NoticeReader::NoticeReader(const fabric::dds::Participant& participant,
+                           boost::asio::any_io_executor executor, NoticeListener& listener)
+    : impl_(std::make_shared<Impl>(listener)) {
+  impl_->open(participant, executor);
+}
+
+NoticeReader::~NoticeReader() {
+  impl_->reader.reset();
+}
+
+}  // namespace millrace::tools::bus
