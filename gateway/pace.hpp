@@ -1,9 +1,20 @@
-// How often the gateway looks at a channel.
+// How the gateway learns that something has changed in a channel: it looks, or it is told.
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 
 namespace millrace::gateway {
+
+/// Whether a controller is asked to tell of changes (ADS device notifications).
+enum class WatchMode : std::uint8_t {
+  /// Asked; looked at as if it had not been where it refuses, or does not keep its word.
+  automatic,
+  /// The same, but asked again and again, once a minute in the end, and said as a warning.
+  notify,
+  /// Never asked.
+  poll,
+};
 
 /// How often a channel is looked at. The defaults cost a controller 100 short reads a second for
 /// each idle channel, and 100 requests a second for all of them if it knows sums.
@@ -12,6 +23,8 @@ struct Pace {
   std::chrono::milliseconds active{2};
   std::chrono::milliseconds active_for{1000};
   std::chrono::milliseconds idle{10};
+  /// While the controller tells of changes: ADS promises no delivery.
+  std::chrono::milliseconds safety{500};
   /// How often a pending request is read whole, to see texts change under the same state.
   std::chrono::milliseconds whole{500};
   /// After the controller refused something or did not answer in time.

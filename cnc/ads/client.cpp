@@ -2,11 +2,16 @@
 
 #include <utility>
 
+#include <boost/asio/co_spawn.hpp>
+
+#include "base/program/barrier.hpp"
 #include "cnc/ads/dial.hpp"
 #include "cnc/ads/link_words.hpp"
+#include "cnc/ads/notification_answer.hpp"
 #include "cnc/ads/request.hpp"
 #include "cnc/ads/requester.hpp"
 #include "cnc/ads/response.hpp"
+#include "cnc/ads/symbols.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -29,15 +34,29 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   // A request whose answer brings data.
   static asio::awaitable<Result<Bytes>> fetch(Self self, std::uint16_t port, Command command,
                                               Bytes payload, std::uint32_t asked);
+  using Handles = std::vector<std::uint32_t>;
+  static asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
+      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told);
+  static asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> add_in_a_sum(
+      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted);
+  static asio::awaitable<std::vector<Result<std::uint32_t>>> add_singly(
+      Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted);
+  static asio::awaitable<void> unsubscribe(Self self, std::uint16_t port, Handles handles);
+  static asio::awaitable<void> delete_notifications(Self self, std::uint16_t port, Handles handles);
+  void leave(const Belongings& belongings);
+  void receive_notification(const Packet& packet);
   void watch_link();
   void close();
 
   ClientOptions options;
   std::shared_ptr<Requester> requester;
+  NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
   // Counts the calls of close(), so that a connect() notices one that came while it waited.
   std::size_t closed = 0;
+  // Notifications were added in a sum.
+  bool sums = false;
   bool connecting = false;
   bool up = false;
 };
@@ -119,14 +138,159 @@ asio::awaitable<Result<Bytes>> Client::Impl::fetch(Self self, std::uint16_t port
   co_return data.map([](BytesView view) { return Bytes(view.begin(), view.end()); });
 }
 
+asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
+    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told) {
+  self->inbox.expect();
+  const auto closed = self->closed;
+  auto answers = co_await add_in_a_sum(self, port, wanted);
+  self->sums = answers.has_value();
+  const bool no_sums =
+      !answers && (is_refusal(answers.error()) || answers.error() == ErrorCode::protocol_error);
+  if (no_sums) {
+    answers = co_await add_singly(self, port, wanted);
+  }
+  Handles handles;
+  for (std::size_t i = 0; i < wanted.size() && answers; ++i) {
+    handles.push_back((*answers)[i].value_or(0));
+  }
+  if (!self->up || self->closed != closed) {
+    handles.clear();  // of a link that is gone
+  }
+  self->inbox.add(port, handles, told);
+  if (!answers) {
+    co_return std::vector<Result<std::uint32_t>>(wanted.size(),
+                                                 tl::make_unexpected(answers.error()));
+  }
+  co_return std::move(*answers);
+}
+
+asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> Client::Impl::add_in_a_sum(
+    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted) {
+  const auto count = static_cast<std::uint32_t>(wanted.size());
+  const std::uint32_t length = count * 2 * sizeof(std::uint32_t);
+  const Bytes items = encode(wanted);
+  Bytes payload = encode(ReadWriteRequest{{sum::add_notifications, count}, length, items});
+  const auto answer = co_await fetch(self, port, Command::read_write, std::move(payload), length);
+  co_return answer.and_then([count](const Bytes& bytes) { return decode_handles(bytes, count); });
+}
+
+asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::add_singly(
+    Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted) {
+  std::vector<Result<std::uint32_t>> answers;
+  for (const AddNotificationRequest& one : wanted) {
+    Bytes payload = encode(one);
+    auto handle = co_await ask<std::uint32_t>(self, port, Command::add_notification,
+                                              std::move(payload), &decode_handle);
+    answers.push_back(handle);
+    const bool for_all =
+        !handle && (handle.error() == ErrorCode::service_not_supported ||
+                    handle.error() == ErrorCode::no_more_handles || !is_refusal(handle.error()));
+    if (for_all) {
+      answers.resize(wanted.size(), handle);
+      break;
+    }
+  }
+  co_return answers;
+}
+
+asio::awaitable<void> Client::Impl::unsubscribe(Self self, std::uint16_t port, Handles handles) {
+  self->inbox.remove(port, handles);
+  co_await delete_notifications(self, port, std::move(handles));
+}
+
+asio::awaitable<void> Client::Impl::delete_notifications(Self self, std::uint16_t port,
+                                                         Handles handles) {
+  const auto count = static_cast<std::uint32_t>(handles.size());
+  const std::uint32_t length = count * sizeof(std::uint32_t);
+  ByteWriter numbers;
+  for (const std::uint32_t handle : handles) {
+    numbers.u32(handle);
+  }
+  const Bytes items = numbers.take();
+  Bytes payload = encode(ReadWriteRequest{{sum::delete_notifications, count}, length, items});
+  const auto together = co_await fetch(self, port, Command::read_write, std::move(payload), length);
+  if (together || !is_refusal(together.error())) {
+    co_return;
+  }
+  for (const std::uint32_t handle : handles) {
+    const DeleteNotificationRequest request{handle};
+    Bytes one = encode(request);
+    const auto deleted = co_await ask<void>(self, port, Command::delete_notification,
+                                            std::move(one), &decode_result);
+    if (!deleted && !is_refusal(deleted.error())) {
+      co_return;
+    }
+  }
+}
+
+void Client::Impl::leave(const Belongings& belongings) {
+  const auto count = [](const Handles& handles) {
+    return static_cast<std::uint32_t>(handles.size());
+  };
+  const auto in = [](const Handles& handles) {
+    ByteWriter out;
+    for (const std::uint32_t handle : handles) {
+      out.u32(handle);
+    }
+    return out.take();
+  };
+  std::vector<Requester::Farewell> farewells;
+  const auto add = [&](Command command, Bytes payload) {
+    farewells.push_back({belongings.port, command, std::move(payload)});
+  };
+  constexpr std::uint32_t size = sizeof(std::uint32_t);
+  // If it is not up there is nobody to give anything back to.
+  if (up && sums) {
+    const Bytes notifications = in(belongings.notifications);
+    add(Command::read_write,
+        encode(ReadWriteRequest{{sum::delete_notifications, count(belongings.notifications)},
+                                count(belongings.notifications) * size,
+                                notifications}));
+  } else if (up) {
+    for (const std::uint32_t handle : belongings.notifications) {
+      add(Command::delete_notification, encode(DeleteNotificationRequest{handle}));
+    }
+  }
+  // One by one: who grants notifications in a sum may know no other sums.
+  for (std::size_t i = 0; up && i < belongings.symbols.size(); ++i) {
+    const Bytes data = in({belongings.symbols[i]});
+    add(Command::write, encode(WriteRequest{{symbol::release_handle, 0}, data}));
+  }
+  ++closed;
+  up = false;
+  inbox.clear();
+  requester->leave(farewells);
+}
+
+void Client::Impl::receive_notification(const Packet& packet) {
+  const auto stamps = decode_notification(packet.data);
+  if (!stamps || !up) {
+    return;  // what does not add up says nothing; the next sample does
+  }
+  const auto self = shared_from_this();
+  inbox.receive(packet.header.source.port, *stamps);
+  // Of an earlier connection, or of somebody with our address: they would come for ever.
+  for (const NotificationInbox::Handle& stranger : inbox.take_strangers()) {
+    Handles one(1, stranger.number);
+    asio::co_spawn(requester->executor(), delete_notifications(self, stranger.port, std::move(one)),
+                   base::program::rethrow_from_loop);
+  }
+}
+
 void Client::Impl::watch_link() {
   last_end = {};
+  requester->on_notification([weak = weak_from_this()](const Packet& packet) {
+    if (const auto self = weak.lock()) {
+      self->receive_notification(packet);
+    }
+  });
   requester->on_end([weak = weak_from_this()](const LinkEnd& end) {
     const auto self = weak.lock();
     if (!self) {
       return;
     }
     self->last_end = end;
+    self->inbox.clear();
     const bool was_up = std::exchange(self->up, false);
     if (was_up && self->on_down) {
       self->on_down(explain_end(self->options, end));
@@ -137,6 +301,7 @@ void Client::Impl::watch_link() {
 void Client::Impl::close() {
   ++closed;
   up = false;
+  inbox.clear();
   requester->close();
 }
 
@@ -173,8 +338,21 @@ asio::awaitable<Result<Bytes>> Client::read_write(std::uint16_t port, Index inde
                      encode(ReadWriteRequest{index, read_length, data}), read_length);
 }
 
+asio::awaitable<std::vector<Result<std::uint32_t>>> Client::subscribe(
+    std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told) {
+  return Impl::subscribe(impl_, port, std::move(wanted), std::move(told));
+}
+
+asio::awaitable<void> Client::unsubscribe(std::uint16_t port, std::vector<std::uint32_t> handles) {
+  return Impl::unsubscribe(impl_, port, std::move(handles));
+}
+
 bool Client::up() const {
   return impl_->up;
+}
+
+void Client::leave(const Belongings& belongings) {
+  impl_->leave(belongings);
 }
 
 void Client::on_down(std::function<void(const LinkError&)> handler) {

@@ -14,11 +14,14 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
 
 #include "cnc/ads/exchange.hpp"
+#include "cnc/ads/notification_inbox.hpp"
+#include "cnc/ads/request.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -77,6 +80,28 @@ class Client {
   boost::asio::awaitable<Result<void>> write(std::uint16_t port, Index index, Bytes data);
   boost::asio::awaitable<Result<Bytes>> read_write(std::uint16_t port, Index index,
                                                    std::uint32_t read_length, Bytes data);
+
+  /// Asks to be told of values as they change: all in one sum (0xF085) where the controller grants
+  /// that, otherwise one by one, until one is refused for good. The answer to each, its handle, in
+  /// their order; those behind a refusal of the service itself share it. `told` may be called
+  /// before this returns, and not after unsubscribe() or the end of the link. ADS promises no
+  /// delivery.
+  boost::asio::awaitable<std::vector<Result<std::uint32_t>>> subscribe(
+      std::uint16_t port, std::vector<AddNotificationRequest> wanted, Told told);
+  /// Deletes them at the controller, as far as the link lasts; at once nothing more is told of
+  /// them.
+  boost::asio::awaitable<void> unsubscribe(std::uint16_t port, std::vector<std::uint32_t> handles);
+
+  /// What a client has at a controller that would stay there when its connection is gone, as it
+  /// does with a TwinCAT router (inferred from reports).
+  struct Belongings {
+    std::uint16_t port = 0;
+    /// Handles of notifications, and of symbols.
+    std::vector<std::uint32_t> notifications{};
+    std::vector<std::uint32_t> symbols{};
+  };
+  /// close(), after having given that back, without waiting for an answer.
+  void leave(const Belongings& belongings);
 
   using Counters = ClientCounters;
   [[nodiscard]] const Counters& counters() const;

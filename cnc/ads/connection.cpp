@@ -5,6 +5,7 @@
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
@@ -78,7 +79,9 @@ asio::awaitable<void> Connection::send_when_due(std::shared_ptr<Connection> self
       co_return;  // the server may be gone, its device and its options with it
     }
     const auto time = now();
-    self->send(self->session_.poll(time), time);
+    if (!self->line_is_full()) {
+      self->send(self->session_.poll(time), time);
+    }
     self->outbox_.push(self->faulty_line_.take(time.steady));
   }
 }
@@ -131,6 +134,10 @@ asio::awaitable<void> Connection::receive() {
     last_received_ = Clock::now();
     reader_.feed(BytesView(chunk).first(size));
     co_await react_to_frames();
+    if (session_.over()) {
+      log_->debug("{}: connection closed: its port was given back", peer_);
+      co_return;
+    }
   }
 }
 
@@ -149,11 +156,36 @@ asio::awaitable<void> Connection::react_to_frames() {
       co_return;
     }
     send(std::move(*reaction), time);
+    while (session_.working() && !outbox_.stopped()) {
+      co_await asio::post(socket_.get_executor(), asio::use_awaitable);
+      if (outbox_.stopped()) {
+        co_return;  // the device may be gone
+      }
+      auto answer = session_.go_on();
+      send(std::move(answer), now());
+    }
     if (next_due() < due_.expiry()) {
       due_.cancel();
     }
-    co_await outbox_.room();
+    if (session_.over()) {
+      co_await outbox_.drained();
+      co_return;
+    }
+    co_await room();
   }
+}
+
+asio::awaitable<void> Connection::room() {
+  co_await outbox_.room();
+  asio::steady_timer delayed(socket_.get_executor());
+  while (line_is_full() && !outbox_.stopped()) {
+    delayed.expires_at(*faulty_line_.next_due());
+    co_await delayed.async_wait(quietly);
+  }
+}
+
+bool Connection::line_is_full() const {
+  return faulty_line_.size() > options_.max_output;
 }
 
 void Connection::send(Bytes frames, Moment time) {
@@ -171,7 +203,8 @@ void Connection::send(Bytes frames, Moment time) {
 }
 
 Subscriptions::Time Connection::next_due() const {
-  const auto notification = session_.next_due().value_or(Clock::time_point::max());
+  const auto notification = line_is_full() ? Clock::time_point::max()
+                                           : session_.next_due().value_or(Clock::time_point::max());
   const auto answer = faulty_line_.next_due().value_or(Clock::time_point::max());
   return std::min(notification, answer);
 }

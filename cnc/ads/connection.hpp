@@ -38,6 +38,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   boost::asio::awaitable<void> receive();
   boost::asio::awaitable<void> react_to_frames();
   void send(Bytes frames, Moment now);
+  /// Until the peer has taken enough of what it has asked for.
+  boost::asio::awaitable<void> room();
+  /// Answers that are late on purpose fill as much memory as they may.
+  [[nodiscard]] bool line_is_full() const;
   [[nodiscard]] Subscriptions::Time next_due() const;
   /// When the last byte went over it, either way.
   [[nodiscard]] Subscriptions::Time last_moved() const;

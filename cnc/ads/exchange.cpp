@@ -35,6 +35,13 @@ Exchange::Id Exchange::begin(std::uint16_t port, Command command, BytesView payl
   return id;
 }
 
+void Exchange::send(std::uint16_t port, Command command, BytesView payload) {
+  const Header header{{target_, port},    source_,         command,
+                      flags::ads_command, ErrorCode::none, next_id_++};
+  output_.bytes(encode_packet(header, payload));
+  ++counters_.requests;
+}
+
 void Exchange::time_out(Id id) {
   ++counters_.timeouts;
   ++silent_timeouts_;
@@ -74,6 +81,17 @@ std::optional<Exchange::Completion> Exchange::receive(const Packet& packet) {
     return Completion{header.invoke_id, tl::make_unexpected(header.error)};
   }
   return Completion{header.invoke_id, Bytes(packet.data.begin(), packet.data.end())};
+}
+
+bool Exchange::notifies(const Packet& packet) {
+  const auto& header = packet.header;
+  if (header.command != Command::notification || header.is_response() ||
+      header.source.net_id != target_ || header.target != source_) {
+    return false;
+  }
+  silent_timeouts_ = 0;
+  ++counters_.notifications;
+  return true;
 }
 
 std::vector<Exchange::Id> Exchange::lose_link() {

@@ -26,8 +26,10 @@ struct ClientCounters {
   std::uint64_t timeouts = 0;
   /// Responses nobody waited for any more.
   std::uint64_t late = 0;
-  /// Frames addressed to someone else, mirrored frames, router notes, notifications.
+  /// Frames addressed to someone else, mirrored frames, router notes, what nobody asked to be told.
   std::uint64_t foreign = 0;
+  /// Frames of device notifications, however many samples are in them.
+  std::uint64_t notifications = 0;
   /// Requests that were answered, also with an error, and how long that took all in all.
   std::uint64_t answered = 0;
   std::chrono::nanoseconds waited{};
@@ -51,6 +53,8 @@ class Exchange {
   /// A request to an AMS port of the target. It goes out with take_output(), now or once there is
   /// room in the window.
   Id begin(std::uint16_t port, Command command, BytesView payload);
+  /// A request that goes out at once and whose answer nobody waits for.
+  void send(std::uint16_t port, Command command, BytesView payload);
   /// The answer did not come in time; one that comes later is dropped.
   void time_out(Id id);
   /// The answer came after this time: for the counters.
@@ -60,6 +64,9 @@ class Exchange {
   /// A packet from the connection: an answer, or what a controller asks on its own account. The
   /// latter is answered like a router would do it.
   std::optional<Completion> receive(const Packet& packet);
+  /// The packet is a device notification of our target for us. Anything else, a notification from
+  /// elsewhere among it, is for receive().
+  bool notifies(const Packet& packet);
   /// A frame of the router, which means nothing to us.
   void receive_router_frame() { ++counters_.foreign; }
   /// The connection is gone: the requests that were pending.

@@ -5,6 +5,7 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <sys/socket.h>
 
 #include "base/program/barrier.hpp"
 #include "cnc/ads/quietly.hpp"
@@ -87,6 +88,22 @@ tl::expected<void, ProtocolError> Link::hand_out_frames() {
     handlers_.packet(*packet);
   }
   return {};
+}
+
+void Link::say_farewell(BytesView frames) {
+  if (outbox_.stopped() || outbox_.size() > 0) {
+    return;
+  }
+  const int socket = socket_.native_handle();
+  constexpr int now = MSG_DONTWAIT | MSG_NOSIGNAL;
+  static_cast<void>(::send(socket, frames.data(), frames.size(), now));
+  boost::system::error_code ignored;
+  socket_.shutdown(tcp::socket::shutdown_send, ignored);
+  // A socket that is closed with something unread in it resets the connection, and what was sent
+  // may be lost with it.
+  std::array<std::uint8_t, chunk_size> unread{};
+  while (::recv(socket, unread.data(), unread.size(), now) > 0) {
+  }
 }
 
 void Link::end(const LinkEnd& end) {

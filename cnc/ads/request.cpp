@@ -123,6 +123,14 @@ Bytes encode(const AddNotificationRequest& request) {
   return out.u32(request.max_delay).u32(request.cycle).zeros(add_notification_reserve).take();
 }
 
+Bytes encode(const std::vector<AddNotificationRequest>& requests) {
+  ByteWriter out;
+  for (const AddNotificationRequest& request : requests) {
+    out.bytes(encode(request));
+  }
+  return out.take();
+}
+
 Bytes encode(const DeleteNotificationRequest& request) {
   ByteWriter out;
   return out.u32(request.handle).take();

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <variant>
+#include <vector>
 
 #include "cnc/ads/device.hpp"
 #include "cnc/ads/frame.hpp"
@@ -71,6 +72,8 @@ Bytes encode(const WriteControlRequest& request);
 Bytes encode(const ReadWriteRequest& request);
 Bytes encode(const AddNotificationRequest& request);
 Bytes encode(const DeleteNotificationRequest& request);
+/// The items of a sum that adds notifications.
+Bytes encode(const std::vector<AddNotificationRequest>& requests);
 
 /// The 40 bytes of one AddDeviceNotification request, which also stand in sum requests.
 AddNotificationRequest parse_add_notification(ByteReader& in);

@@ -99,6 +99,17 @@ void Requester::close() {
   }
 }
 
+void Requester::leave(const std::vector<Farewell>& farewells) {
+  if (link_) {
+    flush();
+    for (const Farewell& farewell : farewells) {
+      exchange_.send(farewell.port, farewell.command, farewell.payload);
+    }
+    link_->say_farewell(exchange_.take_output());
+  }
+  close();
+}
+
 LinkHandlers Requester::handlers() {
   const auto weak = weak_from_this();
   return {
@@ -124,6 +135,12 @@ LinkHandlers Requester::handlers() {
 }
 
 void Requester::receive(const Packet& packet) {
+  if (exchange_.notifies(packet)) {
+    if (notified_) {
+      notified_(packet);
+    }
+    return;
+  }
   auto completion = exchange_.receive(packet);
   if (completion) {
     const auto waiter = waiters_.extract(completion->id);

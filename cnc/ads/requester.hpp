@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <unordered_map>
+#include <vector>
 
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/link.hpp"
@@ -25,11 +26,26 @@ class Requester : public std::enable_shared_from_this<Requester> {
   void open(boost::asio::ip::tcp::socket socket);
   /// Ends the link: what is pending ends with link_lost, now and not when its time is up.
   void close();
+  /// A request that goes out before close(), if the socket takes it at once. Its answer is not
+  /// awaited.
+  struct Farewell {
+    std::uint16_t port = 0;
+    Command command{};
+    Bytes payload;
+  };
+  /// close(), after these.
+  void leave(const std::vector<Farewell>& farewells);
+  [[nodiscard]] const boost::asio::any_io_executor& executor() const { return executor_; }
   [[nodiscard]] bool is_open() const { return link_ != nullptr; }
   /// Our address towards the controller.
   [[nodiscard]] const std::string& local_address() const { return link_->local_address(); }
   /// Called when a link has ended, but not by close(), after the pending requests have.
   void on_end(std::function<void(const LinkEnd&)> handler) { ended_ = std::move(handler); }
+
+  /// Called with each device notification.
+  void on_notification(std::function<void(const Packet&)> handler) {
+    notified_ = std::move(handler);
+  }
 
   /// The payload of the response, or the error of its AMS header or of our own.
   static boost::asio::awaitable<Result<Bytes>> request(std::shared_ptr<Requester> self,
@@ -55,6 +71,7 @@ class Requester : public std::enable_shared_from_this<Requester> {
   std::unordered_map<Exchange::Id, Waiter*> waiters_;
   std::shared_ptr<Link> link_;
   std::function<void(const LinkEnd&)> ended_;
+  std::function<void(const Packet&)> notified_;
 };
 
 }  // namespace millrace::cnc::ads

@@ -150,6 +150,21 @@ Bytes encode_notification(const std::vector<Stamp>& stamps) {
   return out.u32(static_cast<std::uint32_t>(inner.size())).bytes(inner.take()).take();
 }
 
+Result<std::vector<Result<std::uint32_t>>> decode_handles(BytesView answer, std::size_t count) {
+  ByteReader in(answer);
+  std::vector<Result<std::uint32_t>> handles;
+  for (std::size_t i = 0; i < count && in.ok(); ++i) {
+    const auto code = from_wire(in.u32());
+    const auto handle = in.u32();
+    handles.push_back(code == ErrorCode::none ? Result<std::uint32_t>(handle)
+                                              : tl::make_unexpected(code));
+  }
+  if (!in.exact()) {
+    return protocol_error();
+  }
+  return handles;
+}
+
 Result<std::vector<Stamp>> decode_notification(BytesView payload) {
   ByteReader outer(payload);
   const auto length = outer.u32();

@@ -35,6 +35,9 @@ Result<DeviceState> decode_state(BytesView payload);
 Bytes encode_handle(const Result<std::uint32_t>& handle);
 Result<std::uint32_t> decode_handle(BytesView payload);
 
+/// The answer to a sum that adds so many notifications: result and handle of each.
+Result<std::vector<Result<std::uint32_t>>> decode_handles(BytesView answer, std::size_t count);
+
 /// The value of one notification at one moment.
 struct Sample {
   std::uint32_t handle = 0;

@@ -6,9 +6,16 @@
 
 #include "cnc/ads/answer.hpp"
 #include "cnc/ads/notification_answer.hpp"
+#include "cnc/ads/request.hpp"
+#include "cnc/ads/response.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
+
+/// Items of a sum that are done before others have their turn: 0.1 ms or so.
+constexpr std::size_t slice = 500;
+/// In bytes; one of fewer is done at once.
+constexpr std::size_t large_sum = slice * 12;
 
 Bytes without_data(const Header& request, ErrorCode error) {
   return encode_packet(response_header(request, error), {});
@@ -88,12 +95,46 @@ Bytes Session::answer(const Packet& request, Moment now) {
   }
   auto payload = answer_notification(subscriptions_, request, now);
   if (!payload) {
+    payload = begin_work(request);
+  }
+  if (working()) {
+    return {};
+  }
+  if (!payload) {
     payload = ads::answer(device_, header.target.port, header.command, request.data);
   }
   if ((header.flags & flags::no_return) != 0) {
     return {};
   }
   return encode_packet(response_header(header), *payload);
+}
+
+std::optional<Bytes> Session::begin_work(const Packet& request) {
+  const auto decoded = decode_request(request.header.command, request.data);
+  const auto* const sum = decoded ? std::get_if<ReadWriteRequest>(&*decoded) : nullptr;
+  if (sums_ == nullptr || sum == nullptr || sum->data.size() < large_sum) {
+    return std::nullopt;
+  }
+  auto work = sums_->begin(request.header.target.port, sum->index, sum->read_length, sum->data);
+  if (!work) {
+    return encode_data(tl::make_unexpected(work.error()));
+  }
+  if (*work) {
+    work_.emplace(Work{request.header, std::move(**work)});
+  }
+  return std::nullopt;
+}
+
+Bytes Session::go_on() {
+  if (!work_->sum.step(slice)) {
+    return {};
+  }
+  Work done = std::move(*work_);
+  work_.reset();
+  if ((done.request.flags & flags::no_return) != 0) {
+    return {};
+  }
+  return encode_packet(response_header(done.request), encode_data(done.sum.take()));
 }
 
 // Clients that expect a router register a port first; without an answer they give up.
@@ -106,6 +147,9 @@ Bytes Session::react_to_router(const Frame& frame) {
       const auto port = wanted != 0 ? wanted : next_port_++;
       return encode_frame(frame.kind, out.bytes(options_.net_id.bytes).u16(port).take());
     }
+    case FrameKind::port_close:
+      over_ = true;
+      return {};
     case FrameKind::get_local_net_id:
       return encode_frame(frame.kind, options_.net_id.bytes);
     default:

@@ -11,6 +11,7 @@
 
 #include "cnc/ads/lingering.hpp"
 #include "cnc/ads/subscriptions.hpp"
+#include "cnc/ads/sum_commands.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -36,7 +37,8 @@ class Session {
       : device_(device),
         options_(std::move(options)),
         subscriptions_(device, options_.subscriptions),
-        lingering_(lingering) {}
+        lingering_(lingering),
+        sums_(dynamic_cast<SumCommands*>(&device)) {}
 
   /// The frames to send for a frame that came in; an error means that the connection must be
   /// closed.
@@ -47,8 +49,15 @@ class Session {
   [[nodiscard]] std::optional<Subscriptions::Time> next_due() const {
     return subscriptions_.next_due();
   }
+  /// A sum of many items is under way: go_on() does some of them, and returns its answer at last.
+  /// Until then no other frame of the connection is its turn.
+  [[nodiscard]] bool working() const { return work_.has_value(); }
+  Bytes go_on();
   /// The connection is lost.
   void end();
+  /// The client has given its port back: the connection is to be closed once all has left, as its
+  /// router does it (inferred from clients, which wait for that).
+  [[nodiscard]] bool over() const { return over_; }
 
  private:
   tl::expected<Bytes, ProtocolError> react_to_ads(BytesView body, Moment now);
@@ -64,10 +73,21 @@ class Session {
   SessionOptions options_;
   Subscriptions subscriptions_;
   Lingering* lingering_;
+  struct Work {
+    Header request;
+    SumWork sum;
+  };
+  /// Does the request in slices if it is a sum of many; its payload if it is refused as a whole.
+  std::optional<Bytes> begin_work(const Packet& request);
+
+  /// The device, if it can do sums in slices.
+  SumCommands* sums_;
+  std::optional<Work> work_;
   /// Of the first frame.
   std::optional<NetId> client_;
   // Where AMS routers begin to number the ports they hand out.
   std::uint16_t next_port_ = 32768;
+  bool over_ = false;
 };
 
 }  // namespace millrace::cnc::ads

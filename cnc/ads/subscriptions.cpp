@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "cnc/ads/symbols.hpp"
+
 namespace millrace::cnc::ads {
 namespace {
 
@@ -22,6 +24,10 @@ Result<std::uint32_t> Subscriptions::add(const Header& header,
   if (!is_supported(request.mode)) {
     return tl::make_unexpected(ErrorCode::transmission_not_supported);
   }
+  if (limits_.habits.by_handle != ErrorCode::none &&
+      request.index.group == symbol::value_by_handle) {
+    return tl::make_unexpected(limits_.habits.by_handle);
+  }
   if (subscriptions_.size() >= limits_.handles) {
     return tl::make_unexpected(ErrorCode::no_more_handles);
   }
@@ -32,7 +38,11 @@ Result<std::uint32_t> Subscriptions::add(const Header& header,
   Subscription subscription;
   subscription.route = {header.target, header.source};
   subscription.request = request;
-  subscription.cycle = std::max(of_100_ns(request.cycle), limits_.task_cycle);
+  // Whole cycles of the task: its cycle is the smallest step (documented).
+  const auto cycles =
+      (of_100_ns(request.cycle) + limits_.task_cycle - std::chrono::nanoseconds(1)) /
+      limits_.task_cycle;
+  subscription.cycle = limits_.task_cycle * std::max<std::int64_t>(cycles, 1);
   subscription.next_sample = now.steady;
   subscriptions_.emplace(next_handle_, std::move(subscription));
   return next_handle_++;
@@ -43,15 +53,35 @@ Result<void> Subscriptions::remove(std::uint32_t handle) {
     return tl::make_unexpected(ErrorCode::invalid_handle);
   }
   for (auto& [route, collected] : collected_) {
-    std::erase_if(collected.samples,
-                  [handle](const CollectedSample& sample) { return sample.handle == handle; });
+    drop(collected, handle);
   }
   std::erase_if(collected_, [](const auto& entry) { return entry.second.samples.empty(); });
   return {};
 }
 
+std::size_t Subscriptions::room_of(const CollectedSample& sample) {
+  // Of a small value its place in the lists is the most.
+  constexpr std::size_t overhead = sizeof(CollectedSample) + 32;
+  return overhead + sample.data.size();
+}
+
+void Subscriptions::drop(Collected& collected, std::uint32_t handle) {
+  std::erase_if(collected.samples, [&](const CollectedSample& sample) {
+    const bool its = sample.handle == handle;
+    collected_bytes_ -= its ? room_of(sample) : 0;
+    return its;
+  });
+}
+
+Subscriptions::Time Subscriptions::next_moment(const Subscription& subscription, Time now) const {
+  const auto cycle = subscription.cycle;
+  const auto since = now.time_since_epoch() - limits_.offset;
+  return Time((since / cycle + 1) * cycle + limits_.offset);
+}
+
 Subscriptions::Kept Subscriptions::give_up() {
   collected_.clear();
+  collected_bytes_ = 0;
   return {std::exchange(subscriptions_, {}), next_handle_};
 }
 
@@ -72,13 +102,17 @@ Bytes Subscriptions::poll(Moment now) {
     }
   }
   ByteWriter out;
+  const bool too_much = collected_bytes_ > limits_.collected_bytes;
   for (auto at = collected_.begin(); at != collected_.end();) {
     const auto& [route, collected] = *at;
-    if (collected.due > now.steady && collected.bytes <= limits_.collected_bytes) {
+    if (collected.due > now.steady && !too_much) {
       ++at;
       continue;
     }
     out.bytes(frame(route, collected));
+    for (const CollectedSample& sample : collected.samples) {
+      collected_bytes_ -= room_of(sample);
+    }
     at = collected_.erase(at);
   }
   return out.take();
@@ -101,10 +135,9 @@ std::optional<Subscriptions::Time> Subscriptions::next_due() const {
 void Subscriptions::sample(std::uint32_t handle, Subscription& subscription, Moment now) {
   const auto& request = subscription.request;
   auto value = device_.read(subscription.route.from.port, request.index, request.length);
-  subscription.next_sample += subscription.cycle;
-  if (subscription.next_sample <= now.steady) {
-    subscription.next_sample = now.steady + subscription.cycle;  // late: what was missed is gone
-  }
+  // Where it is late, what was missed is gone.
+  subscription.next_sample = next_moment(subscription, now.steady);
+  const bool first = !std::exchange(subscription.sampled, true);
   if (!value) {
     // A sample without data says that the handle is no longer valid, once (documented).
     subscription.invalid = true;
@@ -115,14 +148,21 @@ void Subscriptions::sample(std::uint32_t handle, Subscription& subscription, Mom
     return;
   }
   subscription.last = *value;
-  collect(subscription, {now.filetime, handle, std::move(*value)}, now);
+  const SubscriptionHabits& habits = limits_.habits;
+  using Tells = SubscriptionHabits::Tells;
+  const bool tells =
+      habits.tells == Tells::changes || (habits.tells == Tells::first_value && first);
+  const bool lost = habits.lose_every != 0 && ++samples_ % habits.lose_every == 0;
+  if (tells && !lost) {
+    collect(subscription, {now.filetime, handle, std::move(*value)}, now);
+  }
 }
 
 void Subscriptions::collect(const Subscription& subscription, CollectedSample sample, Moment now) {
-  const auto due = now.steady + of_100_ns(subscription.request.max_delay);
-  auto& collected = collected_.try_emplace(subscription.route, Collected{{}, 0, due}).first->second;
+  const auto due = now.steady + of_100_ns(subscription.request.max_delay) + limits_.habits.delay;
+  auto& collected = collected_.try_emplace(subscription.route, Collected{{}, due}).first->second;
   collected.due = std::min(collected.due, due);
-  collected.bytes += sample.data.size();
+  collected_bytes_ += room_of(sample);
   collected.samples.push_back(std::move(sample));
 }
 

@@ -7,11 +7,13 @@
 //
 // Timing (IB/tc3_ads_intro, documented): a value is sampled every cycle, at most once in a cycle of
 // the task; on change, only what differs from the last sample is sent. Samples may be collected for
-// the max delay. All durations are in 100 ns on the wire, as Beckhoff's own libraries have it (the
-// protocol page says 1 ms).
+// the max delay. All are sampled at the same moments of the task's clock, so that those of one
+// cycle share a frame, as they do with a TwinCAT (Beckhoff/ADS#276). All durations are in 100 ns on
+// the wire, as Beckhoff's own libraries have it (the protocol page says 1 ms).
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <vector>
@@ -29,13 +31,30 @@ struct Moment {
   std::uint64_t filetime = 0;
 };
 
+/// What a server may do with what it has granted, so that clients can be tried: nothing documented
+/// promises more.
+struct SubscriptionHabits {
+  /// The answer to a subscription of what stands behind a handle (0xF005); none = it is granted.
+  ErrorCode by_handle = ErrorCode::none;
+  enum class Tells : std::uint8_t { changes, first_value, nothing };
+  Tells tells = Tells::changes;
+  /// Samples are sent so much later.
+  std::chrono::milliseconds delay{0};
+  /// Every n-th sample is not sent; 0 = none.
+  std::uint32_t lose_every = 0;
+};
+
 struct SubscriptionLimits {
   /// The cycle of the task behind the AMS ports: nothing is sampled more often.
   std::chrono::nanoseconds task_cycle = std::chrono::milliseconds(1);
+  /// How long after the beginning of a cycle values are sampled: behind what the task itself does.
+  std::chrono::nanoseconds offset{0};
   /// Notifications of one connection; Beckhoff recommends at most 550 of a device (documented).
   std::size_t handles = 550;
-  /// Samples of more bytes than this are sent before their max delay is over.
+  /// Of a connection: when the samples that wait for their max delay need more bytes of memory, all
+  /// are sent.
   std::size_t collected_bytes = 65536;
+  SubscriptionHabits habits{};
 };
 
 class Subscriptions {
@@ -57,6 +76,8 @@ class Subscriptions {
     std::optional<Bytes> last;
     // The value could not be read any more; the subscriber has been told.
     bool invalid = false;
+    // The first value was sampled.
+    bool sampled = false;
   };
 
  public:
@@ -95,10 +116,12 @@ class Subscriptions {
   // Samples that wait for their max delay, in the order of their time.
   struct Collected {
     std::vector<CollectedSample> samples;
-    std::size_t bytes = 0;
     Time due;
   };
 
+  [[nodiscard]] Time next_moment(const Subscription& subscription, Time now) const;
+  static std::size_t room_of(const CollectedSample& sample);
+  void drop(Collected& collected, std::uint32_t handle);
   void sample(std::uint32_t handle, Subscription& subscription, Moment now);
   void collect(const Subscription& subscription, CollectedSample sample, Moment now);
   static Bytes frame(const Route& route, const Collected& collected);
@@ -107,6 +130,9 @@ class Subscriptions {
   SubscriptionLimits limits_;
   std::map<std::uint32_t, Subscription> subscriptions_;
   std::map<Route, Collected> collected_;
+  // What they take, all in all.
+  std::size_t collected_bytes_ = 0;
+  std::uint64_t samples_ = 0;
   std::uint32_t next_handle_ = 1;
 };
 

@@ -147,24 +147,75 @@ Result<Bytes> execute(Device& device, std::uint16_t port, const Form& form, cons
 
 }  // namespace
 
-Result<Bytes> SumCommands::read_write(std::uint16_t port, Index index, std::uint32_t read_length,
-                                      BytesView data) {
+struct SumWork::State {
+  State(Device& the_device, std::uint16_t the_port, const Form& the_form, BytesView the_data)
+      : device(the_device),
+        port(the_port),
+        form(the_form),
+        data(the_data.begin(), the_data.end()) {}
+
+  Device& device;
+  std::uint16_t port;
+  Form form;
+  /// What the request points into.
+  Bytes data;
+  SumRequest request{};
+  std::optional<SumAnswer> answer{};
+  std::optional<ByteReader> written{};
+  std::size_t next = 0;
+};
+
+SumWork::SumWork(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SumWork::~SumWork() = default;
+SumWork::SumWork(SumWork&&) noexcept = default;
+SumWork& SumWork::operator=(SumWork&&) noexcept = default;
+
+bool SumWork::step(std::size_t items) {
+  const auto& all = state_->request.items;
+  const auto end = std::min(all.size(), state_->next + std::min(items, all.size()));
+  for (; state_->next < end; ++state_->next) {
+    const Item& item = all[state_->next];
+    const auto bytes = state_->written->take(item.write_length);
+    const auto bound = state_->answer->bound(item);
+    state_->answer->add(item,
+                        execute(state_->device, state_->port, state_->form, item, bound, bytes));
+  }
+  return state_->next == all.size();
+}
+
+Bytes SumWork::take() {
+  return state_->answer->take(state_->request.with_results);
+}
+
+Result<std::optional<SumWork>> SumCommands::begin(std::uint16_t port, Index index,
+                                                  std::uint32_t read_length, BytesView data) {
   const auto form = form_of(index.group);
   if (!form) {
-    return inner().read_write(port, index, read_length, data);
+    return std::optional<SumWork>();
   }
+  auto state = std::make_unique<SumWork::State>(inner(), port, *form, data);
   const auto limit = std::min<std::size_t>(read_length, max_answer_);
-  const auto request = parse_sum(*form, index, limit, data);
+  auto request = parse_sum(*form, index, limit, state->data);
   if (!request) {
     return tl::make_unexpected(request.error());
   }
-  SumAnswer answer(*form, request->room);
-  ByteReader written(request->data);
-  for (const auto& item : request->items) {
-    const auto bytes = written.take(item.write_length);
-    answer.add(item, execute(inner(), port, *form, item, answer.bound(item), bytes));
+  state->request = std::move(*request);
+  state->answer.emplace(*form, state->request.room);
+  state->written.emplace(state->request.data);
+  return std::optional<SumWork>(std::move(state));
+}
+
+Result<Bytes> SumCommands::read_write(std::uint16_t port, Index index, std::uint32_t read_length,
+                                      BytesView data) {
+  auto work = begin(port, index, read_length, data);
+  if (!work) {
+    return tl::make_unexpected(work.error());
   }
-  return answer.take(request->with_results);
+  if (!*work) {
+    return inner().read_write(port, index, read_length, data);
+  }
+  static_cast<void>((*work)->step(data.size()));
+  return (*work)->take();
 }
 
 }  // namespace millrace::cnc::ads

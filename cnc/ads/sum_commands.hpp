@@ -8,6 +8,9 @@
 // agree in open-source clients, which advance by the asked size even after a failed item.
 #pragma once
 
+#include <memory>
+#include <optional>
+
 #include "cnc/ads/forwarding_device.hpp"
 
 namespace millrace::cnc::ads {
@@ -27,6 +30,24 @@ inline constexpr std::uint32_t read_with_lengths = 0xF083;
 inline constexpr std::uint32_t read_packed = 0xF084;
 }  // namespace sum
 
+/// A sum that is done a few items at a time, so that one of many holds nobody else up.
+class SumWork {
+ public:
+  struct State;
+  explicit SumWork(std::unique_ptr<State> state);
+  ~SumWork();
+  SumWork(SumWork&&) noexcept;
+  SumWork& operator=(SumWork&&) noexcept;
+
+  /// Does the next items, as many at most; true when all are done.
+  bool step(std::size_t items);
+  /// The answer, once.
+  Bytes take();
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
 class SumCommands final : public ForwardingDevice {
  public:
   /// A sum whose answer would exceed `max_answer` bytes is of invalid_size.
@@ -37,6 +58,9 @@ class SumCommands final : public ForwardingDevice {
   /// sums: one within another fails as an item.
   Result<Bytes> read_write(std::uint16_t port, Index index, std::uint32_t read_length,
                            BytesView data) override;
+  /// The same to be done in steps; its lengths are checked already. Nothing if it is no sum.
+  Result<std::optional<SumWork>> begin(std::uint16_t port, Index index, std::uint32_t read_length,
+                                       BytesView data);
 
  private:
   std::size_t max_answer_;

@@ -163,16 +163,25 @@ ConnectionSettings connections(const config::CncConnections& from, Mistakes& mis
   mistakes.expect_range(from.delay_ms(), 0U, 60'000U, path / "delay_ms");
   mistakes.expect_range(from.max_connections(), 1U, most_connections, path / "max_connections");
   mistakes.expect_range(from.idle_s(), 0U, week_s, path / "idle_s");
+  constexpr std::uint32_t most_notifications = 10'000;
+  const auto& told = from.notifications();
+  mistakes.expect_range(told.delay_ms(), 0U, 60'000U, path / "notifications" / "delay_ms");
+  mistakes.expect_range(told.most(), 1U, most_notifications, path / "notifications" / "most");
   return {static_cast<ads::ForeignTarget>(from.foreign_target()),
           routes(from, path, mistakes),
           from.one_per_address(),
           from.sum_commands(),
           from.symbols(),
+          from.variable_symbols(),
           from.notifications_survive(),
           {std::chrono::milliseconds(from.delay_ms()), from.drop_every(), from.out_of_order(),
            from.segment(), from.refuse()},
           from.max_connections(),
-          std::chrono::seconds(from.idle_s())};
+          std::chrono::seconds(from.idle_s()),
+          told.most(),
+          {static_cast<ads::ErrorCode>(told.by_handle()),
+           static_cast<ads::SubscriptionHabits::Tells>(told.tells()),
+           std::chrono::milliseconds(told.delay_ms()), told.lose_every()}};
 }
 
 /// A relative folder starts at `base`.
@@ -186,7 +195,9 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   const auto& answers = config.answers();
   settings.answers = {answers.whole_string_buffer(),
                       static_cast<ads::ErrorCode>(answers.unknown_variable()), answers.old_groups(),
-                      answers.old_value_offset()};
+                      answers.current_groups(), answers.old_value_offset()};
+  mistakes.expect(answers.old_groups() || answers.current_groups(), {{"answers"}},
+                  "neither old_groups nor current_groups; expected one of them");
   mistakes.expect(answers.old_value_offset() == 92 || answers.old_value_offset() == 96,
                   {{"answers"}, {"old_value_offset"}},
                   fmt::format("{}; expected 92 or 96", answers.old_value_offset()));

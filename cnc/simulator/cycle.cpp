@@ -18,7 +18,7 @@ Cycle::Cycle(const boost::asio::any_io_executor& executor, std::chrono::nanoseco
 void Cycle::wake() {
   if (!awake_) {
     awake_ = true;
-    timer_.expires_after(std::chrono::nanoseconds(0));
+    timer_.expires_at(next_beat(std::chrono::steady_clock::now()));
     wait();
   }
 }
@@ -41,10 +41,14 @@ void Cycle::run() {
   count(now - timer_.expiry());
   awake_ = work_(now.time_since_epoch()) && awake_;
   if (awake_) {
-    // After a delay the pace goes on from here; what was missed is not made up for.
-    timer_.expires_at(std::max(timer_.expiry() + period_, now));
+    // After a delay the pace goes on with the next beat; what was missed is not made up for.
+    timer_.expires_at(std::max(timer_.expiry() + period_, next_beat(now)));
     wait();
   }
+}
+
+TimePoint Cycle::next_beat(TimePoint now) const {
+  return TimePoint((now.time_since_epoch() / period_ + 1) * period_);
 }
 
 void Cycle::count(std::chrono::nanoseconds delay) {

@@ -23,6 +23,7 @@ struct CycleCounts {
   std::chrono::nanoseconds worst{0};
 };
 
+/// Beats at multiples of the period since the clock's beginning, so that others can keep in step.
 /// Everything runs on the one executor; not thread-safe. Must be stopped before it is destroyed
 /// while its executor still runs.
 class Cycle {
@@ -38,6 +39,8 @@ class Cycle {
   [[nodiscard]] const CycleCounts& counts() const { return counts_; }
 
  private:
+  [[nodiscard]] std::chrono::steady_clock::time_point next_beat(
+      std::chrono::steady_clock::time_point now) const;
   void wait();
   void run();
   void count(std::chrono::nanoseconds delay);

@@ -26,6 +26,8 @@ struct AnswerRules {
   ads::ErrorCode unknown_variable = ads::ErrorCode::symbol_not_found;
   /// Index groups without 0x100000 are those with it; otherwise they are invalid.
   bool old_groups = true;
+  /// Index groups with 0x100000 name the objects; otherwise they are invalid.
+  bool current_groups = true;
   /// Where the value stands in S_WRITE_VAR_DATA.
   std::uint32_t old_value_offset = 96;
 };
@@ -39,12 +41,17 @@ struct ConnectionSettings {
   bool sum_commands = true;
   /// Handles and values by name (0xF003 to 0xF009).
   bool symbols = true;
+  /// The variables of the channels are among the symbols.
+  bool variable_symbols = true;
   /// Notifications go on when their client connects again.
   bool notifications_survive = false;
   ads::Faults faults;
   std::size_t max_connections = 250;
   /// After which an unused connection is closed; 0 = never.
   std::chrono::seconds idle_time = std::chrono::minutes(10);
+  /// Of a connection.
+  std::size_t max_notifications = 550;
+  ads::SubscriptionHabits notifications;
 };
 
 /// A channel's number is one byte of an index group.

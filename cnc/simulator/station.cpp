@@ -24,6 +24,10 @@ ads::ServerOptions server_options(const Setup& setup) {
   options.session.foreign_target = connections.foreign_target;
   options.session.routes = connections.routes;
   options.session.subscriptions.task_cycle = setup.settings.cycle;
+  constexpr int behind_the_interpolator = 10;  // of a cycle
+  options.session.subscriptions.offset = setup.settings.cycle / behind_the_interpolator;
+  options.session.subscriptions.handles = connections.max_notifications;
+  options.session.subscriptions.habits = connections.notifications;
   options.notifications_survive = connections.notifications_survive;
   options.one_connection_per_address = connections.one_per_address;
   options.faults = connections.faults;

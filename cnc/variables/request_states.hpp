@@ -25,7 +25,10 @@ class RequestStates {
       std::vector<std::uint16_t> channels);
 
   /// On a new link: forgets what was found out about the controller.
-  void forget() { sums_ = true; }
+  void forget(Location location = {}) {
+    location_ = location;
+    sums_ = true;
+  }
 
  private:
   using Answers = std::vector<ads::Result<Bytes>>;

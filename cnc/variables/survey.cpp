@@ -23,11 +23,33 @@ std::string words_for_none(const Location& location, ErrorCode refusal) {
         "no channel found: {} is refused: {}. Older controllers have index groups without {:#x}",
         question, ads::describe(refusal), new_group_bit);
   }
-  return fmt::format("the controller has no Service Interface: {} is refused: {}", question,
-                     ads::describe(refusal));
+  return fmt::format(
+      "the controller has no Service Interface: {} is refused: {}. TwinCAT 2 has it from "
+      "V2.11.2030.01, TwinCAT 3 from V3.1.3057.03",
+      question, ads::describe(refusal));
 }
 
 }  // namespace
+
+asio::awaitable<Result<Location>> locate(ads::Client& client, std::uint32_t channel,
+                                         Location first) {
+  Location other = first;
+  other.group ^= new_group_bit;
+  for (const Location& location : {first, other}) {
+    Channel one(client, channel, location);
+    const auto answer = co_await one.read(name_of(probed), read_length(probed));
+    if (answer) {
+      co_return location;
+    }
+    if (!is_refusal(answer.error())) {
+      co_return tl::make_unexpected(answer.error());
+    }
+    if (answer.error() != ErrorCode::invalid_group) {
+      break;  // the group is there, and has no such variable
+    }
+  }
+  co_return first;
+}
 
 asio::awaitable<Result<Survey>> survey(ads::Client& client, Location location,
                                        std::uint32_t limit) {

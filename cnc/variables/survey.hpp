@@ -19,6 +19,12 @@ struct Survey {
   std::string finding;
 };
 
+/// Where the controller keeps the variables of this channel: at `first`, or in the index groups of
+/// the other generation of controllers (inferred: both stand in the documentation). `first` if it
+/// refuses both. An error as for survey().
+boost::asio::awaitable<ads::Result<Location>> locate(ads::Client& client, std::uint32_t channel,
+                                                     Location first = {});
+
 /// Asks channel after channel until one is refused. An error means that the question could not be
 /// put (no link, no answer in time, controller not ready): try again later. The client must outlive
 /// the survey.

@@ -30,6 +30,9 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   void open();
   void close();
   void look_who_reads();
+  /// What observers are told at the end of a turn of the loop: its events and states share
+  /// datagrams. A datagram for each of them, to each observer, costs more than the call.
+  void flush();
   void drain_discovery();
   void look_around();
   void drain_replies();
@@ -58,6 +61,7 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   std::optional<dds::PostOnce> reply_post;
   std::optional<dds::PostOnce> beat_post;
   std::optional<dds::PostOnce> readers_post;
+  std::optional<dds::PostOnce> flush_post;
   dds::ReaderCount event_readers{[this] { readers_post->post(); }};
   Roster roster;
   Of kind;
@@ -81,7 +85,9 @@ void CallEnd::Impl::open() {
   }
   const dds::Listener on_readers(dds_create_listener(nullptr));
   event_readers.listen(on_readers.get());
-  events.emplace(participant, fabric(), wire::EndpointOptions{.listener = on_readers.get()});
+  flush_post.emplace(executor, weak_from_this(), [this] { flush(); });
+  events.emplace(participant, fabric(),
+                 wire::EndpointOptions{.listener = on_readers.get(), .batched = true});
   events->hold({});
 
   discovery_post.emplace(executor, weak_from_this(), [this] { drain_discovery(); });
@@ -100,8 +106,14 @@ void CallEnd::Impl::open() {
   roster.open(participant, weak_from_this(), *discovery_post, *beat_post);
 }
 
+void CallEnd::Impl::flush() {
+  events->flush();
+  channels->flush();
+}
+
 void CallEnd::Impl::close() {
   listener = nullptr;
+  flush();
   mailboxes.reset();
   replies.reset();
   roster.close();
@@ -247,7 +259,11 @@ void CallEnd::withdraw(const RequestKey& key) {
 }
 
 tl::expected<void, std::string> CallEnd::publish(const ChannelStatus& status) {
-  return impl_->channels->put(status);
+  auto put = impl_->channels->put(status);
+  if (impl_->channels->watched()) {
+    impl_->flush_post->post();
+  }
+  return put;
 }
 
 tl::expected<void, std::string> CallEnd::publish(const MachineStatus& status) {
@@ -259,7 +275,9 @@ tl::expected<void, std::string> CallEnd::publish(const Event& event) {
   if (!impl_->event_readers.present()) {
     return {};
   }
-  return impl_->events->write(event);
+  auto written = impl_->events->write(event);
+  impl_->flush_post->post();
+  return written;
 }
 
 void CallEnd::assert_machines() {
@@ -268,6 +286,7 @@ void CallEnd::assert_machines() {
 
 void CallEnd::let_go(const ChannelKey& key) {
   impl_->channels->let_go(key);
+  impl_->flush_post->post();
 }
 
 void CallEnd::let_go(const MachineStatus& status) {

@@ -213,8 +213,9 @@ Entry unmirror(const mirror_request_t& from) {
                   .dispatched = time_of(from.dispatched),
                   .may_wait = from.may_wait != 0,
                   .replayed = from.replayed != 0};
+  std::string uuid = canonical_uuid(request.uuid);
   return {.at = time_of(from.at),
-          .uuid = canonical_uuid(request.uuid),
+          .uuid = std::move(uuid),
           .withheld = withheld_of(from.withheld),
           .sample = std::move(request)};
 }
@@ -257,8 +258,9 @@ Entry unmirror(const mirror_event_t& from) {
               .state = number_of(from.state, "state"),
               .detail = replaced(from.detail, null_symbol, std::string_view("\0", 1)),
               .replayed = from.replayed != 0};
+  std::string uuid = canonical_uuid(event.uuid);
   return {.at = time_of(from.at),
-          .uuid = canonical_uuid(event.uuid),
+          .uuid = std::move(uuid),
           .withheld = withheld_of(from.withheld),
           .sample = std::move(event)};
 }

@@ -33,7 +33,7 @@ tl::expected<Packet, PacketFault> parse_packet(std::string_view datagram) {
   }
   const std::string_view rest = datagram.substr(header_size);
   const std::size_t end = rest.find('\0');
-  if (magic != whole_magic || end == std::string_view::npos || end > longest_channel) {
+  if (magic != whole_magic || end > longest_channel) {
     return tl::unexpected(PacketFault::foreign);
   }
   return Packet{.number = number_at(datagram, 4),
@@ -51,9 +51,8 @@ std::optional<std::string_view> channel_of_fragment(std::string_view datagram) {
   }
   const std::string_view rest = datagram.substr(fragment_header_size);
   const std::size_t end = rest.find('\0');
-  return end == std::string_view::npos || end > longest_channel
-             ? std::nullopt
-             : std::optional(rest.substr(0, end));
+  // Beyond it also if there is no NUL.
+  return end > longest_channel ? std::nullopt : std::optional(rest.substr(0, end));
 }
 
 std::string format_packet(const Packet& packet) {

@@ -1,5 +1,6 @@
 #include "gateway/channel/session.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -41,7 +42,7 @@ SessionActions ChannelSession::on_link_up(Moment now) {
 }
 
 SessionActions ChannelSession::on_link_down(const std::string& reason, Moment now) {
-  link_up_ = false;
+  lose_link();
   link_reason_ = reason;
   return finish(now);
 }
@@ -60,6 +61,27 @@ SessionActions ChannelSession::on_wake(Moment now) {
   return finish(now);
 }
 
+SessionActions ChannelSession::set_told(bool told, Moment now) {
+  if (told_ != told) {
+    told_ = told;
+    if (!told) {
+      due_ = std::min(due_, call_ ? next_look_at_call(now) : next_look(now));
+    }
+  }
+  return finish(now);
+}
+
+SessionActions ChannelSession::on_change(Variable variable, Moment now) {
+  // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program waits no more:
+  // after an interim answer.
+  if (variable == Variable::response_state && !(call_ && !call_->call().shown.empty())) {
+    return {};
+  }
+  due_ = now.steady;
+  look_again_ = io_ == Io::poll;
+  return finish(now);
+}
+
 SessionActions ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
   const Io io = std::exchange(io_, Io::none);
   trouble_.clear();
@@ -68,6 +90,9 @@ SessionActions ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
     answer_looked(snapshot, now);
   } else {
     poll(snapshot, now);
+  }
+  if (std::exchange(look_again_, false)) {
+    due_ = now.steady;
   }
   return finish(now);
 }
@@ -227,8 +252,16 @@ void ChannelSession::poll(const Snapshot& snapshot, Moment now) {
   if (offered_) {
     out_.put(Offer{*offered_, left_.out_of_patience});
   }
+  due_ = watch_.reading() ? now.steady : next_look(now);
+}
+
+SteadyTime ChannelSession::next_look(Moment now) const {
   const bool soon = now.steady < active_until_;
-  due_ = watch_.reading() ? now.steady : next_beat(now.steady, soon ? pace_.active : pace_.idle);
+  return next_beat(now.steady, told_ ? pace_.safety : soon ? pace_.active : pace_.idle);
+}
+
+SteadyTime ChannelSession::next_look_at_call(Moment now) const {
+  return told_ ? next_beat(now.steady, pace_.safety) : now.steady + pace_.idle;
 }
 
 void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
@@ -242,7 +275,7 @@ void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
     leave_to_the_other(now);
     return;
   }
-  due_ = now.steady + pace_.idle;
+  due_ = next_look_at_call(now);
   if (snapshot.look == ReadSet::request) {
     whole_due_ = now.steady + pace_.whole;
     if (!call_->verify(out_, now)) {

@@ -35,11 +35,17 @@ class ChannelSession {
 
   SessionActions on_link_up(Moment now);
   /// Asks nothing of the controller any more; on_link_down() or on_link_dropped() follows.
-  void lose_link() { link_up_ = false; }
+  void lose_link() { link_up_ = told_ = false; }
   SessionActions on_link_down(const std::string& reason, Moment now);
   /// The link was taken away: what was asked of it is not answered any more.
   SessionActions on_link_dropped(const std::string& reason, Moment now);
   SessionActions on_wake(Moment now);
+  /// From now on changes are told, so looks are for safety only; or they are not. Not so on a new
+  /// link.
+  SessionActions set_told(bool told, Moment now);
+  /// The controller tells that this variable has changed: it is time to look. What has changed is
+  /// for the look to find.
+  SessionActions on_change(Variable variable, Moment now);
   SessionActions on_read(const Snapshot& snapshot, Moment now);
   /// `reason` in words, with the code.
   SessionActions on_read_failed(const std::string& reason, Moment now);
@@ -117,6 +123,8 @@ class ChannelSession {
   void read(ReadSet look, Io io);
   void write(Variable variable, Value value);
   [[nodiscard]] ReadSet poll_look(Moment now) const;
+  [[nodiscard]] SteadyTime next_look(Moment now) const;
+  [[nodiscard]] SteadyTime next_look_at_call(Moment now) const;
   void hold_off(const std::string& reason, Moment now);
   void show(Moment now);
 
@@ -152,6 +160,10 @@ class ChannelSession {
   /// Since the link is up the channel has been seen without a request, or a call of ours has ended.
   bool idle_seen_ = false;
   bool retired_ = false;
+  /// The controller tells of changes.
+  bool told_ = false;
+  /// Something changed while a look was under way, which may have come too early for it.
+  bool look_again_ = false;
   /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
   std::string released_;
   /// What is shown of the channel stays the call that was left to the other gateway, which must not

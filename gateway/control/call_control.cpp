@@ -31,6 +31,17 @@ ChannelActions CallControl::on_wake(const fabric::ChannelKey& key, Moment now) {
   return step(key, now, [&](channel::ChannelSession& session) { return session.on_wake(now); });
 }
 
+ChannelActions CallControl::set_told(const fabric::ChannelKey& key, bool told, Moment now) {
+  return step(key, now,
+              [&](channel::ChannelSession& session) { return session.set_told(told, now); });
+}
+
+ChannelActions CallControl::on_change(const fabric::ChannelKey& key, Variable variable,
+                                      Moment now) {
+  return step(key, now,
+              [&](channel::ChannelSession& session) { return session.on_change(variable, now); });
+}
+
 ChannelActions CallControl::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot,
                                     Moment now) {
   if (!inherited_.empty() && snapshot.has(Variable::request_state) && snapshot.request_state == 0) {

@@ -91,6 +91,9 @@ class CallControl {
   ChannelActions change(std::map<std::string, Pace> paces, Policies policies, Moment now);
 
   ChannelActions on_wake(const fabric::ChannelKey& key, Moment now);
+  /// Whether the controller tells of changes in the channel; and that it has.
+  ChannelActions set_told(const fabric::ChannelKey& key, bool told, Moment now);
+  ChannelActions on_change(const fabric::ChannelKey& key, Variable variable, Moment now);
   ChannelActions on_read(const fabric::ChannelKey& key, const Snapshot& snapshot, Moment now);
   ChannelActions on_read_failed(const fabric::ChannelKey& key, const std::string& reason,
                                 Moment now);

@@ -80,6 +80,14 @@ void Gateway::Impl::on_write(const fabric::ChannelKey& key, WriteOutcome outcome
   carry_out(control.on_write(key, outcome, reason, now()));
 }
 
+void Gateway::Impl::on_pushed(const fabric::ChannelKey& key, bool pushed) {
+  carry_out(control.set_told(key, pushed, now()));
+}
+
+void Gateway::Impl::on_change(const fabric::ChannelKey& key, Variable variable) {
+  carry_out(control.on_change(key, variable, now()));
+}
+
 void Gateway::Impl::on_machine(const fabric::MachineStatus& status) {
   begin_event();
   machines.on_machine(status);

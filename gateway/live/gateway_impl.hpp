@@ -78,6 +78,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                 const std::string& reason) override;
+  void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
+  void on_change(const fabric::ChannelKey& key, Variable variable) override;
 
   // What other gateways say.
   void on_machine(const fabric::MachineStatus& status) override;

@@ -1,6 +1,7 @@
 #include "gateway/live/machine_link.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <optional>
 #include <random>
@@ -17,6 +18,7 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/request_states.hpp"
 #include "cnc/variables/service_interface.hpp"
+#include "cnc/variables/state_notices.hpp"
 #include "cnc/variables/survey.hpp"
 #include "gateway/machines/back_off.hpp"
 
@@ -40,6 +42,13 @@ cnc::ads::ClientOptions client_options(const settings::MachineSettings& settings
 bool link_gone(ErrorCode code) {
   return code == ErrorCode::link_lost || code == ErrorCode::link_down ||
          code == ErrorCode::cancelled;
+}
+
+/// A controller that is asked again later would say the same.
+bool is_final(ErrorCode code) {
+  return cnc::ads::is_refusal(code) || code == ErrorCode::no_more_handles ||
+         code == ErrorCode::transmission_not_supported || code == ErrorCode::access_denied ||
+         code == ErrorCode::client_unknown || code == ErrorCode::protocol_error;
 }
 
 WriteOutcome outcome_of(ErrorCode code) {
@@ -102,13 +111,14 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
         log(std::move(the_log)),
         client(executor, client_options(settings)),
         states(client),
+        notices(client, settings.symbol, [this](auto&&... what) { tell(what...); }),
         timer(executor),
         back_off(std::random_device{}()) {}
 
   void stop() {
     stopped = true;
     client.on_down({});
-    client.close();
+    notices.leave();
     timer.cancel();
   }
 
@@ -132,7 +142,7 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     if (!settings.channels.empty()) {
       co_return settings.channels;
     }
-    const auto found = co_await cnc::variables::survey(client);
+    const auto found = co_await cnc::variables::survey(client, location);
     if (!found || found->channels == 0) {
       complain(found ? found->finding
                      : fmt::format("its channels cannot be counted: {}",
@@ -146,6 +156,25 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     co_return channels;
   }
 
+  /// In which index groups the variables are; nothing, and said why, if that cannot be asked.
+  asio::awaitable<std::optional<cnc::variables::Location>> find_groups() {
+    const std::uint16_t channel = settings.channels.empty() ? 1 : settings.channels.front();
+    cnc::variables::Location configured;
+    if (settings.groups == settings::Groups::old) {
+      configured.group -= cnc::variables::new_group_bit;
+    }
+    if (settings.groups != settings::Groups::probe) {
+      co_return configured;
+    }
+    const auto found = co_await cnc::variables::locate(client, channel, configured);
+    if (!found) {
+      complain(
+          fmt::format("its index groups cannot be found: {}", cnc::ads::describe(found.error())));
+      co_return std::nullopt;
+    }
+    co_return *found;
+  }
+
   asio::awaitable<void> serve_once() {
     down_reason.reset();
     const auto connected = co_await client.connect();
@@ -156,6 +185,15 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
       complain(connected.error().message);
       co_return;
     }
+    const auto groups = co_await find_groups();
+    if (stopped || !groups) {
+      client.close();
+      co_return;
+    }
+    if (location.group != groups->group) {
+      location = *groups;
+      services.clear();
+    }
     const auto channels = co_await find_channels();
     if (stopped || !channels) {
       client.close();
@@ -164,7 +202,9 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     for (const std::uint16_t channel : *channels) {
       service(channel).forget();
     }
-    states.forget();
+    states.forget(location);
+    notices.forget();
+    ++connections;
     complaint.clear();
     back_off.reset();
     log->info("{}: link up, {}", settings.to_string(), list_of(*channels));
@@ -187,7 +227,8 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
   }
 
   cnc::variables::ServiceInterface& service(std::uint16_t channel) {
-    return services.try_emplace(channel, client, channel).first->second;
+    const cnc::variables::ServiceAccess access{.location = location};
+    return services.try_emplace(channel, client, channel, access).first->second;
   }
 
   /// Once for each reason, so that a controller that is off for a night fills no log.
@@ -259,6 +300,54 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
+  /// To be watched, or not any more; one question after the other.
+  struct WatchJob {
+    Channels channels;
+    bool wanted = false;
+    std::uint64_t connection = 0;
+  };
+
+  void add_job(const Channels& channels, bool wanted) {
+    jobs.push_back({channels, wanted, connections});
+    if (!working) {
+      working = true;
+      asio::co_spawn(executor, work(shared_from_this()), base::program::rethrow_from_loop);
+    }
+  }
+
+  static asio::awaitable<void> work(std::shared_ptr<Impl> self) {
+    while (!self->stopped && !self->jobs.empty()) {
+      const WatchJob job = std::move(self->jobs.front());
+      self->jobs.pop_front();
+      if (job.connection != self->connections || !self->client.up()) {
+        continue;
+      }
+      if (!job.wanted) {
+        co_await self->notices.unwatch(job.channels);
+        continue;
+      }
+      const auto outcomes = co_await self->notices.watch(job.channels);
+      if (!self->stopped && job.connection == self->connections && self->client.up()) {
+        self->tell(outcomes);
+      }
+    }
+    self->working = false;
+  }
+
+  void tell(const std::vector<cnc::variables::NoticeOutcome>& outcomes) {
+    std::vector<machines::WatchOutcome> all;
+    for (const auto& outcome : outcomes) {
+      all.push_back({outcome.channel, outcome.refusal, !is_final(outcome.error)});
+    }
+    events.on_watched(settings.name, all);
+  }
+
+  void tell(std::uint16_t channel, Variable variable, std::optional<std::uint32_t> value) {
+    if (!stopped) {
+      events.on_told({settings.name, channel}, variable, value);
+    }
+  }
+
   static asio::awaitable<void> write(std::shared_ptr<Impl> self, std::uint16_t channel,
                                      Variable variable, Value value) {
     auto& service = self->service(channel);
@@ -285,6 +374,13 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
   /// Whose REQUEST_STATE is looked at when this turn of the loop is over.
   Channels looking;
   std::map<std::uint16_t, cnc::variables::ServiceInterface> services;
+  /// Where the controller keeps its variables.
+  cnc::variables::Location location;
+  cnc::variables::StateNotices notices;
+  std::deque<WatchJob> jobs;
+  bool working = false;
+  /// Counts the links that came up.
+  std::uint64_t connections = 0;
   asio::steady_timer timer;
   machines::BackOff back_off;
   std::optional<std::string> down_reason;
@@ -322,6 +418,14 @@ void MachineLink::read(std::uint16_t channel, ReadSet look) {
 void MachineLink::write(std::uint16_t channel, Variable variable, const Value& value) {
   asio::co_spawn(impl_->executor, Impl::write(impl_, channel, variable, value),
                  base::program::rethrow_from_loop);
+}
+
+void MachineLink::watch(const std::vector<std::uint16_t>& channels) {
+  impl_->add_job(channels, true);
+}
+
+void MachineLink::unwatch(const std::vector<std::uint16_t>& channels) {
+  impl_->add_job(channels, false);
 }
 
 machines::LinkLoad MachineLink::load() const {

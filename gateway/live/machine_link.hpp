@@ -28,6 +28,8 @@ class MachineLink final : public machines::Link {
   void start();
   void read(std::uint16_t channel, ReadSet look) override;
   void write(std::uint16_t channel, Variable variable, const Value& value) override;
+  void watch(const std::vector<std::uint16_t>& channels) override;
+  void unwatch(const std::vector<std::uint16_t>& channels) override;
   [[nodiscard]] machines::LinkLoad load() const override;
 
  private:

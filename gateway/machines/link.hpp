@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "gateway/action.hpp"
 #include "gateway/machines/machine_report.hpp"
+#include "gateway/machines/watch.hpp"
 
 namespace millrace::gateway::machines {
 
@@ -27,6 +29,13 @@ class LinkEvents {
   virtual void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) = 0;
   virtual void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                         const std::string& reason) = 0;
+  /// What became of watch(), of each channel once; nothing if the link is gone.
+  virtual void on_watched(const std::string& machine,
+                          const std::vector<WatchOutcome>& outcomes) = 0;
+  /// The controller tells the value of a state that is watched, the first time and whenever it has
+  /// changed; without value that it tells no more. May come before on_watched().
+  virtual void on_told(const fabric::ChannelKey& key, Variable variable,
+                       std::optional<std::uint32_t> value) = 0;
 };
 
 /// Does `first` before each event of a link, and passes the event on to `then`. What `first` finds
@@ -57,18 +66,33 @@ class LinkGate final : public LinkEvents {
     first_();
     then_.on_write(key, outcome, reason);
   }
+  void on_watched(const std::string& machine, const std::vector<WatchOutcome>& outcomes) override {
+    first_();
+    then_.on_watched(machine, outcomes);
+  }
+  void on_told(const fabric::ChannelKey& key, Variable variable,
+               std::optional<std::uint32_t> value) override {
+    first_();
+    then_.on_told(key, variable, value);
+  }
 
  private:
   std::function<void()> first_;
   LinkEvents& then_;
 };
 
-/// Its end closes the connection; no event comes after it.
+/// Its end closes the connection, and leaves nothing at the controller that it was asked to tell;
+/// no event comes after it.
 class Link {
  public:
   virtual ~Link() = default;
   virtual void read(std::uint16_t channel, ReadSet look) = 0;
   virtual void write(std::uint16_t channel, Variable variable, const Value& value) = 0;
+  /// Asks the controller to tell of changes of both states of these channels; answered by
+  /// on_watched(). unwatch() takes that back, whatever the answer was or will be, and is not
+  /// answered.
+  virtual void watch(const std::vector<std::uint16_t>& channels) = 0;
+  virtual void unwatch(const std::vector<std::uint16_t>& channels) = 0;
   [[nodiscard]] virtual LinkLoad load() const = 0;
 };
 

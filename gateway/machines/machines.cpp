@@ -19,7 +19,8 @@ std::string address_of(const settings::MachineSettings& settings) {
 
 bool same_way(const settings::MachineSettings& a, const settings::MachineSettings& b) {
   return a.host == b.host && a.tcp_port == b.tcp_port && a.net_id == b.net_id &&
-         a.source == b.source && a.channels == b.channels;
+         a.source == b.source && a.channels == b.channels && a.symbol == b.symbol &&
+         a.groups == b.groups;
 }
 
 /// Whether `more` claims a channel that `less` does not; none = all.
@@ -79,6 +80,7 @@ void Machines::Impl::change(MachineState& one, const settings::MachineSettings& 
   one.report.set_poll(settings.pace.idle);
   one.report.set_address(address_of(settings));
   if (same && !more) {
+    carry_out(one, one.watch.set_mode(settings.watch));
     publish(one);
     return;
   }
@@ -110,6 +112,7 @@ void Machines::Impl::drop_link(MachineState& one, const std::string& reason) {
   one.link.reset();
   one.up = false;
   one.served.clear();
+  forget_watch(one);
   listener.on_link_dropped(one.settings.name, reason);
 }
 
@@ -194,11 +197,17 @@ void Machines::tell_load() {
 }
 
 void Machines::read(const fabric::ChannelKey& key, ReadSet look) {
-  impl_->machines.at(key.machine).link->read(key.channel, look);
+  MachineState& one = impl_->machines.at(key.machine);
+  one.watch.looking(key.channel);
+  one.link->read(key.channel, look);
 }
 
 void Machines::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
-  impl_->machines.at(key.machine).link->write(key.channel, variable, value);
+  MachineState& one = impl_->machines.at(key.machine);
+  if (const auto* state = std::get_if<std::uint32_t>(&value)) {
+    one.writing.insert_or_assign(key.channel, std::pair(variable, *state));
+  }
+  one.link->write(key.channel, variable, value);
 }
 
 }  // namespace millrace::gateway::machines

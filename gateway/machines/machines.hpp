@@ -37,6 +37,10 @@ struct GatewayIdentity {
 /// while the link was up.
 class MachinesListener : public LinkEvents {
  public:
+  /// Whether changes in the channel are told from now on: not so when the link comes up.
+  virtual void on_pushed(const fabric::ChannelKey& key, bool pushed) = 0;
+  /// Something has changed there: it is time to look.
+  virtual void on_change(const fabric::ChannelKey& key, Variable variable) = 0;
   /// The link was taken away: reads and writes under way are not answered any more.
   virtual void on_link_dropped(const std::string& machine, const std::string& reason) = 0;
   /// The configuration names the channel no more.
@@ -52,6 +56,11 @@ class MachinesListener : public LinkEvents {
   /// Channels of this machine that have a session.
   [[nodiscard]] virtual std::vector<std::uint16_t> channels_of(
       const std::string& machine) const = 0;
+
+ private:
+  // The machines keep these to themselves.
+  void on_watched(const std::string&, const std::vector<WatchOutcome>&) final {}
+  void on_told(const fabric::ChannelKey&, Variable, std::optional<std::uint32_t>) final {}
 };
 
 /// What the machines have done for them. Calls nothing back from within. That this process stood

@@ -148,7 +148,7 @@ void Machines::Impl::serve(MachineState& one) {
     refused += fmt::format("{}{}", refused.empty() ? "" : "; ", reason);
     refuse(one, channel, reason);
   }
-  if (!refused.empty() && refused != one.report.status().reason) {
+  if (!refused.empty() && refused != one.note) {
     say(Level::warn,
         fmt::format("{}: {}; this gateway stands by for it", one.settings.to_string(), refused));
   }
@@ -159,10 +159,12 @@ void Machines::Impl::serve(MachineState& one) {
   }
   one.served = {ours.begin(), ours.end()};
   one.has_served = one.has_served || !ours.empty();
+  one.note = refused;
   if (one.refusal.empty()) {
-    one.report.on_up(ours.size(), refused, hands.now());
+    one.report.on_up(ours.size(), note_of(one), hands.now());
   }
   listener.on_link_up(name, ours);
+  carry_out(one, one.watch.serve(ours));
   publish(one);
 }
 

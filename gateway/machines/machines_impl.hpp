@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 
 #include "gateway/machines/claims.hpp"
@@ -31,6 +32,13 @@ struct MachineState {
   bool leaving = false;
   /// Who serves it in our place, as it was logged last.
   std::string refusal{};
+  /// What is missing although it is up: channels that others serve.
+  std::string note{};
+  Watch watch{settings.watch};
+  /// When on_time() of the watch is asked for.
+  std::optional<SteadyTime> watch_time{};
+  /// Writes of states that are under way: at most one in each channel.
+  std::map<std::uint16_t, std::pair<Variable, std::uint32_t>> writing{};
 };
 
 struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
@@ -49,6 +57,7 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
     if (MachineState* one = linked(machine)) {
       one->up = false;
       one->served.clear();
+      forget_watch(*one);
       if (one->refusal.empty()) {
         one->report.on_down(reason, hands.now());
       }
@@ -57,7 +66,9 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
     }
   }
   void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override {
-    if (linked(key.machine) != nullptr) {
+    if (MachineState* one = linked(key.machine)) {
+      // First, so that it is known when to look next.
+      carry_out(*one, one->watch.on_looked(key.channel, snapshot, hands.now().steady));
       listener.on_read(key, snapshot);
     }
   }
@@ -68,8 +79,24 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   }
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                 const std::string& reason) override {
-    if (linked(key.machine) != nullptr) {
+    if (MachineState* one = linked(key.machine)) {
+      const auto write = one->writing.extract(key.channel);
+      if (!write.empty() && outcome == WriteOutcome::written) {
+        const auto& [variable, value] = write.mapped();
+        carry_out(*one, one->watch.on_written(key.channel, variable, value, hands.now().steady));
+      }
       listener.on_write(key, outcome, reason);
+    }
+  }
+  void on_watched(const std::string& machine, const std::vector<WatchOutcome>& outcomes) override {
+    if (MachineState* one = linked(machine)) {
+      carry_out(*one, one->watch.on_watched(outcomes, hands.now().steady));
+    }
+  }
+  void on_told(const fabric::ChannelKey& key, Variable variable,
+               std::optional<std::uint32_t> value) override {
+    if (MachineState* one = linked(key.machine)) {
+      carry_out(*one, one->watch.on_told(key.channel, variable, value, hands.now().steady));
     }
   }
   MachineState* linked(const std::string& machine) {
@@ -90,6 +117,11 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   void refuse(const MachineState& one, std::uint16_t channel, const std::string& reason);
   void inherit(const fabric::ChannelKey& key);
   void publish(MachineState& one);
+  /// machines_watch.cpp: how the machine is watched.
+  void carry_out(MachineState& one, const WatchActions& actions);
+  void arm_watch(MachineState& one);
+  static void forget_watch(MachineState& one);
+  static std::string note_of(const MachineState& one);
   void review_soon(const std::string& machine);
   void say(Level level, const std::string& text) { hands.say(level, text); }
 

@@ -48,6 +48,10 @@ class Reader {
     const config::Poll& poll = from.poll();
     to.pace.active = poll_time(poll.active_ms(), path / "poll" / "active_ms");
     to.pace.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
+    to.pace.safety = poll_time(poll.safety_ms(), path / "poll" / "safety_ms");
+    to.watch = watch_of(from.watch());
+    to.symbol = symbol(from.symbol(), path / "symbol");
+    to.groups = groups_of(from.groups());
     return to;
   }
 
@@ -70,6 +74,48 @@ class Reader {
   }
 
  private:
+  static WatchMode watch_of(config::Machine::Watch watch) {
+    switch (watch) {
+      case config::Machine::AUTO:
+        return WatchMode::automatic;
+      case config::Machine::NOTIFY:
+        return WatchMode::notify;
+      case config::Machine::POLL:
+        return WatchMode::poll;
+    }
+    return WatchMode::automatic;
+  }
+
+  static Groups groups_of(config::Machine::Groups groups) {
+    switch (groups) {
+      case config::Machine::PROBE:
+        return Groups::probe;
+      case config::Machine::CURRENT:
+        return Groups::current;
+      case config::Machine::OLD:
+        return Groups::old;
+    }
+    return Groups::probe;
+  }
+
+  std::string symbol(const std::string& text, const ConfigPath& path) {
+    const bool both =
+        text.find("{variable}") != std::string::npos && text.find("{channel}") != std::string::npos;
+    std::string rest = text;
+    for (const std::string_view known : {"{variable}", "{channel}"}) {
+      for (auto at = rest.find(known); at != std::string::npos; at = rest.find(known)) {
+        rest.erase(at, known.size());
+      }
+    }
+    constexpr std::size_t longest = 200;
+    const bool right = mistakes_.expect(
+        both && rest.find_first_of("{}") == std::string::npos && text.size() <= longest, path,
+        fmt::format("\"{}\"; expected {{channel}} and {{variable}} in at most {} characters "
+                    "without other braces, as in \"{}\"",
+                    text, longest, default_symbol));
+    return right ? text : default_symbol;
+  }
+
   std::uint16_t in_range(std::uint32_t value, std::uint32_t last, const ConfigPath& path) {
     mistakes_.expect_range(value, 1U, last, path);
     return static_cast<std::uint16_t>(value);

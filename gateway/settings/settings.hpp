@@ -19,6 +19,14 @@
 
 namespace millrace::gateway::settings {
 
+/// Which index groups a controller has: 0x122300 and the channel, as today's documentation says, or
+/// 0x22300 and the channel, as that of older ones does. Unless said it is tried.
+enum class Groups : std::uint8_t { probe, current, old };
+
+/// {channel} is the channel's number, {variable} the name: V.G.SERVICE.REQUEST_STATE. How a
+/// controller calls its variables among its symbols, if it does, is not documented: our choice.
+inline constexpr const char* default_symbol = "CH[{channel}].{variable}";
+
 /// One controller. The defaults are those of millrace-cnc, the virtual CNC, on this host.
 struct MachineSettings {
   std::string name = "cnc";
@@ -29,6 +37,10 @@ struct MachineSettings {
   /// Empty = all that the controller has.
   std::vector<std::uint16_t> channels{};
   Pace pace{};
+  WatchMode watch = WatchMode::automatic;
+  /// How the controller calls a channel's variable among its symbols.
+  std::string symbol = default_symbol;
+  Groups groups = Groups::probe;
   bool operator==(const MachineSettings&) const = default;
 
   /// "cnc (127.0.0.1:48898, 127.0.0.1.1.1)"

@@ -32,11 +32,10 @@ int serve_folder(int argc, char** argv) {
   auto level = spdlog::level::info;
   program::add_log_level(app, level);
   const fabric::profile::FabricFlags fabric(app);
+  batch::tell_flags_of_one(app);
   app.footer(
       "One program without a file:\n"
-      "  millrace-batch --exec ./measure.sh --uuid 1b671a64-40d5-491e-99b0-da01ff1f3341\n"
-      "which takes the flags above but --config and --check, and these:\n" +
-      batch::flags_of_one(app));
+      "  millrace-batch --exec ./measure.sh --uuid 1b671a64-40d5-491e-99b0-da01ff1f3341");
   return program::run(app, argc, argv, [&] {
     const fabric::dds::ParticipantOptions join = fabric.options();
     const auto log = program::make_log(name, level);

@@ -1,9 +1,5 @@
 #include "services/batch/one_script.hpp"
 
-#include <algorithm>
-
-#include <fmt/format.h>
-
 #include "base/program/command_tree.hpp"
 #include "services/batch/answering.hpp"
 #include "services/batch/catalog.hpp"
@@ -61,22 +57,27 @@ sdk::ServiceOptions defaults() {
 
 }  // namespace
 
-std::string flags_of_one(const CLI::App& others) {
+void tell_flags_of_one(CLI::App& others) {
   sdk::ServiceProgram program(defaults());
   Flags flags;
   add_flags(program.app(), flags);
-  const base::program::Command own = base::program::command_tree(program.app(), "");
-  const base::program::Command known = base::program::command_tree(others, "");
-  std::string text;
-  for (const base::program::CommandOption& option : own.options) {
-    if (!option.names.empty() &&
-        std::ranges::find(known.options, option.names, &base::program::CommandOption::names) ==
-            known.options.end()) {
-      text += fmt::format("  {:<24}{}\n", option.names.front() + " " + option.value,
-                          option.description.substr(0, option.description.find('\n')));
+  for (const base::program::CommandOption& option :
+       base::program::command_tree(program.app(), "").options) {
+    if (option.names.empty() || others.get_option_no_throw(option.names.front()) != nullptr) {
+      continue;
     }
+    const std::string name = option.names.front();
+    const auto refuse = [name] { throw CLI::ValidationError(name, "goes with --exec PROGRAM"); };
+    const std::string description = "With --exec: " + option.description;
+    CLI::Option* const told =
+        option.value.empty()
+            ? others.add_flag_callback(name, refuse, description)
+            : others
+                  .add_option_function<std::string>(
+                      name, [refuse](const std::string&) { refuse(); }, description)
+                  ->type_name(option.value);
+    told->group("One program without a file");
   }
-  return text;
 }
 
 int serve_one(int argc, char** argv) {

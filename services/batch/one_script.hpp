@@ -1,8 +1,6 @@
 // millrace-batch --exec: one program, all on the command line.
 #pragma once
 
-#include <string>
-
 namespace CLI {
 class App;
 }
@@ -13,7 +11,8 @@ namespace millrace::services::batch {
 /// and --cp1252. Returns an exit code.
 int serve_one(int argc, char** argv);
 
-/// A line for each flag of it that `others` does not have, for their help and man page.
-std::string flags_of_one(const CLI::App& others);
+/// Adds those of its flags that `others` does not have: their help, man page and completion tell of
+/// them; a command line that has one and no --exec is refused.
+void tell_flags_of_one(CLI::App& others);
 
 }  // namespace millrace::services::batch

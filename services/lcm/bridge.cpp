@@ -16,7 +16,7 @@ namespace {
 using fabric::SteadyTime;
 
 Publish drain_of(const std::string& uuid, std::int64_t program) {
-  drain_t message;
+  drain_t message{};
   message.program = program;
   return {channel_of(drain_prefix, uuid), fabric::lcm::encode(message)};
 }

@@ -150,7 +150,7 @@ bool measure_idle() {
   for (const Idle& idle :
        {Idle{"millrace-square-root"}, Idle{"millrace-dial-gauge"},
         Idle{"millrace-batch", {"--exec", "/bin/true"}}, Idle{"millrace-archiver"},
-        Idle{"millrace-mail", {"--config", "mail.textproto"}}}) {
+        Idle{"millrace-lcm"}, Idle{"millrace-mail", {"--config", "mail.textproto"}}}) {
     met = measure_idle(idle) && met;
   }
   std::filesystem::current_path("/");

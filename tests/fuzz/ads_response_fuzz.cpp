@@ -4,6 +4,7 @@
 #include <set>
 
 #include "cnc/ads/exchange.hpp"
+#include "cnc/ads/notification_inbox.hpp"
 #include "cnc/ads/response.hpp"
 #include "cnc/ads/sum_codec.hpp"
 
@@ -35,6 +36,18 @@ void decode(BytesView payload) {
   }
   if (const auto stamps = decode_notification(payload)) {
     require(encode_notification(*stamps).size() <= payload.size());
+    NotificationInbox inbox;
+    std::size_t told = 0;
+    inbox.expect();
+    inbox.receive(552, *stamps);
+    inbox.add(552, {1, 2}, [&](std::size_t item, BytesView value) {
+      require(item < 2 && value.size() <= payload.size());
+      ++told;
+    });
+    require(told <= payload.size());
+  }
+  if (const auto handles = decode_handles(payload, 2)) {
+    require(handles->size() == 2);
   }
   const std::vector<SumItem> items{{{1, 1}, asked, {}}, {{1, 2}, 2 * asked, {}}};
   if (const auto answers = decode_sum(payload, items)) {
@@ -55,6 +68,9 @@ void converse(BytesView input) {
       continue;
     }
     decode(packet->data);
+    if (exchange.notifies(*packet)) {
+      continue;
+    }
     if (const auto done = exchange.receive(*packet)) {
       require(pending.erase(done->id) == 1);
     }

@@ -61,7 +61,7 @@ Help help_of(Words path) {
       in_subcommands = false;
     } else if (in_subcommands && std::regex_search(line, found, std::regex("^  ([a-z]+)"))) {
       help.subcommands.push_back(found[1]);
-    } else if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z-]+)"))) {
+    } else if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z0-9-]+)"))) {
       help.options.push_back(found[1]);
     }
   }
@@ -128,7 +128,7 @@ Words options_in(const std::string& help) {
   std::istringstream lines(help);
   std::smatch found;
   for (std::string line; std::getline(lines, line);) {
-    if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z-]+)"))) {
+    if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z0-9-]+)"))) {
       options.push_back(found[1]);
     }
   }

@@ -132,6 +132,20 @@ TEST_F(Lcm, GivesACallToAnotherProgramWhenTheFirstIsKilled) {
   sut->await_error("attempt 2\n(.*\n)*.* is in progress: \"still 100\"");
 }
 
+TEST_F(Lcm, HasAnAtMostOnceCallHeldWhoseProgramIsGone) {
+  start("service { uuid: '" + uuid + "' delivery: AT_MOST_ONCE }");
+  std::optional<Speaker> program(uuid);
+  const Process cnc = chain.cnc({"--run", "1=" + chain.counting_program(uuid, 1)});
+  const Process gateway = chain.gateway();
+  program->await_request();
+  program.reset();
+  await("the call to be held", [&] {
+    Process channels = chain.millrace({"channels"});
+    channels.wait();
+    return channels.output().find("held") != std::string::npos;
+  });
+}
+
 TEST_F(Lcm, FindsACallAgainThatItsProgramWentOnWithWhenTheBridgeWasKilled) {
   start();
   const Process program({MILLRACE_LCM_COUNTDOWN});
@@ -442,6 +456,23 @@ TEST_F(LcmLog, OfTheMirrorReplays) {
   end(hears);
   Process second = chain.millrace({"replay", "--to-services", "--verify", again.string()});
   EXPECT_EQ(second.wait(), 0) << second.output() << second.error_output();
+}
+
+TEST_F(LcmLog, OfTheMirrorHasNoTextOfAServiceWhoseTextsAreWithheld) {
+  start("mirror { without_text: '560AACBF-6335-44a9-895A-8B27F3ED5E47' }");
+  Process keeps = logger(file, here);
+  const Process service = chain.square_root();
+  const Speaker flowing(uuid);
+  await_events(file, "MILLRACE_PRESENCE", 1);
+  Process caller = call("560aacbf-6335-44a9-895a-8b27f3ed5e47", "15241578750190521");
+  EXPECT_EQ(caller.wait(), 0);
+  await_events(file, "MILLRACE_MIRROR.reply", 1);
+  end(keeps);
+  EXPECT_EQ(count(file, "15241578750190521"), 0U);
+  EXPECT_EQ(count(file, "123456789.0"), 0U);
+  Process replay = chain.millrace({"replay", "--to-services", file.string()});
+  EXPECT_EQ(replay.wait(), 2);
+  EXPECT_THAT(replay.error_output(), HasSubstr("its request text is not in the recording"));
 }
 
 TEST_F(LcmLog, PlayedIntoTheGroupMakesNobodyAppearAndAnswersNothing) {

@@ -116,14 +116,33 @@ void Plant::build_controllers() {
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());
+    cables_.back()->notices = draw_notices();
     controllers_.push_back(std::move(controller));
   }
+}
+
+/// From a source of its own: what else a seed means stays what it was.
+NoticeHabits Plant::draw_notices() const {
+  Random random(~random_.state());
+  NoticeHabits habits;
+  habits.refuses = random.chance(20);
+  habits.silent = random.chance(5);
+  habits.first_only = random.chance(10);
+  habits.lost = random.chance(30) ? static_cast<unsigned>(random.below(40)) : 0;
+  habits.dropped = random.chance(20) ? 3 : 0;
+  habits.late = random.chance(20) ? random.between(Time{}, 300ms) : Time{};
+  habits.cycle = random.between(250us, 4ms);
+  return habits;
 }
 
 gateway::settings::MachineSettings Plant::settings_of(const Controller& controller) {
   gateway::settings::MachineSettings settings;
   settings.name = controller.name();
   settings.pace.active = 4ms;
+  Random random(~random_.state());
+  constexpr std::array modes{gateway::WatchMode::automatic, gateway::WatchMode::notify,
+                             gateway::WatchMode::poll};
+  settings.watch = random.pick(modes);
   settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
   return settings;
 }

@@ -41,6 +41,7 @@ class Plant {
   void build_services();
   void build_controllers();
   void build_gateways();
+  [[nodiscard]] NoticeHabits draw_notices() const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);
 
   Agenda& agenda_;

@@ -57,7 +57,7 @@ ads::Result<std::pair<Scope, Context>> resolve(Machine& machine, Group group, st
 
 }  // namespace
 
-Catalogue::Catalogue() {
+Catalogue::Catalogue() : variable_(variable_by_handle()) {
   constexpr std::uint16_t sda_port = variables::sda_port;
   ObjectTable& decoder = tables_[{sda_port, GroupKind::decoder, Scope::channel}];
   add_old_program_variables(decoder);
@@ -90,7 +90,8 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
                                     std::uint32_t room) const {
   const auto group = Group::decode(index.group);
   const bool old = (index.group & variables::new_group_bit) == 0;
-  if (old && !machine.settings().answers.old_groups) {
+  const AnswerRules& rules = machine.settings().answers;
+  if (!(old ? rules.old_groups : rules.current_groups)) {
     return tl::unexpected(ErrorCode::invalid_group);
   }
   if (!group || !has_kind(port, group->kind)) {
@@ -98,6 +99,10 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
   }
   if (group->attribute == Attribute::address) {
     return find_query(machine, *group, index.offset);
+  }
+  if (const auto variable = find_variable(machine, *group, index.offset);
+      variable && port == variables::sda_port) {
+    return *variable;
   }
   auto resolved = resolve(machine, *group, index.offset >> axis_shift);
   if (!resolved) {
@@ -115,6 +120,22 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
   const Object* const object = table->second.find(at.offset);
   return object != nullptr ? ads::Result<Target>(Target{object, at, group->attribute})
                            : tl::unexpected(ErrorCode::invalid_offset);
+}
+
+/// Where the symbol of a variable leads (our choice; no documented function reads or writes there):
+/// the variable's handle as offset, whose upper half is no axis's number.
+std::optional<Target> Catalogue::find_variable(Machine& machine, Group group,
+                                               std::uint32_t handle) const {
+  VirtualChannel* const channel = machine.channel(group.channel);
+  const bool possible = group.kind == GroupKind::decoder && group.attribute == Attribute::value &&
+                        machine.settings().connections.variable_symbols &&
+                        handle >> axis_shift > max_axes && channel != nullptr;
+  if (!possible || !channel->store().find(handle, {})) {
+    return std::nullopt;
+  }
+  Context at{machine, channel};
+  at.offset = handle;
+  return Target{&variable_, at, Attribute::value};
 }
 
 ads::Result<Target> Catalogue::find_query(Machine& machine, Group group,

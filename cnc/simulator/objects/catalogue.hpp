@@ -53,6 +53,9 @@ class Catalogue {
                                                   std::string_view name) const;
 
  private:
+  [[nodiscard]] std::optional<Target> find_variable(Machine& machine, Group group,
+                                                    std::uint32_t handle) const;
+
   struct TableKey {
     std::uint16_t port = 0;
     GroupKind kind = GroupKind::decoder;
@@ -66,6 +69,8 @@ class Catalogue {
 
   std::map<TableKey, ObjectTable> tables_;
   std::map<GroupKind, Object> queries_;
+  /// The value of a variable, at its handle among the offsets.
+  Object variable_;
 };
 
 }  // namespace millrace::cnc::simulator::objects

@@ -70,9 +70,15 @@ Result<Selection> find_element(const Context& at, const variables::ElementOf& el
   return found ? Result<Selection>(*found) : tl::unexpected(ErrorCode::invalid_data);
 }
 
-Bytes value_of(const Context& at, const Selection& selection) {
+Result<Bytes> value_of(const Context& at, const Selection& selection) {
+  const Declaration& declaration = selection.variable->declaration();
+  // Known before it is read.
+  if (!selection.element &&
+      declaration.size() > std::min<std::size_t>(at.room, variables::max_stream)) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
   Bytes bytes = selection.read();
-  const bool text = selection.variable->declaration().element.type == Type::string;
+  const bool text = declaration.element.type == Type::string;
   if (text && selection.element && !at.machine.settings().answers.whole_string_buffer) {
     bytes.erase(std::find(bytes.begin(), bytes.end(), std::uint8_t{0}) + 1, bytes.end());
   }
@@ -142,17 +148,17 @@ Result<Bytes> read_by_handle(const Context& at, BytesView in) {
   if (!stream) {
     return tl::unexpected(ErrorCode::invalid_size);
   }
-  return find_element(at, stream->element).map([&](const Selection& found) {
+  return find_element(at, stream->element).and_then([&](const Selection& found) {
     return value_of(at, found);
   });
 }
 
 Result<Bytes> read_by_name(const Context& at, BytesView in) {
   return decode_name(in).and_then([&](std::string_view name) {
-    return is_program_variable(name) ? read_program_variable(at, name)
-                                     : find_variable(at, name).map([&](const Selection& found) {
-                                         return value_of(at, found);
-                                       });
+    return is_program_variable(name)
+               ? read_program_variable(at, name)
+               : find_variable(at, name).and_then(
+                     [&](const Selection& found) { return value_of(at, found); });
   });
 }
 
@@ -208,6 +214,15 @@ void add_write(ObjectTable& table, std::uint32_t number, std::string name, Objec
 }
 
 }  // namespace
+
+Object variable_by_handle() {
+  const auto find = [](const Context& at) { return at.channel->store().find(at.offset, {}); };
+  return {.name = "variable",
+          .type = "STREAM",
+          .length = variables::max_stream,
+          .read = [find](const Context& at) { return value_of(at, *find(at)); },
+          .write = [find](const Context& at, BytesView value) { return find(at)->write(value); }};
+}
 
 void add_generic_variables(ObjectTable& table) {
   add_exchange(table, offset::count, "number of variables", count);

@@ -11,4 +11,8 @@ namespace millrace::cnc::simulator::objects {
 /// (0x706, invalid data, ISG/402275851, documented; when the kernel uses it is our choice).
 void add_generic_variables(ObjectTable& table);
 
+/// A variable as an object that is read and written without a stream; the whole offset is its
+/// handle.
+Object variable_by_handle();
+
 }  // namespace millrace::cnc::simulator::objects

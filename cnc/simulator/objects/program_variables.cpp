@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "cnc/variables/addresses.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
@@ -38,6 +41,15 @@ std::vector<std::string> index_texts(const std::vector<std::size_t>& dimensions)
   return texts;
 }
 
+/// How many values `name` means.
+std::size_t count_of(std::string_view name, const nc::VariableInfo& info) {
+  const auto& sizes = info.shape.dimensions;
+  return name == info.name
+             ? std::accumulate(sizes.begin(), sizes.end(), std::size_t{1},
+                               [](std::size_t product, std::size_t size) { return product * size; })
+             : 1;
+}
+
 /// The names of the values that `name` means: itself, or all elements of an array.
 std::vector<std::string> elements_of(std::string_view name, const nc::VariableInfo& info) {
   if (name != info.name) {
@@ -65,6 +77,10 @@ Result<Bytes> read_program_variable(const Context& at, std::string_view name) {
     return tl::unexpected(info.error());
   }
   const ElementType type = element_of(info->shape);
+  // Known before anything is read: a large array costs nobody time that it does not fit.
+  if (count_of(name, *info) * type.size > std::min<std::size_t>(at.room, variables::max_stream)) {
+    return tl::unexpected(ErrorCode::invalid_size);
+  }
   Bytes all;
   for (const std::string& element : elements_of(name, *info)) {
     const auto bytes = at.channel->program_variables().read(element).and_then(
@@ -83,10 +99,11 @@ Result<void> write_program_variable(const Context& at, std::string_view name, By
     return tl::unexpected(info.error());
   }
   const ElementType type = element_of(info->shape);
-  const std::vector<std::string> elements = elements_of(name, *info);
-  if (elements.size() > 1 && value.size() != elements.size() * type.size) {
+  const std::size_t count = count_of(name, *info);
+  if (count > 1 && value.size() != count * type.size) {
     return tl::unexpected(ErrorCode::invalid_size);
   }
+  const std::vector<std::string> elements = elements_of(name, *info);
   for (const std::string& element : elements) {
     const BytesView one = elements.size() > 1 ? value.first(type.size) : value;
     const auto accepted = accept(type, one);

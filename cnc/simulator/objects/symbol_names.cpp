@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "cnc/nc/characters.hpp"
+#include "cnc/variables/addresses.hpp"
+#include "cnc/variables/type.hpp"
 
 namespace millrace::cnc::simulator::objects {
 
@@ -62,6 +64,31 @@ std::uint32_t take_number(std::string_view word, std::string_view& name) {
 
 }  // namespace
 
+/// As the controller numbers its groups.
+std::uint32_t SymbolNames::number_of(const Group& group) const {
+  const bool current = machine_.settings().answers.current_groups;
+  return current ? group.number() : group.number() & ~variables::new_group_bit;
+}
+
+std::optional<ads::Symbol> SymbolNames::find_variable(const VirtualChannel& channel,
+                                                      std::string_view name) const {
+  const auto handle = channel.store().handle(name);
+  if (!handle || !machine_.settings().connections.variable_symbols) {
+    return std::nullopt;
+  }
+  const Declaration& declaration = channel.store().find(*handle, {})->variable->declaration();
+  const Group group{GroupKind::decoder, Attribute::value, channel.number()};
+  std::string type(variables::name_of(declaration.element.type));
+  const std::uint32_t number = adst_of(type);
+  return ads::Symbol{fmt::format("CH[{}].{}", channel.number(), name),
+                     {number_of(group), *handle},
+                     declaration.size(),
+                     number,
+                     0,
+                     std::move(type),
+                     ""};
+}
+
 std::optional<ads::Symbol> SymbolNames::find(std::uint16_t port, std::string_view name) const {
   std::string_view rest = name;
   const std::uint32_t channel = take_number("CH", rest);
@@ -69,6 +96,11 @@ std::optional<ads::Symbol> SymbolNames::find(std::uint16_t port, std::string_vie
   const VirtualChannel* const found = machine_.channel(channel);
   if ((channel != 0 && found == nullptr) || (axis != 0 && axis > found->axes().size())) {
     return std::nullopt;
+  }
+  if (port == variables::sda_port && found != nullptr && axis == 0) {
+    if (auto variable = find_variable(*found, rest)) {
+      return variable;
+    }
   }
   const Scope scope = channel == 0 ? Scope::cnc : (axis == 0 ? Scope::channel : Scope::axis);
   const auto place = catalogue_.find_by_name(port, scope, rest);
@@ -83,7 +115,7 @@ std::optional<ads::Symbol> SymbolNames::find(std::uint16_t port, std::string_vie
     written = fmt::format("CH[{}].{}", channel, written);
   }
   return ads::Symbol{std::move(written),
-                     {group.number(), axis << axis_shift | place->offset},
+                     {number_of(group), axis << axis_shift | place->offset},
                      place->object->length,
                      adst_of(place->object->type),
                      0,

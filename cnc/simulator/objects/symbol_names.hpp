@@ -4,9 +4,10 @@
 //   cnc_version_r                     an object of the whole CNC
 //   CH[2].mc_command_mode_w           an object of channel 2
 //   CH[2].AX[1].actual position       of its first axis
+//   CH[2].V.G.SERVICE.REQUEST_STATE   a variable of channel 2, behind the port that owns them
 //
 // Behind each AMS port stand its own objects, by the names that the object directory or attribute
-// 0x100 tells; upper and lower case are the same.
+// 0x100 tells; upper and lower case are the same, but for variables.
 #pragma once
 
 #include "cnc/ads/symbols.hpp"
@@ -26,6 +27,10 @@ class SymbolNames : public ads::SymbolDirectory {
   [[nodiscard]] std::uint8_t version(std::uint16_t /*port*/) const override { return 1; }
 
  private:
+  [[nodiscard]] std::uint32_t number_of(const Group& group) const;
+  [[nodiscard]] std::optional<ads::Symbol> find_variable(const VirtualChannel& channel,
+                                                         std::string_view name) const;
+
   Machine& machine_;
   const Catalogue& catalogue_;
 };

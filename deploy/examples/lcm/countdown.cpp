@@ -1,6 +1,6 @@
-// A service in C++ that speaks LCM and takes its time: counts down from the number it is given, a second each, says on the
-// way how far it is, and stops when nobody waits any more. The call runs in a thread of its own, so that the program
-// goes on saying that it is there.
+// A service in C++ that speaks LCM and takes its time: counts down from the number it is given, a
+// second each, says on the way how far it is, and stops when nobody waits any more. The call runs
+// in a thread of its own, so that the program goes on saying that it is there.
 //
 //   lcm-gen -x --cpp-std c++11 /usr/share/millrace/lcm/*.lcm
 //   g++ -std=c++17 -o countdown countdown.cpp -I. -llcm -pthread
@@ -12,13 +12,12 @@
 #include <random>
 #include <thread>
 
-#include <lcm/lcm-cpp.hpp>
-
 #include "millrace/drain_t.hpp"
 #include "millrace/presence_t.hpp"
 #include "millrace/reply_t.hpp"
 #include "millrace/request_t.hpp"
 #include "millrace/withdrawal_t.hpp"
+#include <lcm/lcm-cpp.hpp>
 
 using namespace std::chrono_literals;
 
@@ -46,7 +45,8 @@ class Countdown {
  private:
   bool running() { return run_.valid() && run_.wait_for(0s) != std::future_status::ready; }
 
-  void on_request(const lcm::ReceiveBuffer*, const std::string&, const millrace::request_t* request) {
+  void on_request(const lcm::ReceiveBuffer*, const std::string&,
+                  const millrace::request_t* request) {
     if (request->program != program_) {
       return;  // another one's
     }
@@ -64,7 +64,8 @@ class Countdown {
     run_ = std::async(std::launch::async, [this, text = request->text] { count_down(text); });
   }
 
-  void on_withdrawal(const lcm::ReceiveBuffer*, const std::string&, const millrace::withdrawal_t* withdrawal) {
+  void on_withdrawal(const lcm::ReceiveBuffer*, const std::string&,
+                     const millrace::withdrawal_t* withdrawal) {
     // Asked for again it is a new run.
     cancelled_ = cancelled_ || (withdrawal->program == program_ && withdrawal->call.id == call_.id);
   }
@@ -90,7 +91,8 @@ class Countdown {
     publish(millrace::reply_t::FINAL, text_, state_, call);
   }
 
-  void publish(std::int8_t kind, const std::string& text, std::int64_t state, const millrace::call_t& call) {
+  void publish(std::int8_t kind, const std::string& text, std::int64_t state,
+               const millrace::call_t& call) {
     millrace::reply_t reply;
     reply.program = program_;
     reply.call = call;
@@ -108,7 +110,8 @@ class Countdown {
     presence.running = static_cast<std::int32_t>(presence.calls.size());
     presence.program = program_;
     presence.utime = std::chrono::duration_cast<std::chrono::microseconds>(
-                         std::chrono::system_clock::now().time_since_epoch()).count();
+                         std::chrono::system_clock::now().time_since_epoch())
+                         .count();
     presence.uuid = uuid;
     presence.name = "countdown";
     presence.description = "Counts down, over LCM";
@@ -121,7 +124,8 @@ class Countdown {
 
   lcm::LCM& lcm_;
   /// Drawn once: which of several programs of this UUID is meant.
-  const std::int64_t program_ = static_cast<std::int64_t>(std::random_device()()) << 31 | std::random_device()();
+  const std::int64_t program_ =
+      static_cast<std::int64_t>(std::random_device()()) << 31 | std::random_device()();
   bool draining_ = false;
   /// The last call, which runs or is answered.
   millrace::call_t call_;

@@ -76,6 +76,7 @@ AdsLink::AdsLink(Process& process, GatewayNumber gateway, Controller& controller
 
 void AdsLink::abandon() {
   abandoned_ = true;
+  stop_telling();
   up_ = false;
   ++connection_;
   for (const RequestPointer& request : std::exchange(pending_, {})) {
@@ -168,6 +169,7 @@ void AdsLink::cut(const std::string& reason) {
   }
   up_ = false;
   ++connection_;
+  stop_telling();
   history_.note(controller_.name(), "link down: " + reason);
   const auto pending = std::exchange(pending_, {});
   for (const RequestPointer& request : pending) {

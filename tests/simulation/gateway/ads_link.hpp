@@ -6,7 +6,9 @@
 // new one of the same host, or never; how a real one behaves is not documented.
 #pragma once
 
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +19,24 @@
 
 namespace millrace::tests::simulation {
 
+/// How a controller keeps its word to tell of changes. In a hundred questions or tellings.
+struct NoticeHabits {
+  bool refuses = false;
+  /// Grants it and tells nothing, or nothing but the first values.
+  bool silent = false;
+  bool first_only = false;
+  unsigned lost = 0;
+  /// Says that the handle is not valid any more.
+  unsigned dropped = 0;
+  /// After the sample.
+  Time late{};
+  /// Of its task: what changes and changes back in between is not told.
+  Time cycle = 1ms;
+};
+
 /// What lies between them; outlives both.
 struct Cable {
+  NoticeHabits notices{};
   bool plugged = true;
   /// Nothing comes through, and nobody is told.
   bool silent = false;
@@ -61,6 +79,8 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void abandon();
   void read(std::uint16_t channel, gateway::ReadSet look);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
+  void watch(const std::vector<std::uint16_t>& channels);
+  void unwatch(const std::vector<std::uint16_t>& channels);
   /// The cable or the controller ends the connection.
   void cut(const std::string& reason);
 
@@ -80,6 +100,14 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void timed_out(const RequestPointer& request);
   void fail(const Request& request, bool timeout);
   void refuse_unsent(std::uint16_t channel, bool is_write);
+  // ads_link_notices.cpp
+  void begin_telling(std::uint16_t channel);
+  void sample_later(std::uint16_t channel);
+  void take_sample(std::uint16_t channel);
+  void tell(std::uint16_t channel, gateway::Variable variable, std::optional<std::uint32_t> value);
+  void stop_telling(std::uint16_t channel);
+  void stop_telling();
+  [[nodiscard]] bool still(std::uint64_t connection) const;
   [[nodiscard]] Time delay();
   /// All that a request comes to at the controller, and its answer at the gateway.
   [[nodiscard]] std::optional<Meaning> meaning(const Request& request, const char* step) const;
@@ -106,6 +134,15 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   /// The gateway waits for these, and the controller has not done those.
   std::vector<RequestPointer> pending_;
   std::vector<RequestPointer> queued_;
+  /// What the controller has told of the channels that it was asked to watch.
+  struct Telling {
+    std::map<gateway::Variable, std::uint32_t> last;
+    bool sampling = false;
+  };
+  std::map<std::uint16_t, Telling> tellings_;
+  /// Counts what was asked of a channel, so that an answer knows its question.
+  std::map<std::uint16_t, std::uint64_t> questions_;
+  Time last_telling_{};
 };
 
 /// A gateway's hold on its link.
@@ -121,6 +158,8 @@ class LinkHandle final : public gateway::machines::Link {
              const gateway::Value& value) override {
     link_->write(channel, variable, value);
   }
+  void watch(const std::vector<std::uint16_t>& channels) override { link_->watch(channels); }
+  void unwatch(const std::vector<std::uint16_t>& channels) override { link_->unwatch(channels); }
   [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
 
  private:

@@ -147,6 +147,14 @@ void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {
   carry_out(control_->on_read_failed(key, reason, now()));
 }
 
+void GatewayProcess::on_pushed(const Key& key, bool pushed) {
+  carry_out(control_->set_told(key, pushed, now()));
+}
+
+void GatewayProcess::on_change(const Key& key, gateway::Variable variable) {
+  carry_out(control_->on_change(key, variable, now()));
+}
+
 void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::string& reason) {
   if (const auto again = mistakes_.again(key, outcome, reason)) {
     carry_out(key, *again);

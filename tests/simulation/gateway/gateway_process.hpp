@@ -112,6 +112,8 @@ class GatewayProcess final : public Member,
   void on_read(const Key& key, const gateway::Snapshot& snapshot) override;
   void on_read_failed(const Key& key, const std::string& reason) override;
   void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
+  void on_pushed(const Key& key, bool pushed) override;
+  void on_change(const Key& key, gateway::Variable variable) override;
   // What is seen of a link.
   void on_looked(Time first) override { looked_from_ = first; }
   AdsWrite describe(const Key& key, gateway::Variable variable,

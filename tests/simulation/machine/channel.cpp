@@ -70,7 +70,14 @@ bool MachineChannel::write(Variable variable, const gateway::Value& value) {
   }
   const bool written = at(variable).write(sim::Variable::scalar, bytes).has_value();
   on_ads_write();
+  changed();
   return written;
+}
+
+void MachineChannel::changed() {
+  for (const auto& [watcher, tell] : watchers) {
+    tell();
+  }
 }
 
 void MachineChannel::set(Variable variable, const gateway::Value& value) {
@@ -79,6 +86,7 @@ void MachineChannel::set(Variable variable, const gateway::Value& value) {
                                            ? cnc::nc::Value{static_cast<double>(*state)}
                                            : cnc::nc::Value{std::get<std::string>(value)};
   static_cast<void>(at(variable).assign(sim::Variable::scalar, program_value));
+  changed();
 }
 
 void MachineChannel::report() {
@@ -129,7 +137,9 @@ tl::expected<void, std::string> MachineChannel::start(const std::string& text) {
 }
 
 std::vector<cnc::nc::Event> MachineChannel::tick() {
-  return kernel_->channel.tick(agenda_.now(), 1);
+  auto events = kernel_->channel.tick(agenda_.now(), 1);
+  changed();
+  return events;
 }
 
 bool MachineChannel::active() const {
@@ -143,6 +153,7 @@ void MachineChannel::reset() {
   } else {
     history_.note(key_.to_string(), "NC reset");
   }
+  changed();
 }
 
 void MachineChannel::power_up() {

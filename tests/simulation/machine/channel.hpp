@@ -51,10 +51,13 @@ class MachineChannel {
   /// The variables and what stands in them, in words.
   [[nodiscard]] std::string place() const;
 
+  /// Called after something may have changed, by whoever watches the channel.
+  std::map<const void*, std::function<void()>> watchers;
   /// Called after each write over ADS.
   std::function<void()> on_ads_write = [] {};
 
  private:
+  void changed();
   [[nodiscard]] cnc::simulator::Variable& at(gateway::Variable variable) const;
   void report();
   void cleared(const std::string& why);

@@ -306,6 +306,17 @@ TEST_F(ServerTest, SendsANotificationBehindTheAnswerThatAnnouncesIt) {
   EXPECT_EQ(device.calls, calls + 1) << "nobody samples any more";
 }
 
+TEST_F(ServerTest, ClosesTheConnectionOfAClientThatGivesItsPortBackAfterItsAnswers) {
+  start();
+  auto peer = connect();
+  Bytes all = vector("read_request");
+  const Bytes close = encode_frame(FrameKind::port_close, Bytes{0x00, 0x80});
+  all.insert(all.end(), close.begin(), close.end());
+  send(peer, all);
+  EXPECT_EQ(receive(peer), vector("read_response"));
+  EXPECT_EQ(receive(peer), std::nullopt);
+}
+
 TEST_F(ServerTest, SaysWhyItCannotListen) {
   start();
   ServerOptions options;

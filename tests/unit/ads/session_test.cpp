@@ -115,9 +115,57 @@ TEST_F(SessionTest, TellsItsNetIdLikeARouter) {
 }
 
 TEST_F(SessionTest, SkipsOtherRouterFrames) {
-  EXPECT_THAT(*react(encode_frame(FrameKind::port_close, Bytes{0xEE, 0x7F})), IsEmpty());
   EXPECT_THAT(*react(encode_frame(FrameKind::router_note, Bytes(4))), IsEmpty());
   EXPECT_THAT(*react(encode_frame(FrameKind{0x1234}, {})), IsEmpty());
+}
+
+TEST_F(SessionTest, IsOverWhenTheClientGivesItsPortBack) {
+  Session sut(device, options);
+  const Bytes port{0xEE, 0x7F};
+  EXPECT_FALSE(sut.over());
+  EXPECT_THAT(*sut.react({FrameKind::port_close, port}, {}), IsEmpty());
+  EXPECT_TRUE(sut.over());
+}
+
+TEST_F(SessionTest, DoesASumOfManyItemsInSlicesWithTheSameAnswer) {
+  SumCommands sums(device);
+  Session sut(sums, options);
+  constexpr std::uint32_t count = 2000;
+  ByteWriter items;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    items.u32(0x122301).u32(i % 2 == 0 ? 0x48 : 0x99).u32(4);
+  }
+  const Bytes data = items.take();
+  const Header header{controller,         client,          Command::read_write,
+                      flags::ads_command, ErrorCode::none, 7};
+  const Bytes question =
+      encode_packet(header, encode(ReadWriteRequest{{sum::read, count}, count * 8, data}));
+  const BytesView body = BytesView(question).subspan(frame_header_size);
+  EXPECT_THAT(*sut.react({FrameKind::ads, body}, {}), IsEmpty());
+  Bytes answer;
+  int slices = 0;
+  while (sut.working()) {
+    ++slices;
+    answer = sut.go_on();
+  }
+  EXPECT_EQ(slices, 4);
+  const auto whole = sums.read_write(552, {sum::read, count}, count * 8, data);
+  EXPECT_EQ(answer, encode_packet(response_header(header), encode_data(whole)));
+}
+
+TEST_F(SessionTest, RefusesALargeSumThatDoesNotAddUpAtOnce) {
+  SumCommands sums(device);
+  Session sut(sums, options);
+  const Bytes data(24'000);
+  const Header header{controller,         client,          Command::read_write,
+                      flags::ads_command, ErrorCode::none, 7};
+  const Bytes question =
+      encode_packet(header, encode(ReadWriteRequest{{sum::read, 9999}, 100, data}));
+  const BytesView body = BytesView(question).subspan(frame_header_size);
+  const auto answer = sut.react({FrameKind::ads, body}, {});
+  EXPECT_FALSE(sut.working());
+  EXPECT_EQ(*answer, encode_packet(response_header(header),
+                                   encode_data(tl::make_unexpected(ErrorCode::invalid_size))));
 }
 
 // Notifications of a client over several connections.

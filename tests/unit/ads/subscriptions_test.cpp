@@ -113,7 +113,109 @@ TEST_F(SubscriptionsTest, WhatWasMissedIsNotMadeUpFor) {
   advance(95ms);
   EXPECT_THAT(samples(), SizeIs(1));
   EXPECT_THAT(samples(), IsEmpty());
-  EXPECT_EQ(sut.next_due(), now.steady + 10ms);
+  EXPECT_EQ(sut.next_due(), now.steady + 5ms) << "in step with the others";
+}
+
+TEST_F(SubscriptionsTest, SamplesAllOfACycleTogether) {
+  for (int i = 0; i < 50; ++i) {
+    add(request(Transmission::cyclic, ms));
+    now.steady += 10us;
+    samples();
+  }
+  headers.clear();
+  int moments = 0;
+  for (const auto end = now.steady + 10ms; now.steady < end; now.steady = *sut.next_due()) {
+    const auto sent = frames();
+    moments += sent.empty() ? 0 : 1;
+    ASSERT_LE(sent.size(), 1U);
+  }
+  EXPECT_LE(moments, 11);
+}
+
+TEST_F(SubscriptionsTest, SamplesInWholeCyclesOfTheTask) {
+  limits.task_cycle = 4ms;
+  Subscriptions slow(device, limits);
+  const Header header{controller,         client,          Command::add_notification,
+                      flags::ads_command, ErrorCode::none, 1};
+  ASSERT_TRUE(slow.add(header, request(Transmission::cyclic, 5 * ms), now));
+  slow.poll(now);
+  EXPECT_EQ(slow.next_due(), now.steady + 8ms);
+}
+
+// 550 subscriptions of a byte each, and nobody who waits for their samples.
+TEST_F(SubscriptionsTest, BoundsWhatWaitsForAnEndlessDelayHoweverSmallItIs) {
+  for (std::uint16_t port = 0; port < 550; ++port) {
+    const Header header{controller,         {client.net_id, port}, Command::add_notification,
+                        flags::ads_command, ErrorCode::none,       1};
+    ASSERT_TRUE(sut.add(header, request(Transmission::cyclic, ms, 0xFFFFFFFF), now));
+  }
+  std::size_t sent = 0;
+  for (int cycle = 0; cycle < 100; ++cycle) {
+    sent += sut.poll(now).size();
+    advance(1ms);
+  }
+  constexpr std::size_t samples = 55'000;
+  EXPECT_GT(sent, samples * 9 * 9 / 10) << "nearly all have left";
+}
+
+TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
+  limits.habits.by_handle = ErrorCode::no_more_handles;
+  Subscriptions strict(device, limits);
+  const Header header{controller,         client,          Command::add_notification,
+                      flags::ads_command, ErrorCode::none, 1};
+  auto by_handle = request(Transmission::on_change);
+  by_handle.index = {0xF005, 1};
+  device.values[{0xF005, 1}] = {1};
+  EXPECT_EQ(strict.add(header, by_handle, now).error(), ErrorCode::no_more_handles);
+  EXPECT_TRUE(strict.add(header, request(Transmission::on_change), now));
+}
+
+// How a server keeps its word.
+class HabitsTest : public SubscriptionsTest {
+ protected:
+  // What is told of ten values, one in each cycle.
+  std::vector<std::uint8_t> told(const SubscriptionHabits& habits) {
+    limits.habits = habits;
+    Subscriptions with(device, limits);
+    const Header header{controller,         client,          Command::add_notification,
+                        flags::ads_command, ErrorCode::none, 1};
+    EXPECT_TRUE(with.add(header, request(Transmission::on_change, ms), now));
+    std::vector<std::uint8_t> values;
+    for (std::uint8_t value = 0; value < 10; ++value) {
+      device.values[{1, 1}] = {value};
+      bytes.push_back(with.poll(now));
+      readers.emplace_back(100'000).feed(bytes.back());
+      for (auto frame = readers.back().next(); *frame; frame = readers.back().next()) {
+        const auto packet = decode_packet((*frame)->body);
+        const auto stamps = decode_notification(packet->data);
+        for (const auto& stamp : *stamps) {
+          values.push_back(stamp.samples.front().data[0]);
+        }
+      }
+      advance(1ms);
+    }
+    return values;
+  }
+};
+
+TEST_F(HabitsTest, TellsAllChanges) {
+  EXPECT_THAT(told({}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
+}
+
+TEST_F(HabitsTest, TellsTheFirstValueAlone) {
+  EXPECT_THAT(told({.tells = SubscriptionHabits::Tells::first_value}), ElementsAre(0));
+}
+
+TEST_F(HabitsTest, TellsNothing) {
+  EXPECT_THAT(told({.tells = SubscriptionHabits::Tells::nothing}), IsEmpty());
+}
+
+TEST_F(HabitsTest, LosesEveryThird) {
+  EXPECT_THAT(told({.lose_every = 3}), ElementsAre(0, 1, 3, 4, 6, 7, 9));
+}
+
+TEST_F(HabitsTest, TellsLate) {
+  EXPECT_THAT(told({.delay = 7ms}), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
 }
 
 TEST_F(SubscriptionsTest, SamplesAtMostOnceInATaskCycle) {

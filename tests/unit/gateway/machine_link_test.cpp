@@ -82,6 +82,15 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
     outcomes.push_back(outcome);
     failures.push_back(reason);
   }
+  void on_watched(const std::string& machine,
+                  const std::vector<machines::WatchOutcome>& channels) override {
+    EXPECT_EQ(machine, "cnc");
+    watched.insert(watched.end(), channels.begin(), channels.end());
+  }
+  void on_told(const fabric::ChannelKey& key, Variable variable,
+               std::optional<std::uint32_t> value) override {
+    told.emplace_back(key.channel, variable, value);
+  }
 
   void serve() {
     server.reset();
@@ -117,6 +126,8 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
   std::vector<Snapshot> snapshots;
   std::vector<std::string> failures;
   std::vector<WriteOutcome> outcomes;
+  std::vector<machines::WatchOutcome> watched;
+  std::vector<std::tuple<std::uint16_t, Variable, std::optional<std::uint32_t>>> told;
 };
 
 TEST_F(MachineLinkTest, FindsTheChannelsOfItsController) {

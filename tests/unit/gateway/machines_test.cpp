@@ -11,12 +11,22 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Pair;
 
+using Channels = std::vector<std::uint16_t>;
+
 /// Of a link that is up at once and answers nothing.
 class NoLink final : public machines::Link {
  public:
+  NoLink(std::vector<Channels>& watched, std::vector<Channels>& unwatched)
+      : watched_(watched), unwatched_(unwatched) {}
+  void watch(const Channels& channels) override { watched_.push_back(channels); }
+  void unwatch(const Channels& channels) override { unwatched_.push_back(channels); }
   void read(std::uint16_t, ReadSet) override {}
   void write(std::uint16_t, Variable, const Value&) override {}
   [[nodiscard]] machines::LinkLoad load() const override { return {}; }
+
+ private:
+  std::vector<Channels>& watched_;
+  std::vector<Channels>& unwatched_;
 };
 
 constexpr std::uint64_t own_epoch = 1;
@@ -47,7 +57,7 @@ class MachinesTest : public testing::Test,
                                           machines::LinkEvents& events) override {
     link = &events;
     linked = true;
-    return std::make_unique<NoLink>();
+    return std::make_unique<NoLink>(watched, unwatched);
   }
   void say(Level, const std::string&) override {}
   // Listener.
@@ -74,6 +84,10 @@ class MachinesTest : public testing::Test,
   void on_read(const fabric::ChannelKey&, const Snapshot&) override {}
   void on_read_failed(const fabric::ChannelKey&, const std::string&) override {}
   void on_write(const fabric::ChannelKey&, WriteOutcome, const std::string&) override {}
+  void on_pushed(const fabric::ChannelKey& key, bool is) override { pushed[key.channel] = is; }
+  void on_change(const fabric::ChannelKey& key, Variable) override {
+    changed.push_back(key.channel);
+  }
 
   void time_passes() {
     for (const auto& act : std::exchange(waiting, {})) {
@@ -114,6 +128,10 @@ class MachinesTest : public testing::Test,
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
   fabric::MachineStatus told;
   int times_told = 0;
+  std::vector<Channels> watched;
+  std::vector<Channels> unwatched;
+  std::map<std::uint16_t, bool> pushed;
+  std::vector<std::uint16_t> changed;
   machines::Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
 };
 
@@ -290,6 +308,93 @@ TEST_F(MachinesTest, InheritsNothingFromItself) {
   sut.on_machine_gone("cnc", gateway(9));
   serve();
   EXPECT_THAT(inherited, IsEmpty());
+}
+
+class WatchedMachine : public MachinesTest {
+ protected:
+  void be_pushed() {
+    serve();
+    link->on_watched("cnc", {{1, "", false}, {2, "", false}});
+    for (const std::uint16_t channel : Channels{1, 2}) {
+      link->on_told({"cnc", channel}, Variable::request_state, 0);
+      look(channel, 0);
+    }
+  }
+  void look(std::uint16_t channel, std::uint32_t state) {
+    Snapshot snapshot;
+    snapshot.look = ReadSet::state;
+    snapshot.request_state = state;
+    link->on_read({"cnc", channel}, snapshot);
+  }
+};
+
+TEST_F(WatchedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsStatus) {
+  be_pushed();
+  EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2)));
+  EXPECT_THAT(pushed, ElementsAre(Pair(1, true), Pair(2, true)));
+  EXPECT_TRUE(told.connected);
+  EXPECT_EQ(told.reason, "pushed");
+}
+
+TEST_F(WatchedMachine, TellsOfAChangeAndOfWhatItWroteItselfNot) {
+  be_pushed();
+  changed.clear();
+  link->on_told({"cnc", 2}, Variable::request_state, 7);
+  EXPECT_THAT(changed, ElementsAre(2));
+  look(2, 7);
+  sut.write({"cnc", 2}, Variable::request_state, Value(0U));
+  EXPECT_TRUE(pushed[2]);
+  link->on_write({"cnc", 2}, WriteOutcome::written, "");
+  EXPECT_FALSE(pushed[2]) << "until the controller has told it";
+  link->on_told({"cnc", 2}, Variable::request_state, 0);
+  EXPECT_TRUE(pushed[2]);
+  EXPECT_THAT(changed, ElementsAre(2));
+}
+
+TEST_F(WatchedMachine, AWriteThatWasRefusedHasChangedNothing) {
+  be_pushed();
+  sut.write({"cnc", 2}, Variable::request_state, Value(9U));
+  link->on_write({"cnc", 2}, WriteOutcome::refused, "");
+  EXPECT_TRUE(pushed[2]);
+}
+
+TEST_F(WatchedMachine, IsAskedAnewOnANewLink) {
+  be_pushed();
+  link->on_link_down("cnc", "cable");
+  link->on_link_up("cnc", {1, 2});
+  EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1, 2)));
+  EXPECT_THAT(unwatched, IsEmpty()) << "the controller has forgotten it";
+  EXPECT_EQ(told.reason, "polled");
+}
+
+TEST_F(WatchedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
+  be_pushed();
+  fabric::MachineStatus other_claim = claim(30min);
+  other_claim.claims = {2};
+  sut.on_machine(other_claim);
+  EXPECT_THAT(served, ElementsAre(1));
+  EXPECT_THAT(unwatched, ElementsAre(ElementsAre(2)));
+  EXPECT_FALSE(pushed[2]);
+  EXPECT_THAT(told.reason, testing::EndsWith("; pushed"));
+}
+
+TEST_F(WatchedMachine, ObeysANewConfigurationOnTheSameLink) {
+  be_pushed();
+  settings::MachineSettings machine;
+  machine.name = "cnc";
+  machine.watch = WatchMode::poll;
+  sut.set({machine});
+  EXPECT_TRUE(linked);
+  EXPECT_THAT(unwatched, ElementsAre(ElementsAre(1, 2)));
+  EXPECT_EQ(told.reason, "polled, as configured");
+}
+
+TEST_F(WatchedMachine, IsAskedAgainLaterWhereItDidNotAnswer) {
+  serve();
+  link->on_watched("cnc", {{1, "no answer", true}, {2, "", false}});
+  time.steady += 1s;
+  time_passes();
+  EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1)));
 }
 
 }  // namespace

@@ -55,8 +55,14 @@ TEST(GatewaySettings, HoldEverythingAFileSays) {
   EXPECT_THAT(press.channels, ElementsAre(1, 2));
   EXPECT_EQ(press.pace.active, std::chrono::milliseconds(1));
   EXPECT_EQ(press.pace.idle, std::chrono::milliseconds(20));
+  EXPECT_EQ(press.pace.safety, std::chrono::milliseconds(250));
+  EXPECT_EQ(press.watch, WatchMode::notify);
+  EXPECT_EQ(press.symbol, "Channel{channel}.{variable}");
+  EXPECT_EQ(press.groups, settings::Groups::old);
   EXPECT_THAT(sut.machines.back().channels, IsEmpty());
   EXPECT_EQ(sut.machines.back().pace, Pace{});
+  EXPECT_EQ(sut.machines.back().watch, WatchMode::automatic);
+  EXPECT_EQ(sut.machines.back().groups, settings::Groups::probe);
 }
 
 TEST(GatewaySettings, HoldThePolicyOfEachMachineAndService) {

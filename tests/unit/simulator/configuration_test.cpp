@@ -107,6 +107,12 @@ TEST(Configuration, ReadsHowConnectionsBehave) {
   EXPECT_TRUE(sut.faults.refuse_connections);
   EXPECT_EQ(sut.max_connections, 3);
   EXPECT_EQ(sut.idle_time, std::chrono::seconds(30));
+  EXPECT_FALSE(sut.variable_symbols);
+  EXPECT_EQ(sut.max_notifications, 8);
+  EXPECT_EQ(sut.notifications.by_handle, ads::ErrorCode::no_more_handles);
+  EXPECT_EQ(sut.notifications.tells, ads::SubscriptionHabits::Tells::first_value);
+  EXPECT_EQ(sut.notifications.delay, std::chrono::milliseconds(20));
+  EXPECT_EQ(sut.notifications.lose_every, 3);
 }
 
 /// A configuration that cannot be, and what is said about it.

@@ -55,6 +55,20 @@ TEST_F(SurveyTest, NamesTheOtherIndexGroupWhenThereIsNoChannel) {
   EXPECT_EQ(wait_for(survey(*client, {.group = cnc.group}))->channels, 1U);
 }
 
+TEST_F(SurveyTest, FindsWhichOfTheTwoGenerationsOfIndexGroupsAControllerHas) {
+  EXPECT_EQ(wait_for(locate(*client, 1))->group, decoder_group);
+  cnc.group = decoder_group - new_group_bit;
+  EXPECT_EQ(wait_for(locate(*client, 1))->group, cnc.group);
+  EXPECT_EQ(wait_for(locate(*client, 2))->group, decoder_group) << "neither has this channel";
+}
+
+TEST_F(SurveyTest, LooksForNoOtherGroupsWhereOnlyTheVariableIsMissing) {
+  cnc.values.clear();
+  cnc.calls.clear();
+  EXPECT_EQ(wait_for(locate(*client, 1))->group, decoder_group);
+  EXPECT_EQ(cnc.calls.size(), 1U);
+}
+
 TEST_F(SurveyTest, FailsForAControllerThatIsNotReady) {
   cnc.failure = ErrorCode::not_ready;
   EXPECT_EQ(wait_for(survey(*client)).error(), ErrorCode::not_ready);

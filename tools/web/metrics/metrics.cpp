@@ -9,6 +9,12 @@ namespace millrace::tools::web::metrics {
 
 namespace {
 
+/// What a gateway says of a link that is up (docs/gateway.md, "Told, or looked at"): the type on
+/// the wire has a reason in words only.
+bool is_pushed(const fabric::MachineStatus& status) {
+  return status.connected && status.reason.find("pushed") != std::string::npos;
+}
+
 constexpr const char* other = "other";
 
 /// As one word: "link_down", "to_service".
@@ -192,11 +198,15 @@ void Metrics::put_links(Families& families, const bus::Live& live) const {
                                      "Mean time of an ADS request until its answer.");
   Family poll = families.gauge("millrace_link_poll_interval_seconds",
                                "Between two looks at an idle channel.");
+  Family pushed = families.gauge("millrace_link_pushed",
+                                 "1 if the machine's controller tells of changes, 0 if it is "
+                                 "looked at all the time.");
   Family gateways =
       families.gauge("millrace_gateways", "Gateways that are set up for the machine.");
   Family info = families.gauge("millrace_gateway_info", "1; which gateway a machine has.");
   struct OfMachine {
     bool connected = false;
+    bool pushed = true;
     double gateways = 0;
     double requests = 0;
     std::chrono::nanoseconds round_trip{};
@@ -217,6 +227,7 @@ void Metrics::put_links(Families& families, const bus::Live& live) const {
     }
     if (status.connected) {
       machine.connected = true;
+      machine.pushed = machine.pushed && is_pushed(status);
       machine.requests += status.requests_per_second;
       machine.round_trip = std::max(machine.round_trip, status.round_trip);
       machine.poll = std::max(machine.poll, status.poll);
@@ -230,6 +241,7 @@ void Metrics::put_links(Families& families, const bus::Live& live) const {
       rate.add(labels, machine.requests);
       round_trip.add(labels, seconds_of(machine.round_trip));
       poll.add(labels, seconds_of(machine.poll));
+      pushed.add(labels, machine.pushed ? 1 : 0);
     }
   }
   for (const Labels& labels : infos) {

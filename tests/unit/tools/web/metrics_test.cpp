@@ -94,6 +94,19 @@ TEST_F(TheMetrics, TellWhetherALinkIsUp) {
   EXPECT_THAT(text(), HasSubstr("millrace_gateways{machine=\"cnc\"} 0\n"));
 }
 
+TEST_F(TheMetrics, SayWhetherAControllerTellsOfChanges) {
+  fabric::MachineStatus machine;
+  machine.machine = "cnc";
+  machine.host = "host1";
+  machine.connected = true;
+  machine.reason = "channel 2 is served by another; pushed";
+  add(Entry{.sample = machine});
+  EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 1\n"));
+  machine.reason = "polled: the controller refuses it";
+  add(Entry{.sample = machine});
+  EXPECT_THAT(text(), HasSubstr("millrace_link_pushed{machine=\"cnc\"} 0\n"));
+}
+
 TEST_F(TheMetrics, TellOfAServiceThatItHasNoInstanceLeft) {
   add_instance(Change::ready);
   const std::string line = "millrace_service_instances{service=\"" + square_root + "\"} ";

@@ -1,0 +1,69 @@
+// Being told by the controller when REQUEST_STATE and RESPONSE_STATE of channels change.
+//
+//   StateNotices notices(client, "CH[{channel}].{variable}", told);
+//   auto outcomes = co_await notices.watch({1, 2});     // one for each: granted, or the error
+//   → told(1, ServiceVariable::request_state, 7)
+//   co_await notices.unwatch({1});
+//
+// A handle for the name of each variable (0xF003), and a notification on what stands behind it
+// (0xF005), on change, sampled every millisecond or in the cycle of the controller, sent at once.
+// That the variables of a CNC have names among the symbols of port 552, what these are, and that
+// notifications on them are granted is not documented: it is tried.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cnc/variables/channel.hpp"
+#include "cnc/variables/service_variable.hpp"
+
+namespace millrace::cnc::variables {
+
+/// No value: nothing more is told of this variable, its handle is not valid any more.
+using StateTold =
+    std::function<void(std::uint16_t channel, ServiceVariable, std::optional<std::uint32_t> value)>;
+
+struct NoticeOutcome {
+  std::uint16_t channel = 0;
+  /// none = both are told.
+  ads::ErrorCode error = ads::ErrorCode::none;
+  /// What was refused, in words with the code.
+  std::string refusal{};
+};
+
+/// The client must outlive what is asked of it. One watch() or unwatch() at a time.
+class StateNotices {
+ public:
+  /// `symbol` has {channel} and {variable} in it. `told` is not called after forget() or leave().
+  StateNotices(ads::Client& client, std::string symbol, StateTold told)
+      : client_(client), symbol_(std::move(symbol)), told_(std::move(told)) {}
+
+  /// In the order of `channels`. Where one of a channel's states is refused, neither is told.
+  boost::asio::awaitable<std::vector<NoticeOutcome>> watch(std::vector<std::uint16_t> channels);
+  boost::asio::awaitable<void> unwatch(std::vector<std::uint16_t> channels);
+  /// Closes the client, and leaves nothing behind at the controller.
+  void leave();
+  /// The link is gone.
+  void forget() { watched_.clear(); }
+
+ private:
+  struct Watched {
+    std::vector<std::uint32_t> symbols;
+    std::vector<std::uint32_t> notifications;
+  };
+  using Handles = std::vector<ads::Result<std::uint32_t>>;
+
+  [[nodiscard]] std::string name_of_symbol(std::uint16_t channel, ServiceVariable variable) const;
+  boost::asio::awaitable<Handles> symbol_handles(std::vector<std::string> names);
+  boost::asio::awaitable<void> release(std::vector<std::uint32_t> symbols);
+
+  ads::Client& client_;
+  std::string symbol_;
+  StateTold told_;
+  std::map<std::uint16_t, Watched> watched_;
+};
+
+}  // namespace millrace::cnc::variables

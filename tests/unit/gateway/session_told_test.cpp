@@ -1,0 +1,133 @@
+// How a channel session looks while its controller tells of changes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/desk.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+
+class ToldChannel : public testing::Test {
+ protected:
+  void be_told() {
+    desk.link_up();
+    desk.wait(1s);
+    desk.feed(sut().set_told(true, desk.now));
+    // What was due before.
+    desk.wait(500ms);
+    desk.reads = 0;
+  }
+  void change(Variable variable = Variable::request_state) {
+    desk.feed(sut().on_change(variable, desk.now));
+  }
+  channel::ChannelSession& sut() { return *desk.sut; }
+  Desk desk;
+};
+
+TEST_F(ToldChannel, IsLookedAtTwiceASecond) {
+  be_told();
+  desk.wait(10s);
+  EXPECT_EQ(desk.reads, 20U);
+}
+
+TEST_F(ToldChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
+  be_told();
+  desk.call();
+  change();
+  EXPECT_EQ(desk.offers, 1U);
+}
+
+TEST_F(ToldChannel, IsAcceptedByTheSameRulesAsEver) {
+  be_told();
+  desk.call("old", 1);
+  int actions = 0;
+  desk.before_action = [&] {
+    if (++actions == 3) {
+      desk.call("new", 2);
+    }
+  };
+  change();
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "new");
+}
+
+TEST_F(ToldChannel, IsFoundWithoutAWordAtTheNextLookForSafety) {
+  be_told();
+  desk.call();
+  desk.wait(500ms);
+  EXPECT_EQ(desk.offers, 1U);
+}
+
+TEST_F(ToldChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
+  be_told();
+  bool first = true;
+  desk.before_action = [&] {
+    if (std::exchange(first, false)) {
+      // The look has been sent; the program writes behind it.
+      static_cast<void>(sut().on_change(Variable::request_state, desk.now));
+    }
+  };
+  change();
+  EXPECT_EQ(desk.reads, 2U);
+}
+
+TEST_F(ToldChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
+  be_told();
+  desk.feed(sut().set_told(false, desk.now));
+  desk.call();
+  desk.wait(11ms);
+  EXPECT_EQ(desk.offers, 1U);
+}
+
+TEST_F(ToldChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
+  be_told();
+  desk.feed(sut().on_link_down("cable", desk.now));
+  desk.link_up();
+  desk.wait(1s);
+  EXPECT_GE(desk.reads, 100U);
+}
+
+TEST_F(ToldChannel, LearnsAtOnceThatAProgramHasWithdrawnItsCall) {
+  be_told();
+  desk.call();
+  change();
+  desk.feed(sut().assign(desk.assignment(), desk.now));
+  desk.reads = 0;
+  desk.wait(400ms);
+  EXPECT_LE(desk.reads, 1U) << "a call that runs is not polled";
+  desk.channel.set_request_state(0);
+  change();
+  EXPECT_EQ(sut().call(), nullptr);
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1)));
+}
+
+TEST_F(ToldChannel, ResponseStateIsOfInterestAfterAnInterimAnswerOnly) {
+  be_told();
+  change(Variable::response_state);
+  EXPECT_EQ(desk.reads, 0U);
+  desk.call();
+  change();
+  desk.feed(sut().assign(desk.assignment(), desk.now));
+  desk.reads = 0;
+  change(Variable::response_state);
+  EXPECT_EQ(desk.reads, 0U);
+  desk.feed(sut().on_reply(desk.interim("half", 5), desk.now));
+  desk.reads = 0;
+  change(Variable::response_state);
+  EXPECT_EQ(desk.reads, 1U);
+}
+
+TEST_F(ToldChannel, IsAnsweredAsEver) {
+  be_told();
+  desk.call();
+  change();
+  desk.feed(sut().assign(desk.assignment(), desk.now));
+  desk.feed(sut().on_reply(desk.reply("4", 3), desk.now));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=4", "REQUEST_STATE=0", "RESPONSE_STATE=3"));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,412 @@
+#include "gateway/machines/watch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pair;
+using testing::SizeIs;
+using enum Variable;
+
+class WatchTest : public testing::Test {
+ protected:
+  explicit WatchTest(WatchMode mode = WatchMode::automatic) : sut(mode) {}
+
+  void take(const machines::WatchActions& actions) {
+    for (const auto channel : actions.unsubscribe) {
+      unsubscribed.push_back(channel);
+    }
+    for (const auto channel : actions.subscribe) {
+      subscribed.push_back(channel);
+    }
+    for (const auto& [channel, is] : actions.told) {
+      pushed[channel] = is;
+    }
+    for (const auto& look : actions.look) {
+      looks.push_back(look);
+    }
+    for (const auto& [level, words] : actions.say) {
+      said.emplace_back(level, words);
+    }
+  }
+  void serve(const std::vector<std::uint16_t>& channels = {1}) { take(sut.serve(channels)); }
+  void grant(const std::vector<std::uint16_t>& channels = {1}) {
+    std::vector<machines::WatchOutcome> outcomes;
+    for (const auto channel : channels) {
+      outcomes.push_back({channel, "", false});
+    }
+    take(sut.on_watched(outcomes, now));
+  }
+  void refuse(std::uint16_t channel = 1) {
+    take(sut.on_watched({{channel, "the controller refuses it: 0x701", false}}, now));
+  }
+  void told(std::optional<std::uint32_t> value, std::uint16_t channel = 1) {
+    take(sut.on_told(channel, request_state, value, now));
+  }
+  void look(std::uint32_t value, std::uint16_t channel = 1) {
+    sut.looking(channel);
+    looked(value, channel);
+  }
+  void looked(std::uint32_t value, std::uint16_t channel = 1) {
+    Snapshot snapshot;
+    snapshot.look = ReadSet::state;
+    snapshot.request_state = value;
+    take(sut.on_looked(channel, snapshot, now));
+  }
+  void write(std::uint32_t value, std::uint16_t channel = 1) {
+    take(sut.on_written(channel, request_state, value, now));
+  }
+  void wait(std::chrono::milliseconds time) {
+    now += time;
+    take(sut.on_time(now));
+  }
+  /// Granted, told and seen: pushed.
+  void be_pushed() {
+    serve();
+    grant();
+    told(0);
+    look(0);
+    ASSERT_TRUE(pushed[1]);
+    looks.clear();
+    said.clear();
+    subscribed.clear();
+  }
+
+  SteadyTime now{1h};
+  machines::Watch sut;
+  std::vector<std::uint16_t> subscribed;
+  std::vector<std::uint16_t> unsubscribed;
+  std::map<std::uint16_t, bool> pushed;
+  std::vector<std::pair<std::uint16_t, Variable>> looks;
+  std::vector<std::pair<Level, std::string>> said;
+};
+
+TEST_F(WatchTest, AsksForEachChannelOnce) {
+  serve({1, 2});
+  EXPECT_THAT(subscribed, ElementsAre(1, 2));
+  serve({1, 2, 3});
+  EXPECT_THAT(subscribed, ElementsAre(1, 2, 3));
+}
+
+TEST_F(WatchTest, BelievesSilenceOnceWhatIsToldIsWhatIsSeen) {
+  serve();
+  grant();
+  look(0);
+  EXPECT_FALSE(pushed[1]);
+  told(0);
+  EXPECT_TRUE(pushed[1]);
+  EXPECT_EQ(sut.words(), "pushed");
+  EXPECT_THAT(said, ElementsAre(Pair(Level::info, HasSubstr("pushed"))));
+}
+
+TEST_F(WatchTest, TheFirstValueMayComeBeforeTheAnswerToTheQuestion) {
+  serve();
+  look(0);
+  told(0);
+  EXPECT_FALSE(pushed[1]);
+  grant();
+  EXPECT_TRUE(pushed[1]);
+}
+
+TEST_F(WatchTest, AChangeThatIsToldIsTimeToLook) {
+  be_pushed();
+  told(7);
+  EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
+}
+
+TEST_F(WatchTest, WhatWeHaveWrittenOurselvesIsNothingToLookAt) {
+  be_pushed();
+  told(7);
+  look(7);
+  looks.clear();
+  write(0);
+  told(0);
+  EXPECT_THAT(looks, IsEmpty());
+}
+
+// The program may have written the same request again before the controller took its next sample:
+// then nothing is told, ever.
+TEST_F(WatchTest, DoesNotBelieveSilenceBetweenAWriteAndItsTelling) {
+  be_pushed();
+  told(7);
+  look(7);
+  EXPECT_TRUE(pushed[1]);
+  write(0);
+  EXPECT_FALSE(pushed[1]);
+  told(0);
+  EXPECT_TRUE(pushed[1]);
+}
+
+TEST_F(WatchTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
+  be_pushed();
+  told(7);
+  look(7);
+  write(0);
+  look(7);
+  EXPECT_TRUE(pushed[1]);
+  for (int times = 0; times < 10; ++times) {
+    write(0);
+    look(7);
+  }
+  EXPECT_EQ(sut.words(), "pushed") << "no sample was taken in between: nothing was kept from us";
+}
+
+TEST_F(WatchTest, AChangeOfResponseStateIsTimeToLookUnlessItWasOurs) {
+  be_pushed();
+  take(sut.on_written(1, response_state, 5, now));
+  take(sut.on_told(1, response_state, 5, now));
+  EXPECT_THAT(looks, IsEmpty());
+  take(sut.on_told(1, response_state, 0, now));
+  EXPECT_THAT(looks, ElementsAre(Pair(1, response_state)));
+}
+
+TEST_F(WatchTest, PollsAControllerThatRefusesAndSaysSoOnce) {
+  serve();
+  refuse();
+  EXPECT_EQ(sut.words(), "polled: the controller refuses it: 0x701");
+  ASSERT_THAT(said, SizeIs(1));
+  wait(10min);
+  EXPECT_THAT(subscribed, SizeIs(1));
+  EXPECT_THAT(said, SizeIs(1));
+}
+
+TEST_F(WatchTest, TriesAgainOnANewLinkAndSaysNothingThatWasSaid) {
+  serve();
+  refuse();
+  sut.link_down();
+  serve();
+  EXPECT_THAT(subscribed, ElementsAre(1, 1));
+  refuse();
+  EXPECT_THAT(said, SizeIs(1));
+  sut.link_down();
+  serve();
+  grant();
+  EXPECT_THAT(said, SizeIs(2));
+}
+
+TEST_F(WatchTest, NamesTheChannelThatIsPolled) {
+  serve({1, 2});
+  take(sut.on_watched({{1, "", false}, {2, "no more handles", false}}, now));
+  EXPECT_EQ(sut.words(), "pushed, but for channel 2: no more handles");
+}
+
+TEST_F(WatchTest, AsksAgainAfterAWhileWhereTheControllerDidNotAnswer) {
+  serve();
+  take(sut.on_watched({{1, "no answer", true}}, now));
+  wait(999ms);
+  EXPECT_THAT(subscribed, SizeIs(1));
+  wait(1ms);
+  EXPECT_THAT(subscribed, SizeIs(2));
+  take(sut.on_watched({{1, "no answer", true}}, now));
+  wait(1s);
+  EXPECT_THAT(subscribed, SizeIs(2)) << "less and less often";
+  wait(1s);
+  EXPECT_THAT(subscribed, SizeIs(3));
+}
+
+TEST_F(WatchTest, GivesUpAControllerThatGrantsAndTellsNothing) {
+  serve();
+  grant();
+  for (int times = 0; times < 200; ++times) {
+    look(0);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.words(), HasSubstr("tells nothing, not even the first value"));
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+  EXPECT_FALSE(pushed[1]);
+}
+
+TEST_F(WatchTest, GivesItUpAlsoWhileProgramsCallAllTheTime) {
+  serve();
+  grant();
+  for (std::uint32_t times = 0; times < 200; ++times) {
+    look(times % 2);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.words(), HasSubstr("tells nothing, not even the first value"));
+}
+
+TEST_F(WatchTest, GivesUpAControllerThatDoesNotTellOfAChangeThatStands) {
+  be_pushed();
+  for (int times = 0; times < 200; ++times) {
+    look(7);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.words(), HasSubstr("did not tell of a change"));
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+}
+
+TEST_F(WatchTest, OneWhoStoodStillDrawsNoConclusion) {
+  be_pushed();
+  look(7);
+  now += 10s;
+  look(7);
+  told(7);
+  EXPECT_TRUE(pushed[1]);
+}
+
+TEST_F(WatchTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
+  be_pushed();
+  for (int times = 0; times < 3; ++times) {
+    EXPECT_EQ(sut.words(), "pushed");
+    now += 1s;
+    look(7);
+    write(0);
+  }
+  EXPECT_THAT(sut.words(), HasSubstr("does not tell of all changes"));
+}
+
+// It was answered before the change, and is heard of after it.
+TEST_F(WatchTest, ALookThatWasOvertakenByATellingProvesNothing) {
+  be_pushed();
+  for (std::uint32_t request = 1; request <= 20; ++request) {
+    sut.looking(1);
+    told(request);
+    looked(request - 1);
+    EXPECT_FALSE(pushed[1]);
+    look(request);
+    EXPECT_TRUE(pushed[1]);
+  }
+  EXPECT_EQ(sut.words(), "pushed");
+}
+
+TEST_F(WatchTest, ForgivesWhatHappensOnceInTenMinutes) {
+  be_pushed();
+  for (int times = 0; times < 10; ++times) {
+    now += 6min;
+    look(7);
+    write(0);
+  }
+  EXPECT_EQ(sut.words(), "pushed");
+}
+
+TEST_F(WatchTest, NoticesThatTheSameWasToldTwice) {
+  be_pushed();
+  for (int times = 0; times < 3; ++times) {
+    told(7);
+    look(7);
+    write(0);  // which is not told
+  }
+  told(7);
+  EXPECT_THAT(sut.words(), HasSubstr("does not tell of all changes"));
+}
+
+TEST_F(WatchTest, GivesUpAControllerThatTellsTooLate) {
+  be_pushed();
+  for (int times = 0; times < 3; ++times) {
+    told(7);
+    look(7);
+    write(0);
+    now += 200ms;
+    told(0);
+  }
+  EXPECT_THAT(sut.words(), HasSubstr("100 ms late"));
+}
+
+TEST_F(WatchTest, ADelayNowAndThenIsNoReason) {
+  be_pushed();
+  for (int times = 0; times < 20; ++times) {
+    told(7);
+    look(7);
+    write(0);
+    now += times % 3 == 0 ? 200ms : 1ms;
+    told(0);
+  }
+  EXPECT_EQ(sut.words(), "pushed");
+}
+
+TEST_F(WatchTest, AsksAnewForAHandleThatTheControllerHasDropped) {
+  be_pushed();
+  told(std::nullopt);
+  EXPECT_FALSE(pushed[1]);
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+  EXPECT_THAT(looks, ElementsAre(Pair(1, request_state)));
+  wait(1s);
+  EXPECT_THAT(subscribed, ElementsAre(1));
+  grant();
+  told(0);
+  EXPECT_TRUE(pushed[1]);
+  EXPECT_EQ(sut.words(), "pushed");
+}
+
+TEST_F(WatchTest, LeavesNothingBehindInAChannelItServesNoMore) {
+  serve({1, 2});
+  grant({1, 2});
+  told(0, 2);
+  look(0, 2);
+  looks.clear();
+  serve({1});
+  EXPECT_THAT(unsubscribed, ElementsAre(2));
+  EXPECT_FALSE(pushed[2]);
+  told(7, 2);
+  EXPECT_THAT(looks, IsEmpty());
+}
+
+TEST_F(WatchTest, DoesAsItIsToldWhileItRuns) {
+  be_pushed();
+  take(sut.set_mode(WatchMode::poll));
+  EXPECT_THAT(unsubscribed, ElementsAre(1));
+  EXPECT_FALSE(pushed[1]);
+  EXPECT_EQ(sut.words(), "polled, as configured");
+  take(sut.set_mode(WatchMode::automatic));
+  EXPECT_THAT(subscribed, ElementsAre(1));
+}
+
+class PollingWatch : public WatchTest {
+ protected:
+  PollingWatch() : WatchTest(WatchMode::poll) {}
+};
+
+TEST_F(PollingWatch, AsksForNothingAndSaysNothing) {
+  serve();
+  EXPECT_THAT(subscribed, IsEmpty());
+  EXPECT_THAT(said, IsEmpty());
+  EXPECT_EQ(sut.words(), "polled, as configured");
+}
+
+class InsistingWatch : public WatchTest {
+ protected:
+  InsistingWatch() : WatchTest(WatchMode::notify) {}
+};
+
+TEST_F(InsistingWatch, WarnsAndAsksAgainInTheEndOnceAMinute) {
+  serve();
+  refuse();
+  EXPECT_THAT(said, ElementsAre(Pair(Level::warn, HasSubstr("0x701"))));
+  for (int minutes = 0; minutes < 10; ++minutes) {
+    wait(1min);
+    refuse();
+  }
+  const auto before = subscribed.size();
+  EXPECT_GT(before, 9U);
+  wait(59s);
+  EXPECT_EQ(subscribed.size(), before);
+  wait(1s);
+  EXPECT_EQ(subscribed.size(), before + 1);
+  EXPECT_THAT(said, SizeIs(1));
+}
+
+TEST_F(InsistingWatch, TrustsAnewAfterAWhile) {
+  serve();
+  grant();
+  for (int times = 0; times < 200; ++times) {
+    look(0);
+    now += 10ms;
+  }
+  EXPECT_THAT(sut.words(), HasSubstr("polled: "));
+  wait(1s);
+  EXPECT_THAT(subscribed, ElementsAre(1, 1));
+  grant();
+  told(0);
+  EXPECT_TRUE(pushed[1]);
+  EXPECT_EQ(sut.words(), "pushed");
+}
+
+}  // namespace
+}  // namespace millrace::gateway
