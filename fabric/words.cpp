@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "fabric/data.hpp"
+
 namespace millrace::fabric {
 
 namespace {
@@ -39,6 +41,21 @@ std::string_view name_of(EventKind kind) {
 
 std::string_view name_of(CommandKind kind) {
   return pick<CommandKind, 4>({"answer", "retry", "drain", "ping"}, kind);
+}
+
+std::string_view name_of(ValueType type) {
+  return pick<ValueType, 10>({"UNKNOWN", "BOOLEAN", "SGN08", "UNS08", "SGN16", "UNS16", "SGN32",
+                              "UNS32", "REAL64", "STRING"},
+                             type);
+}
+
+std::string_view name_of(Quality quality) {
+  return pick<Quality, 3>({"good", "stale", "refused"}, quality);
+}
+
+std::string_view name_of(ProgramEventKind kind) {
+  return pick<ProgramEventKind, 6>({"started", "ended", "aborted", "reset", "held", "resumed"},
+                                   kind);
 }
 
 std::optional<Delivery> parse_delivery(std::string_view word) {

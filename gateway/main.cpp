@@ -11,6 +11,7 @@
 #include "base/program/log.hpp"
 #include "base/program/supervisor.hpp"
 #include "fabric/profile/command_line.hpp"
+#include "gateway/live/ask.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/settings/settings.hpp"
 
@@ -23,6 +24,7 @@ using millrace::gateway::settings::Settings;
 struct Options {
   std::filesystem::path config;
   bool check = false;
+  bool ask = false;
   std::vector<std::string> machines;
   std::filesystem::path journal;
   spdlog::level::level_enum log_level = spdlog::level::info;
@@ -32,6 +34,10 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--config", options.config, "Configuration file (gateway.textproto)");
   app.add_flag("--check", options.check,
                "Only check the configuration; exit code 2 if it is wrong");
+  app.add_flag("--ask", options.ask,
+               "With --check: also ask the controllers that are there for each variable of data; "
+               "exit code 2 if one is not there. A gateway on this host may lose its link for a "
+               "moment");
   app.add_option("--machine", options.machines,
                  "NAME=HOST:PORT/NETID: a controller to serve; may be repeated. Without this and "
                  "without --config: the virtual CNC on this host, as machine cnc")
@@ -108,6 +114,22 @@ class Reload {
   program::Log log_;
 };
 
+/// What controllers that are there do not have is a mistake of the configuration.
+int check(const Settings& settings, bool ask) {
+  fmt::print("{}\n", list_of(settings.machines));
+  if (!ask) {
+    return program::exit_done;
+  }
+  const auto asked = millrace::gateway::live::ask_controllers(settings.machines);
+  for (const std::string& line : asked.silent) {
+    fmt::print(stderr, "millrace-gateway: not asked: {}\n", line);
+  }
+  for (const std::string& line : asked.mistakes) {
+    fmt::print(stderr, "millrace-gateway: {}\n", line);
+  }
+  return asked.mistakes.empty() ? program::exit_done : program::exit_usage;
+}
+
 /// A limit on the size of files (RLIMIT_FSIZE) is to be an error of a write, which the journal
 /// handles, not the end of the gateway.
 void survive_file_size_limit() {
@@ -145,9 +167,11 @@ int main(int argc, char** argv) {
   return program::run(app, argc, argv, [&] {
     Settings settings = resolve(options);
     settings.join = fabric.options();
+    if (options.ask && !options.check) {
+      throw program::UsageError("--ask goes with --check");
+    }
     if (options.check) {
-      fmt::print("{}\n", list_of(settings.machines));
-      return program::exit_done;
+      return check(settings, options.ask);
     }
     return serve(settings, options, program::make_log("gateway", options.log_level));
   });

@@ -1,6 +1,7 @@
 // millrace: the operator's command.
 #include "base/program/command_line.hpp"
 #include "tools/commands/completion.hpp"
+#include "tools/commands/data/data.hpp"
 #include "tools/commands/doctor/doctor.hpp"
 #include "tools/commands/lint/lint.hpp"
 #include "tools/commands/log/log.hpp"
@@ -24,6 +25,8 @@ int main(int argc, char** argv) {
   commands::look::add_stats(app, chosen);
   commands::look::add_channels(app, chosen);
   commands::look::add_machines(app, chosen);
+  commands::data::add_data(app, chosen);
+  commands::data::add_programs(app, chosen);
   commands::operate::add_call(app, chosen);
   commands::operate::add_ping(app, chosen);
   commands::operate::add_health(app, chosen);

@@ -1,10 +1,12 @@
 #include "cnc/ads/link.hpp"
 
 #include <array>
+#include <chrono>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include "base/program/barrier.hpp"
@@ -18,6 +20,10 @@ using asio::ip::tcp;
 
 // Answers to a controller that asks but does not read; then we do not read from it either.
 constexpr std::size_t max_output = std::size_t{1} << 20U;
+
+// For a last word to be read. It takes a millisecond; a controller that stands still gets no more
+// than that of the time of others.
+constexpr std::chrono::milliseconds farewell{50};
 
 std::string address_of(const tcp::socket& socket) {
   boost::system::error_code error;
@@ -99,10 +105,18 @@ void Link::say_farewell(BytesView frames) {
   static_cast<void>(::send(socket, frames.data(), frames.size(), now));
   boost::system::error_code ignored;
   socket_.shutdown(tcp::socket::shutdown_send, ignored);
-  // A socket that is closed with something unread in it resets the connection, and what was sent
-  // may be lost with it.
+  // A socket that is closed with something unread in it, or to which something comes afterwards,
+  // resets the connection, and what was sent may be lost with it: so until the other side closes.
+  const auto end = std::chrono::steady_clock::now() + farewell;
   std::array<std::uint8_t, chunk_size> unread{};
-  while (::recv(socket, unread.data(), unread.size(), now) > 0) {
+  for (auto left = farewell; left.count() > 0;
+       left = std::chrono::duration_cast<std::chrono::milliseconds>(
+           end - std::chrono::steady_clock::now())) {
+    pollfd readable{.fd = socket, .events = POLLIN, .revents = 0};
+    if (::poll(&readable, 1, static_cast<int>(left.count())) != 1 ||
+        ::recv(socket, unread.data(), unread.size(), now) <= 0) {
+      return;
+    }
   }
 }
 

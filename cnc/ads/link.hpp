@@ -36,8 +36,9 @@ class Link : public std::enable_shared_from_this<Link> {
 
   void start();
   void send(BytesView frames) { outbox_.push(frames); }
-  /// Before close(): hands the frames to the socket now, as far as it takes them, without waiting.
-  /// Nothing is sent if something else is still on its way out.
+  /// Before close(): hands the frames to the socket now, as far as it takes them, and waits for the
+  /// other side to have read them and to close, a few milliseconds, at most 50. Nothing is
+  /// sent if something else is still on its way out.
   void say_farewell(BytesView frames);
   /// Ends it without a call of `ended`.
   void close() { end({LinkEnd::Cause::closed_by_us, {}}); }

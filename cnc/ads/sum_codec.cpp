@@ -5,6 +5,8 @@ namespace {
 
 // Result and returned length of one item.
 constexpr std::uint32_t result_size = 8;
+// The result alone, of a Read.
+constexpr std::uint32_t code_size = 4;
 
 }  // namespace
 
@@ -50,6 +52,43 @@ Result<std::vector<Result<Bytes>>> decode_sum(BytesView answer, const std::vecto
   }
   if (!results.ok() || !data.ok()) {
     return protocol_error;
+  }
+  return answers;
+}
+
+Bytes encode_sum(const std::vector<SumRead>& items) {
+  ByteWriter out;
+  for (const auto& item : items) {
+    out.u32(item.index.group).u32(item.index.offset).u32(item.length);
+  }
+  return out.take();
+}
+
+std::uint32_t sum_length(const std::vector<SumRead>& items) {
+  std::uint32_t length = 0;
+  for (const auto& item : items) {
+    length += code_size + item.length;
+  }
+  return length;
+}
+
+Result<std::vector<Result<Bytes>>> decode_sum(BytesView answer, const std::vector<SumRead>& items) {
+  ByteReader codes(answer);
+  ByteReader data(answer);
+  data.take(items.size() * code_size);
+  std::vector<Result<Bytes>> answers;
+  answers.reserve(items.size());
+  for (const auto& item : items) {
+    const auto code = from_wire(codes.u32());
+    const auto bytes = data.take(item.length);
+    if (code == ErrorCode::none) {
+      answers.emplace_back(Bytes(bytes.begin(), bytes.end()));
+    } else {
+      answers.emplace_back(tl::make_unexpected(code));
+    }
+  }
+  if (!codes.ok() || !data.ok()) {
+    return tl::make_unexpected(ErrorCode::protocol_error);
   }
   return answers;
 }

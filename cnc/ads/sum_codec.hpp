@@ -1,4 +1,5 @@
-// A sum of ReadWrites (index group 0xF082) from the client's side: one request instead of many.
+// Sums of ReadWrites (index group 0xF082) and of Reads (0xF080) from the client's side: one request
+// instead of many.
 //
 //   auto request = encode_sum(items);
 //   auto bytes = co_await client.read_write(port, {sum::read_write, count}, sum_length(items),
@@ -24,5 +25,16 @@ Bytes encode_sum(const std::vector<SumItem>& items);
 std::uint32_t sum_length(const std::vector<SumItem>& items);
 /// The answer to each item; protocol_error if its lengths do not fit together.
 Result<std::vector<Result<Bytes>>> decode_sum(BytesView answer, const std::vector<SumItem>& items);
+
+/// A Read in a sum of them. Its slot in the answer has this length, whatever comes of it.
+struct SumRead {
+  Index index;
+  std::uint32_t length = 0;
+};
+
+/// The same three for a sum of Reads.
+Bytes encode_sum(const std::vector<SumRead>& items);
+std::uint32_t sum_length(const std::vector<SumRead>& items);
+Result<std::vector<Result<Bytes>>> decode_sum(BytesView answer, const std::vector<SumRead>& items);
 
 }  // namespace millrace::cnc::ads

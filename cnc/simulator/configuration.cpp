@@ -193,9 +193,10 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.service = {service.response_clears_request(), service.ads_request_clears_response(),
                       service.reset_clears_states(), service.start_clears_states()};
   const auto& answers = config.answers();
-  settings.answers = {answers.whole_string_buffer(),
-                      static_cast<ads::ErrorCode>(answers.unknown_variable()), answers.old_groups(),
-                      answers.current_groups(), answers.old_value_offset()};
+  settings.answers = {
+      answers.whole_string_buffer(), static_cast<ads::ErrorCode>(answers.unknown_variable()),
+      answers.old_groups(),          answers.current_groups(),
+      answers.old_value_offset(),    answers.program_objects()};
   mistakes.expect(answers.old_groups() || answers.current_groups(), {{"answers"}},
                   "neither old_groups nor current_groups; expected one of them");
   mistakes.expect(answers.old_value_offset() == 92 || answers.old_value_offset() == 96,
@@ -208,6 +209,7 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.timers_resume = config.programs().timers_resume();
   settings.quoted_reports = config.programs().quoted_reports();
   settings.report_time = config.programs().report_time();
+  settings.ready_after_end = config.programs().ready_after_end();
   mistakes.expect_range(config.rapid_feed(), slowest, fastest, {{"rapid_feed"}});
   settings.program.rapid_feed = config.rapid_feed();
   mistakes.expect_range(config.cycle_us(), 250U, 100'000U, {{"cycle_us"}});

@@ -4,8 +4,8 @@
 
 namespace millrace::cnc::simulator {
 
-ProgramControl::ProgramControl(nc::Channel& channel, ProgramSource& programs)
-    : channel_(channel), programs_(programs) {}
+ProgramControl::ProgramControl(nc::Channel& channel, ProgramSource& programs, bool ready_after_end)
+    : channel_(channel), programs_(programs), ready_after_end_(ready_after_end) {}
 
 ProcessState ProgramControl::state() const {
   switch (channel_.state()) {
@@ -18,7 +18,8 @@ ProcessState ProgramControl::state() const {
     case nc::ChannelState::idle:
       break;
   }
-  return ready_ ? ProcessState::ready : ProcessState::selected;
+  const bool again = ready_after_end_ && started_;
+  return ready_ || again ? ProcessState::ready : ProcessState::selected;
 }
 
 tl::expected<void, Refusal> ProgramControl::set_mode(Mode mode) {
@@ -29,6 +30,7 @@ tl::expected<void, Refusal> ProgramControl::set_mode(Mode mode) {
   }
   mode_ = mode;
   ready_.reset();
+  started_.reset();
   return {};
 }
 
@@ -53,12 +55,20 @@ tl::expected<void, Refusal> ProgramControl::command(ProcessState state) {
 tl::expected<void, Refusal> ProgramControl::start(const Program& program) {
   mode_ = Mode::automatic;
   ready_.reset();
-  return channel_.start(program.file, program.text);
+  return run(program);
+}
+
+tl::expected<void, Refusal> ProgramControl::run(const Program& program) {
+  return channel_.start(program.file, program.text).map([&] {
+    started_ = program;
+    program_ = program.file;
+  });
 }
 
 void ProgramControl::reset() {
   channel_.reset();
   ready_.reset();
+  started_.reset();
 }
 
 tl::expected<void, Refusal> ProgramControl::choose() {
@@ -98,11 +108,14 @@ tl::expected<void, Refusal> ProgramControl::activate() {
     channel_.resume();
     return {};
   }
-  const auto program = std::exchange(ready_, std::nullopt);
+  auto program = std::exchange(ready_, std::nullopt);
+  if (!program && ready_after_end_ && channel_.state() == nc::ChannelState::idle) {
+    program = started_;
+  }
   if (!program) {
     return tl::unexpected(refusal("no program is ready"));
   }
-  return channel_.start(program->file, program->text);
+  return run(*program);
 }
 
 Refusal ProgramControl::refusal(const std::string& reason) const {

@@ -38,13 +38,15 @@ using Refusal = std::vector<nc::Diagnostic>;
 
 class ProgramControl {
  public:
-  /// Both outlive this object.
-  ProgramControl(nc::Channel& channel, ProgramSource& programs);
+  /// Both outlive this object. `ready_after_end`: a program that has ended may be started again.
+  ProgramControl(nc::Channel& channel, ProgramSource& programs, bool ready_after_end = false);
 
   [[nodiscard]] Mode mode() const { return mode_; }
-  /// `selected` after a program's end (our choice).
+  /// After a program's end `selected`, or `ready` (not documented).
   [[nodiscard]] ProcessState state() const;
   [[nodiscard]] const std::string& parameter() const { return parameter_; }
+  /// The name of the program that runs, or ran last; empty if none did.
+  [[nodiscard]] const std::string& program() const { return program_; }
 
   /// Standby resets; any other mode is refused while a program is active or the channel in error.
   tl::expected<void, Refusal> set_mode(Mode mode);
@@ -62,6 +64,7 @@ class ProgramControl {
   tl::expected<void, Refusal> choose();
   tl::expected<Program, Refusal> chosen_program();
   tl::expected<void, Refusal> activate();
+  tl::expected<void, Refusal> run(const Program& program);
   [[nodiscard]] Refusal refusal(const std::string& reason) const;
 
   nc::Channel& channel_;
@@ -69,6 +72,10 @@ class ProgramControl {
   Mode mode_ = Mode::standby;
   std::string parameter_;
   std::optional<Program> ready_;
+  bool ready_after_end_;
+  /// That runs or has ended; none after a reset.
+  std::optional<Program> started_;
+  std::string program_;
 };
 
 }  // namespace millrace::cnc::simulator

@@ -30,6 +30,8 @@ struct AnswerRules {
   bool current_groups = true;
   /// Where the value stands in S_WRITE_VAR_DATA.
   std::uint32_t old_value_offset = 96;
+  /// COM tells the program's name and the error that ended it.
+  bool program_objects = true;
 };
 
 /// How the AMS router and its network behave.
@@ -79,6 +81,8 @@ struct Settings {
   nc::ChannelOptions program;
   /// What the decoders of all channels do in one cycle together, evenly shared by those that run.
   std::size_t decoder_operations = 3'200;
+  /// A channel is ready after a program's end, and may start it again; otherwise selected.
+  bool ready_after_end = false;
   /// #TIMER START goes on where the timer was stopped.
   bool timers_resume = true;
   /// #MSG SAVE writes the text in quotation marks.

@@ -32,7 +32,7 @@ VirtualChannel::VirtualChannel(std::uint32_t number, const Settings& settings, c
       service_(store_.family(Kind::global), settings.service, surroundings.clock,
                [this](const AnsweredCall& call) { surroundings_.on_answered(number_, call); }),
       program_(options_of(settings, axes_), common.timers),
-      control_(program_, surroundings.programs) {
+      control_(program_, surroundings.programs, settings.ready_after_end) {
   add_variables(settings, common);
 }
 
@@ -57,17 +57,22 @@ void VirtualChannel::add_variables(const Settings& settings, const Common& commo
 }
 
 tl::expected<void, Refusal> VirtualChannel::start(const Program& program) {
-  return control_.start(program).map([this] { service_.start(); });
+  return control_.start(program).map([this] {
+    error_ = 0;
+    service_.start();
+  });
 }
 
 void VirtualChannel::reset() {
   control_.reset();
   service_.reset();
+  error_ = 0;
 }
 
 tl::expected<void, Refusal> VirtualChannel::command_mode(Mode mode) {
   if (mode == Mode::standby) {
     service_.reset();
+    error_ = 0;
   }
   return told(control_.set_mode(mode));
 }
@@ -75,6 +80,7 @@ tl::expected<void, Refusal> VirtualChannel::command_mode(Mode mode) {
 tl::expected<void, Refusal> VirtualChannel::command_state(ProcessState state) {
   if (state == ProcessState::selected) {
     service_.reset();
+    error_ = 0;
   }
   const bool starts = state == ProcessState::active && control_.state() == ProcessState::ready;
   return told(control_.command(state).map([&] {
@@ -116,6 +122,9 @@ std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now, std::s
   std::vector<nc::Event> events = std::exchange(untold_, {});
   if (program_.active()) {
     for (nc::Event& event : program_.tick(now, *this, operations)) {
+      if (const auto* aborted = std::get_if<nc::AbortedEvent>(&event)) {
+        error_ = static_cast<std::uint32_t>(aborted->why.id);
+      }
       events.push_back(std::move(event));
     }
   }

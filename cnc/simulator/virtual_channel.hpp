@@ -64,6 +64,8 @@ class VirtualChannel : private nc::Environment {
   [[nodiscard]] const std::vector<AxisSettings>& axes() const { return axes_; }
   /// Mode and state, and the chosen program.
   [[nodiscard]] const ProgramControl& control() const { return control_; }
+  /// The number of the error that ended the program; 0 once it is cleared.
+  [[nodiscard]] std::uint32_t error() const { return error_; }
 
   /// Starts a program; every mistake if it has any. Not while one is active.
   tl::expected<void, Refusal> start(const Program& program);
@@ -101,6 +103,7 @@ class VirtualChannel : private nc::Environment {
   nc::Channel program_;
   ProgramControl control_;
   BlockSearch search_;
+  std::uint32_t error_ = 0;
   /// Refused commands the operator has not been told of.
   std::vector<nc::Event> untold_;
 };

@@ -48,11 +48,6 @@ asio::awaitable<Result<Descriptions>> list_old(Channel& channel, const OldListin
   co_return found;
 }
 
-/// "V.E.TABLE" of "V.E.TABLE[1]".
-std::string_view without_indices(std::string_view name) {
-  return name.substr(0, name.find('['));
-}
-
 asio::awaitable<Result<Description>> look_up(Channel& channel, std::string_view name) {
   const auto variables = co_await list(channel, family_of(name));
   if (!variables) {
@@ -68,6 +63,10 @@ asio::awaitable<Result<Description>> look_up(Channel& channel, std::string_view 
 }
 
 }  // namespace
+
+std::string_view without_indices(std::string_view name) {
+  return name.substr(0, name.find('['));
+}
 
 std::string_view family_of(std::string_view name) {
   const auto found = std::ranges::find_if(families, [&](std::string_view family) {

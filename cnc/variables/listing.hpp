@@ -21,6 +21,9 @@ inline constexpr std::array<std::string_view, 7> families{"V.G", "V.E", "V.A", "
 /// of them.
 std::string_view family_of(std::string_view name);
 
+/// "V.E.TABLE" of "V.E.TABLE[1]".
+std::string_view without_indices(std::string_view name);
+
 /// All variables of one of the families, with their names. What programs have comes from the old
 /// functions: all of it REAL64 and READ_WRITE, an array by the name of its last element
 /// (documented, addresses.hpp). An error is the controller's or the client's.

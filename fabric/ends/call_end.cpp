@@ -108,7 +108,9 @@ void CallEnd::Impl::open() {
 
 void CallEnd::Impl::flush() {
   events->flush();
-  channels->flush();
+  if (channels) {
+    channels->flush();
+  }
 }
 
 void CallEnd::Impl::close() {

@@ -29,6 +29,8 @@ struct OriginOf {
   Time operator()(const Command& command) const { return command.at; }
   Time operator()(const Outcome& outcome) const { return outcome.at; }
   Time operator()(const MachineStatus& status) const { return status.since; }
+  Time operator()(const DataSample& sample) const { return sample.at; }
+  Time operator()(const ProgramEvent& event) const { return event.at; }
   Time operator()(const InstanceStatus&) const { return {}; }
   Time operator()(const InstanceNews&) const { return {}; }
   Time operator()(const Withdrawal&) const { return {}; }
@@ -44,8 +46,8 @@ std::string_view name_of(Change change) {
 
 std::string_view kind_of(const Entry& entry) {
   constexpr std::array<std::string_view, std::variant_size_v<Sample>> names{
-      "request", "reply", "withdrawal", "channel", "instance",
-      "status",  "event", "command",    "outcome", "machine"};
+      "request", "reply",   "withdrawal", "channel", "instance", "status",
+      "event",   "command", "outcome",    "machine", "data",     "program"};
   return names.at(entry.sample.index());
 }
 

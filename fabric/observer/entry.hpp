@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "fabric/command.hpp"
+#include "fabric/data.hpp"
 #include "fabric/messages.hpp"
 
 namespace millrace::fabric::observer {
@@ -32,7 +33,7 @@ struct InstanceNews {
 };
 
 using Sample = std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus,
-                            Event, Command, Outcome, MachineStatus>;
+                            Event, Command, Outcome, MachineStatus, DataSample, ProgramEvent>;
 
 struct Entry {
   /// When the observer received it.

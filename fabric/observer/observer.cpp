@@ -7,6 +7,7 @@
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
 #include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/data_codec.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::fabric::observer {
@@ -62,6 +63,16 @@ std::optional<Sample> sample_of(wire::Taken<MachineStatus>&& taken) {
   return std::move(taken.value);
 }
 
+std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
+  if (taken.presence != Presence::alive) {
+    // Without its values: nobody tells of them any more.
+    return DataSample{.key = std::move(taken.value.key),
+                      .group = std::move(taken.value.group),
+                      .at = std::chrono::system_clock::now()};
+  }
+  return std::move(taken.value);
+}
+
 }  // namespace
 
 struct Observer::Impl : std::enable_shared_from_this<Impl> {
@@ -99,6 +110,8 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     use(events);
     use(commands);
     use(outcomes);
+    use(data);
+    use(programs);
   }
 
   /// One turn of a reader; true if there may be more.
@@ -134,12 +147,21 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   std::optional<wire::Reader<Event>> events;
   std::optional<wire::Reader<Command>> commands;
   std::optional<wire::Reader<Outcome>> outcomes;
+  std::optional<wire::Reader<DataSample>> data;
+  std::optional<wire::Reader<ProgramEvent>> programs;
 };
 
 void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest interest) {
   post.emplace(executor, weak_from_this(), [this] { drain(); });
   const std::string& fabric = participant.options().fabric;
   const std::string services = wire::all_services(fabric);
+  if (interest == Interest::data || interest == Interest::everything) {
+    open(data, fabric);
+    open(programs, fabric);
+  }
+  if (interest == Interest::data) {
+    return;
+  }
   open(channels, fabric);
   if (interest != Interest::calls) {
     roster.open(participant, weak_from_this(), *post, *post);

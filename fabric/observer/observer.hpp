@@ -29,6 +29,8 @@ enum class Interest : std::uint8_t {
   states,
   /// Events of calls and states of channels: what becomes of calls.
   calls,
+  /// Values of machines and what becomes of programs.
+  data,
   /// What the others see, and requests, replies, commands and outcomes.
   everything
 };

@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "fabric/messages.hpp"
+#include "fabric/wire/data_topics.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/topics.hpp"
 
@@ -14,9 +15,10 @@ namespace {
 using wire::Topic;
 
 /// Those in the partition of the fabric itself, of which everybody who sees everything is a reader.
-const std::initializer_list<const Topic*> spoken{&wire::beat_topic,    &wire::channel_topic,
-                                                 &wire::machine_topic, &wire::event_topic,
-                                                 &wire::command_topic, &wire::outcome_topic};
+const std::initializer_list<const Topic*> spoken{
+    &wire::beat_topic,   &wire::channel_topic, &wire::machine_topic,
+    &wire::event_topic,  &wire::command_topic, &wire::outcome_topic,
+    &wire::notice_topic, &wire::data_topic,    &wire::program_topic};
 
 class Grants {
  public:
@@ -26,7 +28,7 @@ class Grants {
     switch (role) {
       case Role::gateway:
         write({&wire::channel_topic, &wire::machine_topic, &wire::event_topic, &wire::command_topic,
-               &wire::outcome_topic, &wire::notice_topic},
+               &wire::outcome_topic, &wire::notice_topic, &wire::data_topic, &wire::program_topic},
               fabric_);
         write({&wire::request_topic}, calls_);
         see_everything();

@@ -57,6 +57,8 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
           participant, executor,
           {.key = {.responder = own.id}, .program = "gateway", .host = own.host, .pid = own.pid}),
       watch(participant, executor, *this),
+      data(
+          executor, participant, [this] { return now(); }, log),
       machines(own, *this, *this) {
   static_cast<void>(
       control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
@@ -139,6 +141,7 @@ std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSe
     gate.emplace([this] { begin_event(); }, events);
   }
   auto link = std::make_unique<MachineLink>(executor, machine, *gate, log);
+  data.connect(machine.name, link->client());
   link->start();
   return link;
 }
@@ -156,6 +159,7 @@ void Gateway::Impl::start() {
                 call.id.to_string(), call.key.to_string());
     }
   }
+  data.set(settings.machines);
   machines.set(settings.machines);
   beat();
   tell_load();
@@ -169,6 +173,7 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
   settings.machines = wanted.machines;
   settings.policies = wanted.policies;
   carry_out(control.change(settings::paces_of(settings.machines), settings.policies, now()));
+  data.set(settings.machines);
   machines.set(settings.machines);
 }
 

@@ -26,23 +26,28 @@ std::string_view word_for(fabric::CommandKind kind) {
 
 void Gateway::Impl::on_link_up(const std::string& machine,
                                const std::vector<std::uint16_t>& channels) {
+  data.on_up(machine, channels);
   carry_out(control.on_link_up(machine, channels, now()));
 }
 
 void Gateway::Impl::on_link_down(const std::string& machine, const std::string& reason) {
   carry_out(control.on_link_down(machine, reason, now()));
+  data.on_down(machine);
 }
 
 void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
   carry_out(control.on_link_dropped(machine, reason, now()));
+  data.on_dropped(machine);
 }
 
 void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
   carry_out(control.retire(key, now()));
+  data.on_over(key);
 }
 
 void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
   carry_out(control.release(key, reason, now()));
+  data.on_over(key);
 }
 
 void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {

@@ -23,6 +23,7 @@
 #include "gateway/live/channel_timer.hpp"
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
+#include "gateway/live/plant_data.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
 
@@ -136,6 +137,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::ends::NoticeEnd notices;
   DoneCommands done_commands;
   fabric::ends::GatewayWatch watch;
+  /// Before the machines, whose links it uses.
+  PlantData data;
   /// Of all links; before the machines, which have them.
   std::optional<machines::LinkGate> gate;
   machines::Machines machines;

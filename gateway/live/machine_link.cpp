@@ -20,6 +20,7 @@
 #include "cnc/variables/service_interface.hpp"
 #include "cnc/variables/state_notices.hpp"
 #include "cnc/variables/survey.hpp"
+#include "gateway/live/client_options.hpp"
 #include "gateway/machines/back_off.hpp"
 
 namespace millrace::gateway::live {
@@ -29,15 +30,6 @@ namespace {
 namespace asio = boost::asio;
 using cnc::ads::ErrorCode;
 using Channels = std::vector<std::uint16_t>;
-
-cnc::ads::ClientOptions client_options(const settings::MachineSettings& settings) {
-  cnc::ads::ClientOptions options;
-  options.host = settings.host;
-  options.tcp_port = settings.tcp_port;
-  options.target = settings.net_id;
-  options.source.net_id = settings.source;
-  return options;
-}
 
 bool link_gone(ErrorCode code) {
   return code == ErrorCode::link_lost || code == ErrorCode::link_down ||
@@ -426,6 +418,10 @@ void MachineLink::watch(const std::vector<std::uint16_t>& channels) {
 
 void MachineLink::unwatch(const std::vector<std::uint16_t>& channels) {
   impl_->add_job(channels, false);
+}
+
+std::weak_ptr<cnc::ads::Client> MachineLink::client() const {
+  return std::shared_ptr<cnc::ads::Client>(impl_, &impl_->client);
 }
 
 machines::LinkLoad MachineLink::load() const {

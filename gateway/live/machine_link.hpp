@@ -11,6 +11,7 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "base/program/log.hpp"
+#include "cnc/ads/client.hpp"
 #include "gateway/machines/link.hpp"
 #include "gateway/settings/settings.hpp"
 
@@ -31,6 +32,8 @@ class MachineLink final : public machines::Link {
   void watch(const std::vector<std::uint16_t>& channels) override;
   void unwatch(const std::vector<std::uint16_t>& channels) override;
   [[nodiscard]] machines::LinkLoad load() const override;
+  /// For what else is asked of the controller, while the link is there.
+  [[nodiscard]] std::weak_ptr<cnc::ads::Client> client() const;
 
  private:
   struct Impl;

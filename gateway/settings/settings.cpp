@@ -8,6 +8,7 @@
 #include "base/program/command_line.hpp"
 #include "base/text/number.hpp"
 #include "fabric/channel_scope.hpp"
+#include "gateway/settings/data_reader.hpp"
 #include "idl/gateway.pb.h"
 
 namespace millrace::gateway::settings {
@@ -52,6 +53,8 @@ class Reader {
     to.watch = watch_of(from.watch());
     to.symbol = symbol(from.symbol(), path / "symbol");
     to.groups = groups_of(from.groups());
+    to.data = DataReader(mistakes_).read(from, path);
+    to.programs = DataReader(mistakes_).read_programs(from, path);
     return to;
   }
 

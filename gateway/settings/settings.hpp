@@ -13,9 +13,11 @@
 
 #include "cnc/ads/address.hpp"
 #include "fabric/dds/participant.hpp"
+#include "gateway/data/groups.hpp"
 #include "gateway/journal/options.hpp"
 #include "gateway/pace.hpp"
 #include "gateway/policy.hpp"
+#include "gateway/programs/program_watch.hpp"
 
 namespace millrace::gateway::settings {
 
@@ -41,6 +43,8 @@ struct MachineSettings {
   /// How the controller calls a channel's variable among its symbols.
   std::string symbol = default_symbol;
   Groups groups = Groups::probe;
+  data::DataSettings data{};
+  std::vector<programs::ProgramSettings> programs{};
   bool operator==(const MachineSettings&) const = default;
 
   /// "cnc (127.0.0.1:48898, 127.0.0.1.1.1)"

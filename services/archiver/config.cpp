@@ -19,6 +19,8 @@ Config config_from(const config::Archiver& from, const std::filesystem::path& ba
                    .keep_bytes = std::uintmax_t{from.keep_mib()} << mib_bits};
   config.record_events = from.record_events();
   config.record_channels = from.record_channels();
+  config.record_data = from.record_data();
+  config.record_programs = from.record_programs();
   for (const std::string& uuid : from.without_text()) {
     config.without_text.insert(fabric::canonical_uuid(uuid));
   }

@@ -17,6 +17,8 @@ struct Config {
   Policy policy;
   bool record_events = true;
   bool record_channels = true;
+  bool record_data = true;
+  bool record_programs = true;
   /// Canonical UUIDs whose texts are not recorded.
   std::set<std::string> without_text;
 };

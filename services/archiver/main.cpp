@@ -70,7 +70,8 @@ int serve(int argc, char** argv) {
     writer.emplace(
         archiver::Archive(config.folder, config.policy, std::chrono::system_clock::now(), report),
         program.log(), program.notices());
-    if (config.record_events || config.record_channels) {
+    if (config.record_events || config.record_channels || config.record_data ||
+        config.record_programs) {
       const sdk::ServiceOptions& options = program.options();
       observer.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
                                                        .fabric = options.fabric,
@@ -79,6 +80,8 @@ int serve(int argc, char** argv) {
                                                        .configuration = options.configuration},
                        archiver::Observed{.events = config.record_events,
                                           .channels = config.record_channels,
+                                          .data = config.record_data,
+                                          .programs = config.record_programs,
                                           .without_text = config.without_text},
                        [&](archiver::Row row) { writer->record(std::move(row)); });
     }

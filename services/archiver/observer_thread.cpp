@@ -1,5 +1,6 @@
 #include "services/archiver/observer_thread.hpp"
 
+#include <optional>
 #include <thread>
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -12,11 +13,16 @@ namespace millrace::services::archiver {
 struct ObserverThread::Impl final : fabric::observer::ObserverListener {
   Impl(const fabric::dds::ParticipantOptions& join, Observed what,
        std::function<void(Row)> destination)
-      : wanted(std::move(what)),
-        sink(std::move(destination)),
-        participant(join),
-        observer(participant, context.get_executor(), *this, fabric::observer::Interest::calls),
-        thread([this] { context.run(); }) {}
+      : wanted(std::move(what)), sink(std::move(destination)), participant(join) {
+    using fabric::observer::Interest;
+    if (wanted.events || wanted.channels) {
+      calls.emplace(participant, context.get_executor(), *this, Interest::calls);
+    }
+    if (wanted.data || wanted.programs) {
+      data.emplace(participant, context.get_executor(), *this, Interest::data);
+    }
+    thread = std::thread([this] { context.run(); });
+  }
 
   ~Impl() override {
     context.stop();
@@ -33,6 +39,14 @@ struct ObserverThread::Impl final : fabric::observer::ObserverListener {
       if (wanted.channels) {
         sink(std::move(*status));
       }
+    } else if (auto* sample = std::get_if<fabric::DataSample>(&entry.sample)) {
+      if (wanted.data) {
+        sink(std::move(*sample));
+      }
+    } else if (auto* ran = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+      if (wanted.programs) {
+        sink(std::move(*ran));
+      }
     }
   }
 
@@ -42,7 +56,8 @@ struct ObserverThread::Impl final : fabric::observer::ObserverListener {
   boost::asio::io_context context;
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
       context.get_executor()};
-  fabric::observer::Observer observer;
+  std::optional<fabric::observer::Observer> calls;
+  std::optional<fabric::observer::Observer> data;
   std::thread thread;
 };
 

@@ -1,5 +1,5 @@
-// Rows of what an observer of the fabric sees: events of calls and states of channels, as they
-// come.
+// Rows of what an observer of the fabric sees: events of calls, states of channels, values of
+// machines and what becomes of programs, as they come.
 //
 //   ObserverThread observer(join, {.without_text = {"560aacbf-…"}},
 //                           [&](Row row) { writer.record(std::move(row)); });
@@ -18,6 +18,9 @@ namespace millrace::services::archiver {
 struct Observed {
   bool events = true;
   bool channels = true;
+  /// Values of machines, and what becomes of programs.
+  bool data = true;
+  bool programs = true;
   /// Canonical UUIDs of calls whose texts are not to be kept.
   std::set<std::string> without_text{};
 };

@@ -1,5 +1,6 @@
 #include "services/archiver/query.hpp"
 
+#include <cmath>
 #include <functional>
 #include <stdexcept>
 #include <vector>
@@ -22,22 +23,31 @@ struct Column {
 using Columns = std::vector<Column>;
 
 struct Source {
+  /// That must be there.
   const char* table;
+  /// Over what is asked, where that is not the table itself.
+  const char* from;
+  const char* order;
   Columns columns;
 };
 
+constexpr const char* samples =
+    "(SELECT sample.*, machine, channel, grp, name, type FROM sample JOIN variable ON variable.id ="
+    " sample.variable)";
+
 Source source_of(Kind kind) {
   // Microseconds are what a person reads; the file holds nanoseconds.
+  const Column at{"at",
+                  "strftime('%Y-%m-%dT%H:%M:%S', row.at / 1000000000, 'unixepoch')"
+                  " || printf('.%06dZ', row.at / 1000 % 1000000)"};
   Columns columns{{"id", "row.id"},
-                  {"at",
-                   "strftime('%Y-%m-%dT%H:%M:%S', row.at / 1000000000, 'unixepoch')"
-                   " || printf('.%06dZ', row.at / 1000 % 1000000)"},
+                  at,
                   {"machine", "row.machine"},
                   {"channel", "row.channel"},
                   {"call", "row.call"}};
   const auto with = [&](const char* table, const Columns& more) {
     columns.insert(columns.end(), more.begin(), more.end());
-    return Source{table, columns};
+    return Source{table, table, "row.id", columns};
   };
   switch (kind) {
     case Kind::put:
@@ -62,6 +72,36 @@ Source source_of(Kind kind) {
                               {"instance", "row.instance"},
                               {"uuid", "row.uuid"},
                               {"reason", "row.reason"}});
+    case Kind::sample:
+      return {"sample",
+              samples,
+              "row.at",
+              {at,
+               {"machine", "row.machine"},
+               {"channel", "row.channel"},
+               {"group", "row.grp"},
+               {"variable", "row.name"},
+               {"type", "row.type"},
+               {"value", "row.value"},
+               {"quality", "row.quality"},
+               {"reason", "row.reason"},
+               {"replayed", "row.replayed"}}};
+    case Kind::program:
+      return {"program",
+              "program",
+              "row.id",
+              {{"id", "row.id"},
+               at,
+               {"machine", "row.machine"},
+               {"channel", "row.channel"},
+               {"kind", "row.kind"},
+               {"program", "row.program"},
+               {"seconds", "(row.at - row.started) / 1e9"},
+               {"error", "row.error"},
+               {"parts", "row.parts"},
+               {"mode", "row.mode"},
+               {"detail", "row.detail"},
+               {"replayed", "row.replayed"}}};
   }
   throw std::logic_error("no such kind of row");
 }
@@ -80,6 +120,12 @@ class Condition {
     }
     if (filter.call) {
       add("row.call = ?", *filter.call);
+    }
+    if (filter.group) {
+      add("row.grp = ?", *filter.group);
+    }
+    if (filter.variable) {
+      add("row.name = ?", *filter.variable);
     }
     if (filter.key) {
       add("EXISTS (SELECT 1 FROM field WHERE put = row.id AND key = ? AND value = coalesce(?, "
@@ -121,13 +167,19 @@ std::string sql_of(const Source& source, const Condition& condition) {
   for (const Column& column : source.columns) {
     columns += (columns.empty() ? "" : ", ") + std::string(column.expression);
   }
-  return fmt::format("SELECT {} FROM {} AS row WHERE {} ORDER BY row.id", columns, source.table,
-                     condition.sql());
+  return fmt::format("SELECT {} FROM {} AS row WHERE {} ORDER BY {}", columns, source.from,
+                     condition.sql(), source.order);
 }
 
 Cell cell_of(const SQLite::Column& value, const Column& column) {
   if (value.isNull()) {
     return {};
+  }
+  if (value.isFloat()) {
+    // The shortest form that is the same number; JSON has none for what is infinite.
+    const double number = value.getDouble();
+    return {.type = std::isfinite(number) ? Cell::Type::number : Cell::Type::text,
+            .text = fmt::format("{}", number)};
   }
   const Cell::Type text = column.json ? Cell::Type::json : Cell::Type::text;
   return {.type = value.isInteger() ? Cell::Type::number : text, .text = value.getString()};

@@ -15,7 +15,7 @@
 
 namespace millrace::services::archiver {
 
-enum class Kind : std::uint8_t { put, event, channel };
+enum class Kind : std::uint8_t { put, event, channel, sample, program };
 
 /// What is not set lets everything pass.
 struct Filter {
@@ -27,6 +27,9 @@ struct Filter {
   std::optional<std::uint16_t> channel{};
   /// "5f3a-17".
   std::optional<std::string> call{};
+  /// Of samples only.
+  std::optional<std::string> group{};
+  std::optional<std::string> variable{};
   /// Of puts only: those that have this field, and with this value if there is one.
   std::optional<std::string> key{};
   std::optional<std::string> value{};

@@ -30,8 +30,11 @@ struct Flags {
 };
 
 void add_flags(CLI::App& app, Flags& flags) {
-  static const std::map<std::string, Kind> kinds{
-      {"put", Kind::put}, {"event", Kind::event}, {"channel", Kind::channel}};
+  static const std::map<std::string, Kind> kinds{{"put", Kind::put},
+                                                 {"event", Kind::event},
+                                                 {"channel", Kind::channel},
+                                                 {"sample", Kind::sample},
+                                                 {"program", Kind::program}};
   auto* const config =
       app.add_option("--config", flags.config, "archiver.textproto of the archive");
   app.add_option("--folder", flags.folder, "Folder of the archive (default archive)")
@@ -40,9 +43,11 @@ void add_flags(CLI::App& app, Flags& flags) {
       ->default_str("put");
   app.add_option("--since", flags.since, "UTC time 2026-03-01T07:00, or so long ago: 15m, 12h, 7d");
   app.add_option("--until", flags.until, "The same; this time is not included");
-  app.add_option("--machine", flags.filter.machine, "Machine of the calls");
-  app.add_option("--channel", flags.filter.channel, "Channel of the calls");
+  app.add_option("--machine", flags.filter.machine, "Only of this machine");
+  app.add_option("--channel", flags.filter.channel, "Only of this channel");
   app.add_option("--call", flags.filter.call, "Call id, as in logs");
+  app.add_option("--group", flags.filter.group, "Samples of this group");
+  app.add_option("--variable", flags.filter.variable, "Samples of this variable");
   app.add_option("--where", flags.where, "Puts with this KEY, or KEY=VALUE");
 }
 
@@ -61,6 +66,12 @@ Filter filter_from(const Flags& flags) {
   }
   if (!flags.until.empty()) {
     filter.until = time_or_throw("--until", flags.until);
+  }
+  if (filter.kind != Kind::sample && (filter.group || filter.variable)) {
+    throw program::UsageError("--group and --variable: only samples have them (--kind sample)");
+  }
+  if (filter.call && (filter.kind == Kind::sample || filter.kind == Kind::program)) {
+    throw program::UsageError("--call: samples and programs belong to no call");
   }
   if (!flags.where.empty()) {
     if (filter.kind != Kind::put) {

@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-#include "fabric/messages.hpp"
+#include "fabric/data.hpp"
 #include "services/archiver/request.hpp"
 
 namespace millrace::services::archiver {
@@ -32,7 +32,8 @@ struct EventRow {
   bool with_text = true;
 };
 
-/// Texts of events and states are as on the fabric, CP1252; the archive holds UTF-8.
-using Row = std::variant<Put, EventRow, fabric::ChannelStatus>;
+/// Texts of events, states and data are as on the fabric, CP1252; the archive holds UTF-8.
+using Row =
+    std::variant<Put, EventRow, fabric::ChannelStatus, fabric::DataSample, fabric::ProgramEvent>;
 
 }  // namespace millrace::services::archiver

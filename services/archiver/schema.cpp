@@ -71,6 +71,44 @@ CREATE TABLE channel (
 ) STRICT;
 CREATE INDEX channel_at ON channel (at);
 )sql",
+    // Machine data. A sample has no id: its time and variable are its place in the file, so that
+    // rows of 25 bytes are added at its end.
+    R"sql(
+CREATE TABLE variable (
+  id      INTEGER PRIMARY KEY,
+  machine TEXT    NOT NULL,
+  channel INTEGER NOT NULL,
+  grp     TEXT    NOT NULL,
+  name    TEXT    NOT NULL,
+  type    TEXT    NOT NULL,
+  UNIQUE (machine, channel, grp, name, type)
+) STRICT;
+CREATE TABLE sample (
+  at       INTEGER NOT NULL,
+  variable INTEGER NOT NULL REFERENCES variable (id),
+  value    ANY,
+  quality  TEXT    NOT NULL,
+  reason   TEXT,
+  replayed INTEGER NOT NULL,
+  PRIMARY KEY (at, variable)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE program (
+  id       INTEGER PRIMARY KEY,
+  at       INTEGER NOT NULL,
+  kind     TEXT    NOT NULL,
+  machine  TEXT    NOT NULL,
+  channel  INTEGER NOT NULL,
+  program  TEXT    NOT NULL,
+  started  INTEGER,
+  error    INTEGER NOT NULL,
+  parts    INTEGER,
+  mode     INTEGER NOT NULL,
+  detail   TEXT    NOT NULL,
+  replayed INTEGER NOT NULL,
+  UNIQUE (machine, channel, at, kind)
+) STRICT;
+CREATE INDEX program_at ON program (at);
+)sql",
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "base/text/cp1252.hpp"
 #include "fabric/words.hpp"
+#include "services/archiver/samples.hpp"
 #include "services/archiver/schema.hpp"
 
 namespace millrace::services::archiver {
@@ -78,7 +79,8 @@ SQLite::Database open(const std::filesystem::path& file, const Beginning& beginn
   return database;
 }
 
-void bind(SQLite::Statement& statement, int index, const std::optional<std::string>& value) {
+template <typename Value>
+void bind(SQLite::Statement& statement, int index, const std::optional<Value>& value) {
   value ? statement.bind(index, *value) : statement.bind(index);
 }
 
@@ -107,6 +109,8 @@ struct Segment::Impl {
   std::int64_t add(const Put& put);
   std::int64_t add(const EventRow& row);
   std::int64_t add(const fabric::ChannelStatus& status);
+  std::int64_t add(const fabric::DataSample& sample);
+  std::int64_t add(const fabric::ProgramEvent& event);
   std::int64_t id_of(const std::string& call);
 
   std::filesystem::path file;
@@ -116,6 +120,8 @@ struct Segment::Impl {
   SQLite::Statement find;
   SQLite::Statement event;
   SQLite::Statement channel;
+  SQLite::Statement program;
+  Samples samples;
   std::int64_t next_put = 1;
 };
 
@@ -133,6 +139,11 @@ Segment::Impl::Impl(const std::filesystem::path& path, const Beginning& beginnin
       channel(database,
               "INSERT INTO channel (at, machine, channel, state, call, attempt, instance, uuid,"
               " reason) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"),
+      program(database,
+              "INSERT INTO program (at, kind, machine, channel, program, started, error, parts,"
+              " mode, detail, replayed) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+              " ON CONFLICT DO NOTHING"),
+      samples(database),
       next_put(database.execAndGet(next_put_of).getInt64()) {}
 
 std::int64_t Segment::Impl::add(const Put& row) {
@@ -165,6 +176,20 @@ std::int64_t Segment::Impl::add(const fabric::ChannelStatus& row) {
   return 0;
 }
 
+std::int64_t Segment::Impl::add(const fabric::DataSample& sample) {
+  samples.add(sample);
+  return 0;
+}
+
+std::int64_t Segment::Impl::add(const fabric::ProgramEvent& row) {
+  const auto started =
+      row.started == Time{} ? std::nullopt : std::optional<std::int64_t>(count(row.started));
+  run(program, count(row.at), std::string(name_of(row.kind)), row.key.machine,
+      std::int32_t{row.key.channel}, base::text::to_utf8(row.program), started, row.error,
+      row.parts, row.mode, row.detail, row.replayed ? 1 : 0);
+  return 0;
+}
+
 std::int64_t Segment::Impl::id_of(const std::string& call) {
   find.tryReset();
   find.bind(1, call);
@@ -192,6 +217,7 @@ std::vector<std::int64_t> Segment::append(const std::vector<Row>& rows) {
     transaction.commit();
   } catch (...) {
     impl_->next_put = next_put;
+    impl_->samples.forget();
     throw;
   }
   return ids;

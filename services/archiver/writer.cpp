@@ -16,9 +16,17 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t max_batch = 4096;
 constexpr std::size_t max_recorded = 100'000;
 constexpr std::chrono::seconds retry_after{1};
+/// How long values of machines wait for others: a commit costs more than the values of a beat.
+constexpr std::chrono::milliseconds together{500};
 /// How often files are tried again that somebody reads, and the clock is looked at.
 constexpr std::chrono::seconds untidy_pause{1};
 constexpr std::chrono::minutes pause{10};
+
+std::size_t weight_of(const Row& row) {
+  constexpr std::size_t values_in_one = 8;
+  const auto* const sample = std::get_if<fabric::DataSample>(&row);
+  return sample == nullptr ? 1 : 1 + sample->values.size() / values_in_one;
+}
 
 }  // namespace
 
@@ -49,8 +57,13 @@ void Writer::put(Put put, Done done) {
 void Writer::record(Row row) {
   {
     const std::lock_guard guard(lock_);
+    const auto now = Clock::now();
+    const bool may_wait = std::holds_alternative<fabric::DataSample>(row);
+    due_ = may_wait ? (recorded_.empty() ? now + together : due_) : now;
+    weight_ += weight_of(row);
     recorded_.push_back(std::move(row));
-    if (recorded_.size() > max_recorded) {
+    while (weight_ > max_recorded) {
+      weight_ -= weight_of(recorded_.front());
       recorded_.pop_front();
       ++lost_;
     }
@@ -87,14 +100,16 @@ void Writer::tidy_up() {
 }
 
 bool Writer::has_work() const {
-  return !puts_.empty() || (!recorded_.empty() && (ending_ || Clock::now() >= retry_));
+  return !puts_.empty() ||
+         (!recorded_.empty() && (ending_ || Clock::now() >= std::max(retry_, due_)));
 }
 
 std::optional<Writer::Batch> Writer::take() {
   std::unique_lock guard(lock_);
   const auto look_around = Clock::now() + (archive_.untidy() ? untidy_pause : pause);
   while (!has_work() && !ending_ && Clock::now() < look_around) {
-    changed_.wait_until(guard, recorded_.empty() ? look_around : std::min(look_around, retry_));
+    changed_.wait_until(
+        guard, recorded_.empty() ? look_around : std::min(look_around, std::max(retry_, due_)));
   }
   if (ending_ && !has_work()) {
     return std::nullopt;
@@ -105,8 +120,11 @@ std::optional<Writer::Batch> Writer::take() {
     batch.done.push_back(std::move(puts_.front().second));
     puts_.pop_front();
   }
-  while (!recorded_.empty() && (ending_ || Clock::now() >= retry_) &&
-         batch.rows.size() < max_batch) {
+  std::size_t weight = batch.rows.size();
+  while (!recorded_.empty() && (ending_ || Clock::now() >= retry_) && weight < max_batch) {
+    const std::size_t of_this = weight_of(recorded_.front());
+    weight += of_this;
+    weight_ -= of_this;
     batch.rows.push_back(std::move(recorded_.front()));
     recorded_.pop_front();
   }
@@ -138,7 +156,11 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   if (ending_) {
     lost_ += static_cast<std::uint64_t>(rows.end() - recorded) + recorded_.size();
     recorded_.clear();
+    weight_ = 0;
   } else {
+    for (auto row = recorded; row != rows.end(); ++row) {
+      weight_ += weight_of(*row);
+    }
     recorded_.insert(recorded_.begin(), std::make_move_iterator(recorded),
                      std::make_move_iterator(rows.end()));
     retry_ = Clock::now() + retry_after;
@@ -146,11 +168,11 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   const std::uint64_t lost = lost_;
   guard.unlock();
   if (lost != 0) {
-    log_->error("{} recorded events and states are lost so far", lost);
+    log_->error("{} recorded rows are lost so far", lost);
     notices_.raise(
         {.key = {.kind = "lost_rows"},
          .level = fabric::NoticeLevel::warning,
-         .text = fmt::format("{} events and states are lost since the start: the archive "
+         .text = fmt::format("{} rows are lost since the start: the archive "
                              "could not be written for too long",
                              lost),
          .advice = "what is there is whole; a recording of that time may have the rest"});

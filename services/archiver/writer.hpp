@@ -48,8 +48,9 @@ class Writer {
 
   /// `done` is called on the writer's thread, once the put is durable or has failed.
   void put(Put put, std::function<void(const Written&)> done);
-  /// An event or a channel's state. While the archive cannot be written they wait, and the oldest
-  /// of more than 100,000 are lost, which the log tells.
+  /// What is seen on the fabric; values of machines may wait for half a second, to be written
+  /// together. While the archive cannot be written they wait, and the oldest of more than 100,000
+  /// (of samples: with 8 values each) are lost, which the log tells.
   void record(Row row);
 
  private:
@@ -83,6 +84,10 @@ class Writer {
   std::condition_variable changed_;
   std::deque<std::pair<Put, Done>> puts_;
   std::deque<Row> recorded_;
+  /// How much of the room for recorded rows they take.
+  std::size_t weight_ = 0;
+  /// Until when recorded rows may wait for others.
+  std::chrono::steady_clock::time_point due_{};
   std::uint64_t lost_ = 0;
   bool failing_ = false;
   std::size_t foreign_files_ = 0;

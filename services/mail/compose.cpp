@@ -96,6 +96,23 @@ void add_call_values(Values& values, const CallInfo& call, fabric::Time now) {
   values["call.request"] = base::text::to_utf8(call.request);
 }
 
+Mail make_mail(const Config& config, std::vector<Address> to, fabric::CallId id,
+               std::string subject, std::string text, fabric::Time now) {
+  Mail mail{.from = config.from.mailbox, .to = {}, .message = {}};
+  for (const Address& address : to) {
+    mail.to.push_back(address.mailbox);
+  }
+  mail.message = to_message({
+      .from = config.from,
+      .to = std::move(to),
+      .date = now,
+      .message_id = fmt::format("{}.millrace@{}", id.to_string(), domain_of(config.from)),
+      .subject = std::move(subject),
+      .text = std::move(text),
+  });
+  return mail;
+}
+
 }  // namespace
 
 const std::set<std::string>& call_keys() {
@@ -126,19 +143,19 @@ tl::expected<Mail, Response> compose(const Config& config, const CallInfo& call,
   }
   Values values = std::move(request->values);
   add_call_values(values, call, now);
-  Mail mail{.from = config.from.mailbox, .to = {}, .message = {}};
-  for (const Address& address : *to) {
-    mail.to.push_back(address.mailbox);
+  return make_mail(config, *std::move(to), call.call, made.subject.fill(values).value(),
+                   made.text.fill(values).value(), now);
+}
+
+Mail compose(const Config& config, const Rule& rule, const Values& values, fabric::CallId id,
+             fabric::Time now) {
+  std::vector<Address> to;
+  for (const std::string& name : rule.to) {
+    const auto& addresses = config.recipients.find(name)->second;
+    to.insert(to.end(), addresses.begin(), addresses.end());
   }
-  mail.message = to_message({
-      .from = config.from,
-      .to = *std::move(to),
-      .date = now,
-      .message_id = fmt::format("{}.millrace@{}", call.call.to_string(), domain_of(config.from)),
-      .subject = made.subject.fill(values).value(),
-      .text = made.text.fill(values).value(),
-  });
-  return mail;
+  return make_mail(config, std::move(to), id, rule.subject.fill(values).value(),
+                   rule.text.fill(values).value(), now);
 }
 
 }  // namespace millrace::services::mail

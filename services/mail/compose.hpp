@@ -28,6 +28,10 @@ struct CallInfo {
 tl::expected<Mail, sdk::Response> compose(const Config& config, const CallInfo& call,
                                           fabric::Time now);
 
+/// The mail of a rule's occasion; `id` is the occasion's.
+Mail compose(const Config& config, const Rule& rule, const Values& values, fabric::CallId id,
+             fabric::Time now);
+
 /// The keys that every template may use because the call brings them: "call.machine" …
 const std::set<std::string>& call_keys();
 

@@ -13,6 +13,7 @@
 #include "base/text/cp1252.hpp"
 #include "idl/mail.pb.h"
 #include "services/mail/compose.hpp"
+#include "services/mail/rule_reader.hpp"
 #include "services/text/fields.hpp"
 
 namespace millrace::services::mail {
@@ -38,6 +39,7 @@ class Reader {
     }
     read_recipients();
     read_templates();
+    config_.rules = read_rules(from_, config_, mistakes_);
     read_retry();
     config_.spool = beside(from_.spool());
     config_.remember = std::chrono::hours(24) * from_.remember_days();
@@ -116,8 +118,8 @@ class Reader {
   }
 
   void read_templates() {
-    mistakes_.expect(from_.template__size() > 0, {{"template"}},
-                     "is missing; expected one or more");
+    mistakes_.expect(from_.template__size() + from_.rule_size() > 0, {{"template"}},
+                     "is missing; expected one or more, or a rule");
     for (int i = 0; i < from_.template__size(); ++i) {
       const config::Mail::Template& from = from_.template_(i);
       const ConfigPath path{{"template", i}};

@@ -11,6 +11,7 @@
 #include <tl/expected.hpp>
 
 #include "services/mail/address.hpp"
+#include "services/mail/rule.hpp"
 #include "services/mail/template.hpp"
 
 namespace millrace::services::mail {
@@ -58,6 +59,7 @@ struct Config {
   Address from;
   std::map<std::string, std::vector<Address>, std::less<>> recipients;
   std::map<std::string, MailTemplate, std::less<>> templates;
+  std::vector<Rule> rules;
   /// Absolute.
   std::filesystem::path spool;
   RetryPolicy retry;

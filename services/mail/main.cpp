@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "services/mail/postman.hpp"
+#include "services/mail/rule_thread.hpp"
 #include "services/mail/smtp.hpp"
 #include "services/sdk/command_line.hpp"
 
@@ -49,9 +50,9 @@ constexpr const char* config_help = "Server, recipients and templates (mail.text
 std::string checked(const std::string& file) {
   const mail::Config config = configuration(file);
   std::string text =
-      fmt::format("{} templates, {} recipients, server {}:{} {}", config.templates.size(),
-                  config.recipients.size(), config.server.host, config.server.port,
-                  words_of(config.server.security));
+      fmt::format("{} templates, {} recipients, {} rules, server {}:{} {}", config.templates.size(),
+                  config.recipients.size(), config.rules.size(), config.server.host,
+                  config.server.port, words_of(config.server.security));
   if (const auto secret = mail::password(config.server); !secret) {
     // It may be where only the service's unit puts it.
     text +=
@@ -75,6 +76,7 @@ int serve(int argc, char** argv) {
   program::add_check(service.app());
   std::optional<mail::Smtp> smtp;
   std::optional<mail::Postman> postman;
+  std::optional<mail::RuleThread> rules;
   const std::function<sdk::Handler()> make = [&]() -> sdk::Handler {
     const mail::Config config = configuration(file);
     if (const auto secret = mail::password(config.server); !secret) {
@@ -82,6 +84,15 @@ int serve(int argc, char** argv) {
     }
     smtp.emplace(config.server);
     postman.emplace(config, mail::Spool(config.spool), *smtp, service.log(), service.notices());
+    if (!config.rules.empty()) {
+      const sdk::ServiceOptions& options = service.options();
+      rules.emplace(fabric::dds::ParticipantOptions{.domain = options.domain,
+                                                    .fabric = options.fabric,
+                                                    .lease = options.lease,
+                                                    .name = "mail observer",
+                                                    .configuration = options.configuration},
+                    config, *postman, service.log());
+    }
     return [&](const sdk::Call& call) { return postman->answer(info(call)); };
   };
   return service.run(argc, argv, make);

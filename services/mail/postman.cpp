@@ -107,6 +107,33 @@ Response Postman::answer(const CallInfo& call) {
       {.call = call.call, .mail = *std::move(mail), .made = std::chrono::system_clock::now()});
 }
 
+bool Postman::post(fabric::CallId id, Mail mail) {
+  Lock lock(lock_);
+  const auto earlier = known(id);
+  if (!earlier || *earlier || busy_.contains(id)) {
+    if (!earlier) {
+      log_->error("mail {} is not sent, the spool cannot be read: {}", id.to_string(),
+                  earlier.error());
+    }
+    return false;
+  }
+  const fabric::Time now = std::chrono::system_clock::now();
+  const Entry entry{.call = id, .mail = std::move(mail), .made = now, .next = now};
+  busy_.insert(id);
+  lock.unlock();
+  const auto kept = spool_.put(entry);
+  lock.lock();
+  busy_.erase(id);
+  if (kept) {
+    note(entry);
+  } else {
+    log_->error("mail {} is not sent, the spool cannot be written: {}", id.to_string(),
+                kept.error());
+  }
+  changed_.notify_all();
+  return kept.has_value();
+}
+
 Response Postman::first_attempt(Lock& lock, const Entry& entry) {
   busy_.insert(entry.call);
   lock.unlock();

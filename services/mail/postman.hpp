@@ -39,6 +39,10 @@ class Postman {
   /// that has been here before, tells what became of it.
   sdk::Response answer(const CallInfo& call);
 
+  /// Takes over a mail that no program waits for. False if it has been here before, or cannot be
+  /// kept, which the log says: what is not in the spool is not sent.
+  bool post(fabric::CallId id, Mail mail);
+
  private:
   using Lock = std::unique_lock<std::mutex>;
 

@@ -1,8 +1,10 @@
 // The streams in which variables travel: what is understood is encoded to a stream that means the
-// same.
+// same. And the records of COM's directory: what can be read there fits into an answer.
 #include <cstdlib>
 
+#include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
+#include "cnc/variables/objects.hpp"
 #include "cnc/variables/service_value.hpp"
 
 namespace {
@@ -34,11 +36,25 @@ void streams(BytesView input) {
   }
 }
 
+void records(BytesView input) {
+  const auto entry = decode_directory_record(input);
+  require(entry.has_value() == (input.size() >= directory_record));
+  if (!entry) {
+    return;
+  }
+  require(entry->name.size() <= 32 && entry->type.size() <= 32);
+  if (const auto type = element_type(*entry)) {
+    require(type->size > 0 && type->size <= max_stream);
+    static_cast<void>(decode_elements(*type, input));
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const BytesView input(data, size);
   streams(input);
+  records(input);
   for (const auto variable : all_service_variables) {
     const auto value = decode_value(variable, input);
     if (value && (is_state(variable) || std::get<std::string>(*value).size() <= 127)) {

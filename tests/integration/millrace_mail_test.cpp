@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/ends/data_end.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
@@ -135,6 +136,43 @@ TEST_F(Mail, AnswersOnceTheServerHasTheMail) {
             HasSubstr("\r\nMessage-ID: <" + reply.call.to_string() + ".millrace@example.com>\r\n"),
             HasSubstr("\r\nSubject: WELLE7: 12 parts\r\n"),
             HasSubstr("\r\n\r\ncnc/1 has made 12 parts of WELLE7.\r\n")));
+}
+
+constexpr const char* rules =
+    "rule { name: 'aborted' program: ABORTED to: 'shift' quiet_s: 0 }\n"
+    "rule { name: 'served' no_instance_of: '326DE49A-633B-4cea-a9b8-1924d7f926a7' no_instance_s: 1 "
+    "to: 'shift' quiet_s: 0 }\n";
+
+TEST_F(Mail, WritesWithoutACallWhatItsRulesSay) {
+  open_server();
+  configure();
+  write(config, content(config) + rules);
+  start_service();
+  EXPECT_THAT(await_mail(1), AllOf(StartsWith("from press1@example.com\nto eva@example.com\n"),
+                                   HasSubstr("\r\nSubject: nobody serves 326de49a-633b")));
+
+  fabric::dds::Participant there({.domain = domain.number()});
+  fabric::ends::DataEnd machine(there);
+  const fabric::ProgramEvent event{.key = {"press", 2},
+                                   .kind = fabric::ProgramEventKind::aborted,
+                                   .at = std::chrono::system_clock::now(),
+                                   .program = "demo.nc",
+                                   .error = 21462};
+  ASSERT_TRUE(machine.publish(event));
+  EXPECT_THAT(await_mail(2), AllOf(HasSubstr("\r\nSubject: press/2: program demo.nc aborted\r\n"),
+                                   HasSubstr("Error: 21462.")));
+  sut->terminate();
+  EXPECT_EQ(sut->wait(), 0) << sut->error_output();
+
+  // The next process sees the same event again, and knows its mail.
+  write(config, content(config) + "rule { name: 'ended' program: ENDED to: 'shift' }\n");
+  start_service();
+  await_mail(3);
+  fabric::ProgramEvent ended = event;
+  ended.key.channel = 1;
+  ended.kind = fabric::ProgramEventKind::ended;
+  ASSERT_TRUE(machine.publish(ended));
+  EXPECT_THAT(await_mail(4), HasSubstr("\r\nSubject: press/1: program demo.nc ended\r\n"));
 }
 
 TEST_F(Mail, DoesNotWaitForTheServersGoodbye) {

@@ -86,7 +86,7 @@ void add_recording_filter(CLI::App& command, recording::Filter& filter) {
   add_filter(command, filter);
   command.add_option("--kind", filter.kinds, "Only entries of this kind, as `log cat` names them")
       ->check(CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status",
-                             "event", "command", "outcome", "machine"}));
+                             "event", "command", "outcome", "machine", "data", "program"}));
   add_time_filter(command, filter);
 }
 

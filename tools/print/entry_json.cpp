@@ -1,6 +1,7 @@
 #include <boost/json/array.hpp>
 
 #include "fabric/words.hpp"
+#include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 
@@ -66,6 +67,8 @@ class Fields {
     out_["issuer"] = utf8(command.issuer);
   }
   void operator()(const fabric::MachineStatus& status) const { put_machine(out_, status); }
+  void operator()(const fabric::DataSample& sample) const { put_data(out_, sample); }
+  void operator()(const fabric::ProgramEvent& event) const { put_program(out_, event); }
   void operator()(const fabric::Outcome& outcome) const {
     put_instance("responder", outcome.responder);
     out_["command"] = outcome.command.to_string();

@@ -2,6 +2,7 @@
 
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
+#include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/units.hpp"
 
@@ -68,6 +69,8 @@ class Tail {
                        status.connected ? "connected" : "not connected", safe(status.address)) +
            detail_of(status.reason);
   }
+  std::string operator()(const fabric::DataSample& sample) const { return print::line_of(sample); }
+  std::string operator()(const fabric::ProgramEvent& event) const { return print::line_of(event); }
   std::string operator()(const fabric::Outcome& outcome) const {
     return (outcome.done ? "done" : "refused") + detail_of(outcome.detail);
   }

@@ -28,6 +28,8 @@ constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
     {"millrace/command", "millrace::Command", "reliable, volatile"},
     {"millrace/outcome", "millrace::Outcome", last_of_each_key},
     {"millrace/machine", "millrace::MachineStatus", last_of_each_key},
+    {"millrace/data", "millrace::DataSample", last_of_each_key},
+    {"millrace/program", "millrace::ProgramEvent", last_of_each_key},
 }};
 
 }  // namespace
@@ -39,6 +41,9 @@ std::string topic_of(const Entry& entry) {
   }
   if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
     return fmt::format("machine/{}/status", status->machine);
+  }
+  if (const auto* data = std::get_if<fabric::DataSample>(&entry.sample)) {
+    return fmt::format("machine/{}/{}/data/{}", data->key.machine, data->key.channel, data->group);
   }
   if (const fabric::ChannelKey* key = channel_of(entry)) {
     return fmt::format("machine/{}/{}/{}", key->machine, key->channel, kind_of(entry));

@@ -177,6 +177,55 @@ fabric::Outcome sample_of(const proto::Outcome& message, Entry&) {
   };
 }
 
+fabric::Elements elements_of(const proto::Value& message) {
+  switch (message.type()) {
+    case proto::VALUE_REAL64:
+      return std::vector<double>(message.real().begin(), message.real().end());
+    case proto::VALUE_STRING:
+      return std::vector<std::string>(message.text().begin(), message.text().end());
+    default:
+      return std::vector<std::int64_t>(message.integer().begin(), message.integer().end());
+  }
+}
+
+fabric::DataSample sample_of(const proto::DataSample& message, Entry&) {
+  fabric::DataSample sample{
+      .key = key_of(message),
+      .group = message.group(),
+      .at = time_of(message.at()),
+      .period = std::chrono::nanoseconds(static_cast<std::int64_t>(message.period_ns())),
+      .wanted = std::chrono::nanoseconds(static_cast<std::int64_t>(message.wanted_ns())),
+      .replayed = message.replayed(),
+  };
+  for (const proto::Value& value : message.value()) {
+    sample.values.push_back({
+        .name = value.name(),
+        .type = static_cast<fabric::ValueType>(value.type()),
+        .quality = static_cast<fabric::Quality>(value.quality()),
+        .at = time_of(value.at()),
+        .is_array = value.is_array(),
+        .elements = elements_of(value),
+        .reason = value.reason(),
+    });
+  }
+  return sample;
+}
+
+fabric::ProgramEvent sample_of(const proto::ProgramEvent& message, Entry&) {
+  return {
+      .key = key_of(message),
+      .kind = static_cast<fabric::ProgramEventKind>(message.kind()),
+      .at = time_of(message.at()),
+      .started = time_of(message.started()),
+      .program = message.program(),
+      .error = message.error(),
+      .parts = message.has_parts() ? std::optional<std::int64_t>(message.parts()) : std::nullopt,
+      .mode = message.mode(),
+      .detail = message.detail(),
+      .replayed = message.replayed(),
+  };
+}
+
 enum class Match : std::uint8_t { other_schema, damaged, decoded };
 
 /// Decodes `bytes` as a `Message` if that is what `schema` names.
@@ -206,9 +255,11 @@ Match match_one_of(std::string_view schema, std::string_view bytes, Entry& entry
 tl::expected<Entry, std::string> decode(std::string_view schema, std::string_view message,
                                         fabric::Time at) {
   Entry entry{.at = at};
-  switch (match_one_of<proto::Request, proto::Reply, proto::Withdrawal, proto::ChannelStatus,
-                       proto::Instance, proto::InstanceStatus, proto::Event, proto::Command,
-                       proto::Outcome, proto::MachineStatus>(schema, message, entry)) {
+  switch (
+      match_one_of<proto::Request, proto::Reply, proto::Withdrawal, proto::ChannelStatus,
+                   proto::Instance, proto::InstanceStatus, proto::Event, proto::Command,
+                   proto::Outcome, proto::MachineStatus, proto::DataSample, proto::ProgramEvent>(
+          schema, message, entry)) {
     case Match::decoded:
       return entry;
     case Match::damaged:

@@ -1,6 +1,7 @@
 #include <google/protobuf/descriptor.pb.h>
 
 #include "base/text/cp1252.hpp"
+#include "fabric/cases.hpp"
 #include "fabric/channel_scope.hpp"
 #include "tools/recording/codec.hpp"
 #include "tools/recording/proto_fields.hpp"
@@ -13,6 +14,28 @@ namespace {
 /// bytes are the controller's.
 std::string utf8(const std::string& text) {
   return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
+}
+
+void put_value(proto::Value& message, const fabric::Value& value) {
+  message.set_name(utf8(value.name));
+  message.set_type(static_cast<proto::ValueType>(value.type));
+  message.set_quality(static_cast<proto::Quality>(value.quality));
+  message.set_at(nanoseconds(value.at));
+  if (value.is_array) {
+    message.set_is_array(true);
+  }
+  const fabric::Cases put{
+      [&](const std::vector<std::int64_t>& all) {
+        message.mutable_integer()->Add(all.begin(), all.end());
+      },
+      [&](const std::vector<double>& all) { message.mutable_real()->Add(all.begin(), all.end()); },
+      [&](const std::vector<std::string>& all) {
+        message.mutable_text()->Add(all.begin(), all.end());
+      }};
+  std::visit(put, value.elements);
+  if (!value.reason.empty()) {
+    message.set_reason(utf8(value.reason));
+  }
 }
 
 /// Turns the sample of an entry into its message.
@@ -182,6 +205,37 @@ class ToMessage {
     message.set_done(outcome.done);
     message.set_detail(utf8(outcome.detail));
     message.set_at(nanoseconds(outcome.at));
+    return message;
+  }
+
+  proto::DataSample operator()(const fabric::DataSample& sample) const {
+    proto::DataSample message;
+    put_key(message, sample.key);
+    message.set_group(utf8(sample.group));
+    message.set_at(nanoseconds(sample.at));
+    message.set_period_ns(static_cast<std::uint64_t>(sample.period.count()));
+    message.set_wanted_ns(static_cast<std::uint64_t>(sample.wanted.count()));
+    for (const fabric::Value& value : sample.values) {
+      put_value(*message.add_value(), value);
+    }
+    message.set_replayed(sample.replayed);
+    return message;
+  }
+
+  proto::ProgramEvent operator()(const fabric::ProgramEvent& event) const {
+    proto::ProgramEvent message;
+    put_key(message, event.key);
+    message.set_kind(static_cast<proto::ProgramEventKind>(event.kind));
+    message.set_at(nanoseconds(event.at));
+    message.set_started(nanoseconds(event.started));
+    message.set_program(event.program);
+    message.set_error(event.error);
+    if (event.parts) {
+      message.set_parts(*event.parts);
+    }
+    message.set_mode(event.mode);
+    message.set_detail(utf8(event.detail));
+    message.set_replayed(event.replayed);
     return message;
   }
 

@@ -20,6 +20,9 @@ static_assert(static_cast<int>(fabric::EventKind::held) == proto::EVENT_HELD);
 static_assert(static_cast<int>(fabric::Delivery::at_most_once) == proto::AT_MOST_ONCE);
 static_assert(static_cast<int>(fabric::CommandKind::ping) == proto::COMMAND_PING);
 static_assert(static_cast<int>(Change::gone) == proto::INSTANCE_GONE);
+static_assert(static_cast<int>(fabric::ValueType::string) == proto::VALUE_STRING);
+static_assert(static_cast<int>(fabric::Quality::refused) == proto::QUALITY_REFUSED);
+static_assert(static_cast<int>(fabric::ProgramEventKind::resumed) == proto::PROGRAM_RESUMED);
 
 inline std::string bytes_of(const fabric::InstanceId& id) {
   return {id.bytes.begin(), id.bytes.end()};

@@ -135,6 +135,25 @@ Result<void> write_stream(const Context& at, BytesView in) {
   return to_ads(at.channel->command_stream(variables::decode_text(in)));
 }
 
+Result<Bytes> program_name(const Context& at) {
+  constexpr std::size_t size = 84;
+  if (!at.machine.settings().answers.program_objects) {
+    return tl::unexpected(ErrorCode::access_denied_index);
+  }
+  std::string_view name = at.channel->control().program();
+  if (name.size() >= size) {
+    // Without its folder it may fit; invalid_size if not even so.
+    name.remove_prefix(name.rfind('/') + 1);
+  }
+  return encode_buffer(name, size);
+}
+
+Result<Bytes> error_id(const Context& at) {
+  return at.machine.settings().answers.program_objects
+             ? Result<Bytes>(encode_u32(at.channel->error()))
+             : tl::unexpected(ErrorCode::access_denied_index);
+}
+
 void add_adjustments(ObjectTable& table) {
   add_pair(table, 0x1, 0x3,
            {.name = "mc_command_single_block",
@@ -194,6 +213,9 @@ void add_commands(ObjectTable& table) {
   table.add(
       0x203,
       {.name = "mc_command_feedrate_r", .type = "LREAL", .length = 8, .read = command_feedrate});
+  table.add(0x214,
+            {.name = "mc_program_name_r", .type = "STRING", .length = 84, .read = program_name});
+  table.add(0x215, {.name = "mc_error_id_r", .type = "DWORD", .length = 4, .read = error_id});
 }
 
 }  // namespace millrace::cnc::simulator::objects

@@ -86,7 +86,11 @@ void Speaker::say_that_it_is_there() {
 void Speaker::take(const std::string& channel, const std::string& bytes) {
   const std::lock_guard held(lock_);
   if (const auto request = decode<request_t>(bytes); request && request->program == number_) {
-    if (!deaf_) {
+    if (request->call.id == answered_.call.id) {
+      // Its answer got lost; a flood does that.
+      answered_.call = request->call;
+      publish(reply_channel(), encode(answered_));
+    } else if (!deaf_) {
       forget(request->call.id);
       presence_.calls.push_back(request->call);
       requests_.push_back(*request);
@@ -133,6 +137,7 @@ void Speaker::send(const reply_t& reply) {
   publish(reply_channel(), encode(reply));
   if (reply.kind != reply_t::INTERIM) {
     forget(reply.call.id);
+    answered_ = reply;
   }
 }
 

@@ -35,7 +35,8 @@ class Speaker {
   /// What it says of itself. A request that it is given is in there, until it is answered.
   void change(const std::function<void(presence_t&)>& change);
 
-  /// The next request for it that was not awaited yet, with those that are repeated.
+  /// The next request for it that was not awaited yet; again one that was repeated before it was
+  /// answered.
   request_t await_request();
   withdrawal_t await_withdrawal();
   [[nodiscard]] std::size_t drains() const { return drains_; }
@@ -62,6 +63,8 @@ class Speaker {
   presence_t presence_{};
   std::vector<request_t> requests_;
   std::vector<withdrawal_t> withdrawals_;
+  /// The last answer: given again when it is asked for again.
+  reply_t answered_{};
   std::atomic<bool> deaf_ = false;
   std::atomic<std::size_t> drains_ = 0;
   std::jthread thread_;

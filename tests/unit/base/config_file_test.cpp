@@ -62,7 +62,7 @@ TEST(ConfigPlaces, FindsFieldsInsideOthers) {
   ConfigPlaces sut;
   ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"host"}}),
-              EndsWith("everything.gateway.textproto:12:27"));
+              EndsWith("everything.gateway.textproto:15:27"));
   // Of a list in brackets it knows where the list begins.
   EXPECT_THAT(sut.at(message, {{"machine", 0}, {"channel", 1}}),
               EndsWith("everything.gateway.textproto:9:3"));
@@ -73,7 +73,7 @@ TEST(ConfigPlaces, NamesTheNextOuterFieldOfOneThatWasNotWritten) {
   ConfigPlaces sut;
   ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"port"}}),
-              EndsWith("everything.gateway.textproto:12:1"));
+              EndsWith("everything.gateway.textproto:15:1"));
 }
 
 }  // namespace

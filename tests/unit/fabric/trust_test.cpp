@@ -1,3 +1,5 @@
+#include <set>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,6 +50,21 @@ TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
               UnorderedElementsAre(Grant{Way::write, "millrace/notice", "hall"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v2/request", "hall/*"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/event", "hall"}));
+}
+
+TEST(Grants, LetWhoSeesEverythingReadEachTopicThatThereIs) {
+  std::set<std::string> topics;
+  for (const Grant& grant :
+       of_way(Way::read, grants_of({.name = "o", .roles = {Role::observer}}, "hall"))) {
+    topics.insert(grant.topic);
+  }
+  Member everybody{.name = "x",
+                   .roles = {all_roles().begin(), all_roles().end()},
+                   .uuids = {uuid},
+                   .machines = {"m"}};
+  for (const Grant& grant : of_way(Way::write, grants_of(everybody, "hall"))) {
+    EXPECT_TRUE(topics.contains(grant.topic)) << grant.topic;
+  }
 }
 
 TEST(Grants, OfAnOperatorAddCommandsAndNothingElse) {

@@ -33,7 +33,7 @@ TEST(GatewaySettings, NameThePlaceAndTheExpectationOfEachMistake) {
 }
 
 TEST(GatewaySettings, AreReadFromEachGoodFile) {
-  for (const char* name : {"nothing", "one_machine", "everything", "policies"}) {
+  for (const char* name : {"nothing", "one_machine", "everything", "policies", "data"}) {
     EXPECT_EQ(
         usage_error([&] {
           settings::read_settings(folder / "good" / (name + std::string(".gateway.textproto")));
@@ -41,6 +41,25 @@ TEST(GatewaySettings, AreReadFromEachGoodFile) {
         "no error")
         << name;
   }
+}
+
+TEST(GatewaySettings, SayWhatOfAMachineIsSampled) {
+  const settings::Settings sut = settings::read_settings(folder / "good/data.gateway.textproto");
+  const data::DataSettings& press = sut.machines.at(0).data;
+  EXPECT_EQ(press.requests_per_second, 100);
+  ASSERT_EQ(press.groups.size(), 3U);
+  const data::GroupSettings expected{.name = "axes",
+                                     .channel = 1,
+                                     .names = {"V.A.ACT_POS.X", "V.A.ACT_POS.Y"},
+                                     .period = std::chrono::milliseconds(100),
+                                     .deadband = 0.01};
+  EXPECT_EQ(press.groups[0], expected);
+  EXPECT_TRUE(press.groups[1].always);
+  EXPECT_EQ(press.groups[2].channel, 1);
+  EXPECT_EQ(press.groups[2].period, std::chrono::milliseconds(1000));
+  ASSERT_EQ(sut.machines.at(0).programs.size(), 2U);
+  EXPECT_EQ(sut.machines.at(0).programs[0].counter, "V.E.PARTS");
+  EXPECT_EQ(sut.machines.at(0).programs[1].channel, 2);
 }
 
 TEST(GatewaySettings, HoldEverythingAFileSays) {

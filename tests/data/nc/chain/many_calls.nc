@@ -1,5 +1,5 @@
 %many_calls
-(REQUEST_STATE numbers the calls, so that each is told from the one before.)
+(REQUEST_STATE numbers the calls, so that each is told from the one before. A pause after each makes it last two seconds.)
 N10 V.G.SERVICE.UUID = "560AACBF-6335-44a9-895A-8B27F3ED5E47"
 N20 P1 = 1
 N30 $WHILE P1 <= 200
@@ -10,6 +10,8 @@ N70   #WAIT FOR V.G.SERVICE.RESPONSE_STATE != 0
 N80   $IF V.G.SERVICE.RESPONSE_STATE != 1
 N90     #MSG ["call %d failed: %s", P1, V.G.SERVICE.RESPONSE]
 N100  $ENDIF
+N102  #TIME 0.008
+N104  #FLUSH WAIT
 N110  P1 = P1 + 1
 N120 $ENDWHILE
 N130 #MSG ["%d calls, last %s", P1 - 1, V.G.SERVICE.RESPONSE]

@@ -82,5 +82,20 @@ TEST(MailPassword, MayComeFromTheEnvironment) {
   EXPECT_EQ(password({}), "");
 }
 
+TEST(MailConfig, HasRules) {
+  const auto sut = load(data("good/rules.mail.textproto"));
+  ASSERT_TRUE(sut) << sut.error();
+  ASSERT_EQ(sut->rules.size(), 4U);
+  EXPECT_EQ(sut->rules[0].kind, Rule::Kind::program);
+  EXPECT_TRUE(sut->rules[0].events.contains(fabric::ProgramEventKind::aborted));
+  EXPECT_TRUE(sut->rules[0].machines.contains("press"));
+  EXPECT_EQ(sut->rules[0].quiet.count(), 0);
+  EXPECT_EQ(sut->rules[1].after, std::chrono::seconds(60));
+  EXPECT_EQ(sut->rules[1].quiet, std::chrono::minutes(15));
+  EXPECT_EQ(sut->rules[2].kind, Rule::Kind::link_down);
+  EXPECT_EQ(sut->rules[3].uuid, "560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  EXPECT_EQ(sut->rules[3].after, std::chrono::seconds(60));
+}
+
 }  // namespace
 }  // namespace millrace::services::mail

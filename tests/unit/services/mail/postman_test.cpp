@@ -142,6 +142,19 @@ TEST_F(MailPostman, WritesDownThatItHandsOverBeforeItDoes) {
   EXPECT_EQ(on_disk()->stage, Stage::accepted);
 }
 
+TEST_F(MailPostman, SendsAMailThatNoProgramWaitsForOnce) {
+  start();
+  const fabric::CallId id{.epoch = 0x77, .number = 1};
+  const Mail mail{.from = "a@example.com", .to = {"b@example.com"}, .message = "Subject: x\r\n"};
+  EXPECT_TRUE(sut->post(id, mail));
+  server.await_taken(1);
+  EXPECT_FALSE(sut->post(id, mail));
+  sut.reset();
+  start();
+  EXPECT_FALSE(sut->post(id, mail));
+  EXPECT_EQ(server.attempts(), 1U);
+}
+
 TEST_F(MailPostman, AnswersARepeatedCallWithoutSendingAgain) {
   start();
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/recording/channels.hpp"
 
 namespace millrace::tools::recording {
 namespace {
@@ -118,6 +119,43 @@ TEST(RecordingCodec, KeepsTheStatusOfAChannel) {
   EXPECT_EQ(status.instance, instance(9));
   EXPECT_EQ(status.repeated, 4U);
   EXPECT_EQ(status.failed, 6U);
+}
+
+TEST(RecordingCodec, KeepsDataAndProgramEvents) {
+  const fabric::DataSample data{.key = {"press", 2},
+                                .group = "axes",
+                                .at = at(1),
+                                .period = std::chrono::milliseconds(200),
+                                .wanted = std::chrono::milliseconds(100),
+                                .values = {{.name = "V.A.ACT_POS.X",
+                                            .type = fabric::ValueType::real64,
+                                            .at = at(1),
+                                            .elements = std::vector<double>{-0.25}},
+                                           {.name = "V.E.T",
+                                            .type = fabric::ValueType::string,
+                                            .quality = fabric::Quality::stale,
+                                            .is_array = true,
+                                            .elements = std::vector<std::string>{"\xDF", ""},
+                                            .reason = "the link is down"},
+                                           {.name = "V.E.N",
+                                            .type = fabric::ValueType::sgn32,
+                                            .elements = std::vector<std::int64_t>{-7}}},
+                                .replayed = true};
+  const Entry sample{.at = at(2), .sample = data};
+  EXPECT_EQ(std::get<fabric::DataSample>(there_and_back(sample).sample), data);
+  EXPECT_EQ(topic_of(sample), "machine/press/2/data/axes");
+
+  const fabric::ProgramEvent ended{.key = {"press", 2},
+                                   .kind = fabric::ProgramEventKind::ended,
+                                   .at = at(3),
+                                   .started = at(1),
+                                   .program = "wei\xDF.nc",
+                                   .parts = -3,
+                                   .mode = 2,
+                                   .detail = "x"};
+  const Entry event{.at = at(3), .sample = ended};
+  EXPECT_EQ(std::get<fabric::ProgramEvent>(there_and_back(event).sample), ended);
+  EXPECT_EQ(topic_of(event), "machine/press/2/program");
 }
 
 TEST(RecordingCodec, KeepsCommandAndOutcome) {

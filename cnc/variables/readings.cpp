@@ -1,0 +1,301 @@
+#include "cnc/variables/readings.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "cnc/ads/sum_codec.hpp"
+#include "cnc/ads/sum_commands.hpp"
+#include "cnc/variables/listing.hpp"
+
+namespace millrace::cnc::variables {
+
+namespace {
+
+namespace asio = boost::asio;
+using ads::ErrorCode;
+using ads::Result;
+using Known = Readings::Known;
+
+bool has_indices(std::string_view name) {
+  return name.find('[') != std::string_view::npos;
+}
+
+/// The controller knows no description by name: it is older (documented for 0x4C).
+bool too_old(ErrorCode code) {
+  return code == ErrorCode::invalid_offset || code == ErrorCode::service_not_supported;
+}
+
+tl::unexpected<Trouble> trouble(ErrorCode code) {
+  return tl::unexpected(Trouble{code, ads::describe(code)});
+}
+
+tl::unexpected<Trouble> trouble(std::string reason) {
+  return tl::unexpected(Trouble{ErrorCode::invalid_data, std::move(reason)});
+}
+
+Result<Description> description_of(const Result<Bytes>& answer) {
+  return answer.and_then([](const Bytes& bytes) -> Result<Description> {
+    auto description = decode_description(bytes);
+    return description ? Result<Description>(std::move(*description))
+                       : tl::make_unexpected(ErrorCode::protocol_error);
+  });
+}
+
+Result<std::uint32_t> number_of(const Result<Bytes>& answer) {
+  return answer.and_then([](const Bytes& bytes) -> Result<std::uint32_t> {
+    ads::ByteReader in(bytes);
+    const std::uint32_t number = in.u32();
+    return in.exact() ? Result<std::uint32_t>(number)
+                      : tl::make_unexpected(ErrorCode::protocol_error);
+  });
+}
+
+}  // namespace
+
+bool is_object_name(std::string_view name) {
+  return is_com_name(name) || find_geo_object(name, 1).has_value();
+}
+
+void Readings::forget() {
+  without_sums_.clear();
+  without_handles_.clear();
+  directories_.clear();
+  listings_.clear();
+}
+
+Reading Readings::question(std::uint16_t channel, std::uint32_t offset, std::uint32_t length,
+                           Bytes input) const {
+  Reading reading;
+  reading.port = location_.port;
+  reading.index = {location_.group + channel, offset};
+  reading.length = length;
+  reading.input = std::move(input);
+  return reading;
+}
+
+asio::awaitable<std::vector<Known>> Readings::look_up(std::uint16_t channel,
+                                                      std::vector<std::string> names) {
+  std::vector<Known> all;
+  std::vector<std::string> variables;
+  for (const std::string& name : names) {
+    if (!is_object_name(name)) {
+      variables.push_back(name);
+    }
+  }
+  const auto described = co_await describe(channel, variables);
+  std::vector<Known> known;
+  for (std::size_t i = 0; i < variables.size(); ++i) {
+    if (!described[i]) {
+      known.emplace_back(trouble(described[i].error()));
+      continue;
+    }
+    const auto type = element_type(*described[i]);
+    if (!type) {
+      known.emplace_back(trouble(type.error()));
+      continue;
+    }
+    const bool one = has_indices(variables[i]);
+    const std::uint32_t whole =
+        std::min(std::max(described[i]->size, type->size), std::uint32_t{max_stream});
+    Reading reading = question(channel, offset::read_by_name, one ? type->size : whole,
+                               encode_name(variables[i]));
+    reading.type = *type;
+    reading.is_array = !one && !described[i]->dimensions.empty();
+    reading.access = described[i]->access;
+    known.emplace_back(std::move(reading));
+  }
+  co_await use_handles(channel, variables, known);
+  auto next = known.begin();
+  for (const std::string& name : names) {
+    if (is_object_name(name)) {
+      auto object = co_await find_object(channel, name);
+      all.push_back(std::move(object));
+    } else {
+      all.push_back(std::move(*next++));
+    }
+  }
+  co_return all;
+}
+
+asio::awaitable<std::vector<Result<Description>>> Readings::describe(
+    std::uint16_t channel, std::vector<std::string> names) {
+  // Five numbers and one for each dimension.
+  constexpr std::uint32_t length = 64;
+  std::vector<Reading> questions;
+  for (const std::string& name : names) {
+    questions.push_back(
+        question(channel, offset::description_by_name, length, encode_name(without_indices(name))));
+  }
+  const auto answers = co_await ask(std::move(questions));
+  std::vector<Result<Description>> descriptions;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    auto description = description_of(answers[i]);
+    if (!description && too_old(description.error())) {
+      description = co_await describe_from_list(channel, names[i]);
+    }
+    descriptions.push_back(std::move(description));
+  }
+  co_return descriptions;
+}
+
+asio::awaitable<Result<Description>> Readings::describe_from_list(std::uint16_t channel,
+                                                                  std::string name) {
+  const std::pair place{channel, std::string(family_of(name))};
+  if (place.second.empty()) {
+    co_return tl::make_unexpected(ErrorCode::symbol_not_found);
+  }
+  auto listing = listings_.find(place);
+  if (listing == listings_.end()) {
+    Channel asked(client_, channel, location_);
+    auto found = co_await list(asked, place.second);
+    if (!found) {
+      ++requests_;
+      co_return tl::make_unexpected(found.error());
+    }
+    requests_ += found->size() + 1;
+    listing = listings_.insert_or_assign(place, std::move(*found)).first;
+  }
+  const auto found = std::ranges::find_if(listing->second, [&](const Description& each) {
+    return without_indices(each.name) == without_indices(name);
+  });
+  if (found == listing->second.end()) {
+    // It may come to be: what programs have is listed anew the next time.
+    listings_.erase(listing);
+    co_return tl::make_unexpected(ErrorCode::symbol_not_found);
+  }
+  co_return *found;
+}
+
+/// Only what the kernel, its configuration and its axes have: what programs have is read by name
+/// (ISG/312791435, documented).
+asio::awaitable<void> Readings::use_handles(std::uint16_t channel, std::vector<std::string> names,
+                                            std::vector<Known>& known) {
+  if (without_handles_.contains(channel)) {
+    co_return;
+  }
+  std::vector<std::size_t> wanted;
+  std::vector<Reading> questions;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string_view family = family_of(names[i]);
+    const bool fixed = family == "V.G" || family == "V.E" || family == "V.A";
+    if (known[i] && fixed && !has_indices(names[i])) {
+      wanted.push_back(i);
+      questions.push_back(question(channel, offset::handle_by_name, 4, encode_name(names[i])));
+    }
+  }
+  const auto answers = co_await ask(std::move(questions));
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto handle = number_of(answers[i]);
+    if (handle) {
+      Reading& reading = *known[wanted[i]];
+      reading.index.offset = offset::read_by_handle;
+      reading.input = encode(ElementOf{*handle, {}});
+    } else if (too_old(handle.error())) {
+      without_handles_.insert(channel);
+    }
+  }
+}
+
+asio::awaitable<Known> Readings::find_object(std::uint16_t channel, std::string name) {
+  if (const auto place = find_geo_object(name, channel)) {
+    Reading reading;
+    reading.port = place->port;
+    reading.index = place->index;
+    reading.length = place->type.size;
+    reading.type = place->type;
+    co_return reading;
+  }
+  const std::uint16_t of = name.starts_with("cnc_") ? 1 : channel;
+  auto directory = directories_.find(of);
+  if (directory == directories_.end()) {
+    auto entries = co_await read_directory(client_, of);
+    ++requests_;
+    if (!entries) {
+      co_return trouble(entries.error());
+    }
+    directory = directories_.insert_or_assign(of, std::move(*entries)).first;
+  }
+  const auto found = std::ranges::find(directory->second, name, &DirectoryEntry::name);
+  if (found == directory->second.end()) {
+    co_return trouble(fmt::format("the controller's directory of channel {} has no {}", of, name));
+  }
+  const auto type = element_type(*found);
+  if (!type) {
+    co_return trouble(type.error());
+  }
+  Reading reading;
+  reading.port = com_port;
+  reading.index = found->index;
+  reading.length = found->size;
+  reading.type = *type;
+  reading.access = found->writable ? Access::read_write : Access::read_only;
+  co_return reading;
+}
+
+asio::awaitable<Readings::Answers> Readings::read(std::vector<Reading> readings) {
+  auto answers = co_await ask(std::move(readings));
+  co_return answers;
+}
+
+asio::awaitable<Readings::Answers> Readings::ask(std::vector<Reading> readings) {
+  if (readings.size() > 1 && sums(readings.front().port)) {
+    auto answers = co_await ask_in_a_sum(readings);
+    if (sums(readings.front().port)) {
+      co_return answers;
+    }
+  }
+  Answers answers;
+  for (const Reading& reading : readings) {
+    auto answer = co_await ask_one(reading);
+    answers.push_back(std::move(answer));
+  }
+  co_return answers;
+}
+
+/// Where the whole is refused the port is remembered as one without sums.
+asio::awaitable<Readings::Answers> Readings::ask_in_a_sum(std::vector<Reading> readings) {
+  const std::uint16_t port = readings.front().port;
+  const auto count = static_cast<std::uint32_t>(readings.size());
+  Result<Answers> answers = tl::make_unexpected(ErrorCode::none);
+  ++requests_;
+  if (port == location_.port) {
+    std::vector<ads::SumItem> items;
+    for (Reading& reading : readings) {
+      items.push_back({reading.index, reading.length, std::move(reading.input)});
+    }
+    const ads::Index sum{ads::sum::read_write, count};
+    const auto bytes =
+        co_await client_.read_write(port, sum, ads::sum_length(items), ads::encode_sum(items));
+    answers = bytes.and_then([&](const Bytes& all) { return ads::decode_sum(all, items); });
+  } else {
+    std::vector<ads::SumRead> items;
+    for (const Reading& reading : readings) {
+      items.push_back({reading.index, reading.length});
+    }
+    const ads::Index sum{ads::sum::read, count};
+    const auto bytes =
+        co_await client_.read_write(port, sum, ads::sum_length(items), ads::encode_sum(items));
+    answers = bytes.and_then([&](const Bytes& all) { return ads::decode_sum(all, items); });
+  }
+  if (answers) {
+    co_return std::move(*answers);
+  }
+  if (is_refusal(answers.error()) || answers.error() == ErrorCode::protocol_error) {
+    without_sums_.insert(port);
+  }
+  co_return Answers(readings.size(), tl::make_unexpected(answers.error()));
+}
+
+asio::awaitable<Result<Bytes>> Readings::ask_one(Reading reading) {
+  ++requests_;
+  if (reading.input.empty()) {
+    auto answer = co_await client_.read(reading.port, reading.index, reading.length);
+    co_return answer;
+  }
+  auto answer = co_await client_.read_write(reading.port, reading.index, reading.length,
+                                            std::move(reading.input));
+  co_return answer;
+}
+
+}  // namespace millrace::cnc::variables

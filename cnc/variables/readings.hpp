@@ -1,0 +1,78 @@
+// Values of variables and objects, read again and again: first what and where each is, then all of
+// them in as few requests as the controller allows.
+//
+//   Readings readings(client);
+//   auto known = co_await readings.look_up(1, {"V.A.ACT_POS.X", "block_number"});
+//   auto bytes = co_await readings.read({*known[0], …});             // of one port
+//   auto elements = decode_elements(known[0]->type, *bytes[0]);
+//
+// A variable is read by handle where the controller gives one, otherwise by name; what stands in
+// brackets is always read by name. Whether a task of the controller knows sums is found by trying.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cnc/variables/channel.hpp"
+#include "cnc/variables/directory.hpp"
+#include "cnc/variables/reading.hpp"
+
+namespace millrace::cnc::variables {
+
+/// The client must outlive what is asked of it. One question at a time.
+class Readings {
+ public:
+  explicit Readings(ads::Client& client, Location location = {})
+      : client_(client), location_(location) {}
+
+  using Known = tl::expected<Reading, Trouble>;
+  /// By their names: variables as programs write them, objects as objects.hpp has them. One result
+  /// for each.
+  boost::asio::awaitable<std::vector<Known>> look_up(std::uint16_t channel,
+                                                     std::vector<std::string> names);
+
+  /// The value of each, in one request where the port knows sums. All of one port. What becomes of
+  /// the whole request (timeout, link_lost) is the error of each.
+  boost::asio::awaitable<std::vector<ads::Result<Bytes>>> read(std::vector<Reading> readings);
+
+  /// Whether this port answers sums, as far as is known.
+  [[nodiscard]] bool sums(std::uint16_t port) const { return !without_sums_.contains(port); }
+  /// Requests that were sent for all this.
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }
+  /// On a new link: forgets what was found out about the controller.
+  void forget();
+
+ private:
+  using Answers = std::vector<ads::Result<Bytes>>;
+  boost::asio::awaitable<Answers> ask(std::vector<Reading> readings);
+  boost::asio::awaitable<Answers> ask_in_a_sum(std::vector<Reading> readings);
+  boost::asio::awaitable<ads::Result<Bytes>> ask_one(Reading reading);
+  boost::asio::awaitable<std::vector<ads::Result<Description>>> describe(
+      std::uint16_t channel, std::vector<std::string> names);
+  boost::asio::awaitable<ads::Result<Description>> describe_from_list(std::uint16_t channel,
+                                                                      std::string name);
+  boost::asio::awaitable<void> use_handles(std::uint16_t channel, std::vector<std::string> names,
+                                           std::vector<Known>& known);
+  boost::asio::awaitable<Known> find_object(std::uint16_t channel, std::string name);
+  [[nodiscard]] Reading question(std::uint16_t channel, std::uint32_t offset, std::uint32_t length,
+                                 Bytes input) const;
+
+  using Directory = std::vector<DirectoryEntry>;
+  ads::Client& client_;
+  Location location_;
+  std::set<std::uint16_t> without_sums_;
+  /// Channels whose controller gives no handle.
+  std::set<std::uint16_t> without_handles_;
+  std::map<std::uint16_t, Directory> directories_;
+  /// What older controllers have, by channel and family.
+  std::map<std::pair<std::uint16_t, std::string>, std::vector<Description>> listings_;
+  std::uint64_t requests_ = 0;
+};
+
+/// True for the name of an object, false for that of a variable.
+bool is_object_name(std::string_view name);
+
+}  // namespace millrace::cnc::variables

@@ -1,0 +1,101 @@
+// What a gateway tells of a controller besides its calls: values of variables, and what becomes of
+// programs (idl/data.idl).
+//
+//   DataSample sample{.key = {"press", 1}, .group = "axes"};
+//   sample.values.push_back({.name = "V.A.ACT_POS.X", .type = ValueType::real64, …});
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+
+/// The types of a CNC, with the vendor's numbers.
+enum class ValueType : std::uint8_t {
+  unknown,
+  boolean,
+  sgn08,
+  uns08,
+  sgn16,
+  uns16,
+  sgn32,
+  uns32,
+  real64,
+  string
+};
+/// "REAL64", as the vendor writes them; "UNKNOWN".
+std::string_view name_of(ValueType type);
+
+/// Good: as the controller had it then. Stale: it was so, and the controller has not answered
+/// since. Refused: the controller does not let it be read.
+enum class Quality : std::uint8_t { good, stale, refused };
+std::string_view name_of(Quality quality);
+
+/// Booleans (0, 1) and integers; reals; texts in CP1252.
+using Elements =
+    std::variant<std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
+[[nodiscard]] inline std::size_t count(const Elements& elements) {
+  return std::visit([](const auto& values) { return values.size(); }, elements);
+}
+
+struct Value {
+  /// At most 255 bytes.
+  std::string name{};
+  ValueType type = ValueType::unknown;
+  Quality quality = Quality::good;
+  /// When the controller told it; zero = never yet.
+  Time at{};
+  bool is_array = false;
+  Elements elements{};
+  /// Why it is not good; at most 255 bytes.
+  std::string reason{};
+  bool operator==(const Value&) const = default;
+};
+
+/// The values of one group of one channel: all of them in each sample. Without values: nobody tells
+/// of the group any more.
+struct DataSample {
+  ChannelKey key{};
+  /// At most 63 bytes.
+  std::string group{};
+  Time at{};
+  /// Between two beats as it was lately, and as it is wanted.
+  std::chrono::nanoseconds period{};
+  std::chrono::nanoseconds wanted{};
+  std::vector<Value> values{};
+  bool replayed = false;
+  bool operator==(const DataSample&) const = default;
+};
+
+/// Reset: taken away while it ran. Held: it stands and may go on.
+enum class ProgramEventKind : std::uint8_t { started, ended, aborted, reset, held, resumed };
+std::string_view name_of(ProgramEventKind kind);
+
+struct ProgramEvent {
+  ChannelKey key{};
+  ProgramEventKind kind = ProgramEventKind::started;
+  Time at{};
+  /// When this run was seen to start; zero if nobody saw it.
+  Time started{};
+  /// In CP1252; empty if the configuration does not say where it can be read.
+  std::string program{};
+  /// The CNC's error; 0 = none, or not known.
+  std::uint32_t error = 0;
+  /// The counter that the configuration names.
+  std::optional<std::int64_t> parts{};
+  /// The operation mode; 0 = not known.
+  std::uint32_t mode = 0;
+  /// At most 255 bytes.
+  std::string detail{};
+  bool replayed = false;
+  bool operator==(const ProgramEvent&) const = default;
+};
+
+}  // namespace millrace::fabric

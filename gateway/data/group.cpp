@@ -1,0 +1,120 @@
+#include "gateway/data/group.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/data/values.hpp"
+#include "gateway/words.hpp"
+
+namespace millrace::gateway::data {
+
+using fabric::DataSample;
+using fabric::Quality;
+
+Group::Group(GroupSettings settings, std::string machine)
+    : settings_(std::move(settings)), machine_(std::move(machine)), period_(settings_.period) {
+  for (const std::string& name : settings_.names) {
+    items_.push_back({.value = {.name = name, .quality = Quality::stale}});
+  }
+}
+
+void Group::start(SteadyTime now) {
+  started_ = true;
+  due_ = now;
+  counting_since_ = now;
+  counted_ = 0;
+  for (Item& item : items_) {
+    item.reading.reset();
+    item.look_up_at = now;
+  }
+}
+
+std::optional<DataSample> Group::stop(const std::string& reason, Moment now) {
+  started_ = false;
+  in_beat_ = false;
+  pending_.clear();
+  under_way_ = 0;
+  period_ = settings_.period;
+  pace_changed_ = false;
+  for (Item& item : items_) {
+    item.value.quality = Quality::stale;
+    item.value.reason = reason;
+  }
+  if (told_.empty()) {
+    return std::nullopt;
+  }
+  DataSample last = sample(now);
+  told_ = last.values;
+  return last;
+}
+
+void Group::begin_beat() {
+  in_beat_ = true;
+  under_way_ = 0;
+  pending_.clear();
+  for (std::size_t i = 0; i < items_.size(); ++i) {
+    if (items_[i].reading) {
+      pending_.insert(pending_.end(), i);
+    }
+  }
+}
+
+void Group::asked(std::size_t item) {
+  pending_.erase(item);
+  ++under_way_;
+}
+
+std::optional<DataSample> Group::end_beat(Moment now) {
+  in_beat_ = false;
+  const auto behind = now.steady - due_;
+  due_ += (behind / settings_.period + 1) * settings_.period;
+  measure(now.steady);
+  bool news = settings_.always || pace_changed_ || told_.empty();
+  for (std::size_t i = 0; i < told_.size() && !news; ++i) {
+    news = is_news(told_[i], items_[i].value, settings_.deadband);
+  }
+  if (!news) {
+    return std::nullopt;
+  }
+  DataSample next = sample(now);
+  told_ = next.values;
+  return next;
+}
+
+/// Over ten beats, and at least five seconds: one that is late now and then is no news.
+void Group::measure(SteadyTime now) {
+  constexpr std::chrono::seconds at_least{5};
+  constexpr std::uint32_t beats = 10;
+  ++counted_;
+  const auto passed = now - counting_since_;
+  if (passed < at_least || passed < beats * settings_.period) {
+    return;
+  }
+  const auto one = std::chrono::nanoseconds(passed) / counted_;
+  // It is slow from a fifth on, and no more when it is back within a tenth.
+  const bool was_slow = slow();
+  const std::chrono::nanoseconds wanted = settings_.period;
+  const bool is_slow = was_slow ? one > wanted + wanted / 10 : one > wanted + wanted / 5;
+  pace_changed_ = pace_changed_ || is_slow != was_slow;
+  period_ = is_slow ? one : wanted;
+  counting_since_ = now;
+  counted_ = 0;
+}
+
+bool Group::take_pace_change() {
+  return std::exchange(pace_changed_, false);
+}
+
+DataSample Group::sample(Moment now) const {
+  DataSample sample{.key = {machine_, settings_.channel},
+                    .group = settings_.name,
+                    .at = now.wall,
+                    .period = period_,
+                    .wanted = settings_.period};
+  for (const Item& item : items_) {
+    sample.values.push_back(item.value);
+  }
+  return sample;
+}
+
+}  // namespace millrace::gateway::data

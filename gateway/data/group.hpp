@@ -1,0 +1,91 @@
+// One group of values: what of it is known and told, and when its next beat is. Pure.
+//
+//   Group group(settings, "press");
+//   group.start(now);                         // the controller answers: due at once
+//   group.begin_beat();  …  group.at(i).value = …  …
+//   if (auto sample = group.end_beat(now)) publish(*sample);
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cnc/variables/reading.hpp"
+#include "fabric/data.hpp"
+#include "gateway/data/groups.hpp"
+#include "gateway/moment.hpp"
+
+namespace millrace::gateway::data {
+
+/// A variable or object of a group.
+struct Item {
+  fabric::Value value{};
+  /// How it is read; nothing until it has been looked up.
+  std::optional<cnc::variables::Reading> reading{};
+  /// When it is looked up, while it is not known.
+  SteadyTime look_up_at{};
+  /// What the log has been told of it.
+  std::string said{};
+};
+
+class Group {
+ public:
+  Group(GroupSettings settings, std::string machine);
+
+  [[nodiscard]] const GroupSettings& settings() const { return settings_; }
+  [[nodiscard]] std::vector<Item>& items() { return items_; }
+  [[nodiscard]] Item& at(std::size_t item) { return items_.at(item); }
+
+  /// The channel is served and its controller answers.
+  void start(SteadyTime now);
+  /// It is not, or not any more: what was good is stale. A sample if somebody was told otherwise.
+  std::optional<fabric::DataSample> stop(const std::string& reason, Moment now);
+  [[nodiscard]] bool started() const { return started_; }
+  /// Who heard of it has forgotten it.
+  void forget_told() { told_.clear(); }
+
+  [[nodiscard]] SteadyTime due() const { return due_; }
+  [[nodiscard]] bool in_beat() const { return in_beat_; }
+  /// Everything that is known is to be read.
+  void begin_beat();
+  /// Of this beat, and not yet asked for.
+  [[nodiscard]] std::set<std::size_t>& pending() { return pending_; }
+  void asked(std::size_t item);
+  void answered() { --under_way_; }
+  /// Nothing is missing any more.
+  [[nodiscard]] bool complete() const { return in_beat_ && pending_.empty() && under_way_ == 0; }
+  /// A sample if there is news, or each is wanted. The next beat is the first whole period from
+  /// now.
+  std::optional<fabric::DataSample> end_beat(Moment now);
+
+  /// How long a beat takes lately; the wanted period while it is kept.
+  [[nodiscard]] std::chrono::nanoseconds period() const { return period_; }
+  [[nodiscard]] bool slow() const { return period_ > settings_.period; }
+  /// True once after it became slow, or no longer is.
+  bool take_pace_change();
+
+  /// The group as it is now, as a sample.
+  [[nodiscard]] fabric::DataSample sample(Moment now) const;
+
+ private:
+  void measure(SteadyTime now);
+
+  GroupSettings settings_;
+  std::string machine_;
+  std::vector<Item> items_;
+  bool started_ = false;
+  SteadyTime due_{};
+  bool in_beat_ = false;
+  std::set<std::size_t> pending_;
+  std::size_t under_way_ = 0;
+  /// What was told last; empty = nothing yet.
+  std::vector<fabric::Value> told_;
+  std::chrono::nanoseconds period_;
+  bool pace_changed_ = false;
+  /// Beats since then, to know how long one takes.
+  SteadyTime counting_since_{};
+  std::uint32_t counted_ = 0;
+};
+
+}  // namespace millrace::gateway::data

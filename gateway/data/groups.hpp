@@ -1,0 +1,33 @@
+// What of a machine's data is sampled, as the configuration says it (idl/gateway.proto, Data).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace millrace::gateway::data {
+
+/// Values that are read together, and told together.
+struct GroupSettings {
+  /// Of its own in its channel; at most 63 characters.
+  std::string name;
+  std::uint16_t channel = 1;
+  /// Variables as programs write them, objects as cnc/variables/objects.hpp has them.
+  std::vector<std::string> names;
+  std::chrono::milliseconds period{1000};
+  /// A number is another one when it differs by more than this from what was told last.
+  double deadband = 0;
+  /// Told on each beat; otherwise when a value is another one.
+  bool always = false;
+  bool operator==(const GroupSettings&) const = default;
+};
+
+struct DataSettings {
+  std::vector<GroupSettings> groups;
+  /// What all groups of the machine may ask of its controller; calls have theirs besides.
+  double requests_per_second = 50;
+  bool operator==(const DataSettings&) const = default;
+};
+
+}  // namespace millrace::gateway::data

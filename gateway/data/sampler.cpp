@@ -1,0 +1,296 @@
+#include "gateway/data/sampler.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "gateway/data/values.hpp"
+#include "gateway/words.hpp"
+
+namespace millrace::gateway::data {
+
+using cnc::variables::Reading;
+using fabric::Quality;
+
+Sampler::Sampler(std::string machine, const DataSettings& settings)
+    : machine_(std::move(machine)), budget_(settings.requests_per_second) {
+  for (const GroupSettings& group : settings.groups) {
+    groups_.emplace_back(group, machine_);
+  }
+}
+
+void Sampler::on_up(const std::vector<std::uint16_t>& channels, SteadyTime now) {
+  for (Group& group : groups_) {
+    if (!group.started() &&
+        std::ranges::find(channels, group.settings().channel) != channels.end()) {
+      group.start(now);
+    }
+  }
+}
+
+void Sampler::on_down(const std::string& reason, Moment now) {
+  under_way_.clear();
+  at_once_ = most_together;
+  for (Group& group : groups_) {
+    if (!group.started()) {
+      continue;
+    }
+    if (auto sample = group.stop(reason, now)) {
+      news_.samples.push_back(std::move(*sample));
+    }
+  }
+}
+
+void Sampler::on_over(std::uint16_t channel, Moment now) {
+  for (Group& group : groups_) {
+    if (channel == 0 || group.settings().channel == channel) {
+      static_cast<void>(group.stop("another gateway may tell of it", now));
+      group.forget_told();
+      news_.left.push_back(
+          {.key = {machine_, group.settings().channel}, .group = group.settings().name});
+    }
+  }
+  if (channel == 0) {
+    under_way_.clear();
+  }
+}
+
+std::optional<Step> Sampler::next(Moment now) {
+  if (!under_way_.empty()) {
+    return std::nullopt;
+  }
+  const auto ready = next_time(now.steady);
+  if (!ready || *ready > now.steady) {
+    return std::nullopt;
+  }
+  if (auto step = look_up(now.steady)) {
+    return step;
+  }
+  return read(now);
+}
+
+/// Those of one channel that are not known yet.
+std::optional<Step> Sampler::look_up(SteadyTime now) {
+  constexpr std::size_t most = 32;
+  LookUp step;
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    const bool fits = step.names.empty() || step.channel == group.settings().channel;
+    for (std::size_t i = 0; group.started() && fits && i < group.items().size(); ++i) {
+      const Item& one = group.at(i);
+      if (!one.reading && one.look_up_at <= now && step.names.size() < most) {
+        step.channel = group.settings().channel;
+        step.names.push_back(one.value.name);
+        under_way_.push_back({g, i});
+      }
+    }
+  }
+  return step.names.empty() ? std::nullopt : std::optional<Step>(std::move(step));
+}
+
+/// Those that are due, the one that has waited longest first, and with it what is at its port.
+std::optional<Step> Sampler::read(Moment now) {
+  std::vector<std::size_t> due;
+  for (Group& group : groups_) {
+    if (group.started() && !group.in_beat() && group.due() <= now.steady) {
+      group.begin_beat();
+    }
+  }
+  // Of which nothing can be read.
+  end_beats(now);
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
+    if (group.in_beat() && !group.pending().empty()) {
+      due.push_back(g);
+    }
+  }
+  std::ranges::stable_sort(
+      due, [&](std::size_t a, std::size_t b) { return groups_[a].due() < groups_[b].due(); });
+  Read step;
+  std::size_t bytes = 0;
+  for (const std::size_t g : due) {
+    Group& group = groups_[g];
+    const std::set<std::size_t> pending = group.pending();
+    for (const std::size_t i : pending) {
+      const Reading& reading = *group.at(i).reading;
+      const bool first = step.readings.empty();
+      if (step.readings.size() < at_once_ &&
+          (first ||
+           (reading.port == step.readings.front().port && bytes + reading.length <= most_bytes))) {
+        bytes += reading.length;
+        step.readings.push_back(reading);
+        under_way_.push_back({g, i});
+        group.asked(i);
+      }
+    }
+  }
+  return step.readings.empty() ? std::nullopt : std::optional<Step>(std::move(step));
+}
+
+std::optional<SteadyTime> Sampler::next_time(SteadyTime now) {
+  if (!under_way_.empty()) {
+    return std::nullopt;
+  }
+  std::optional<SteadyTime> first;
+  const auto note = [&](SteadyTime time) { first = first ? std::min(*first, time) : time; };
+  for (Group& group : groups_) {
+    if (!group.started()) {
+      continue;
+    }
+    note(group.in_beat() ? now : group.due());
+    for (const Item& one : group.items()) {
+      if (!one.reading) {
+        note(one.look_up_at);
+      }
+    }
+  }
+  if (!first) {
+    return std::nullopt;
+  }
+  const SteadyTime allowed = budget_.time_of_one(now);
+  short_of_budget_ = short_of_budget_ || (*first <= now && allowed > now);
+  return std::max(*first, allowed);
+}
+
+void Sampler::refuse(Item& item, const std::string& reason, SteadyTime again) {
+  item.value.quality = Quality::refused;
+  item.value.reason = fit_reason(reason);
+  item.reading.reset();
+  item.look_up_at = again;
+}
+
+void Sampler::on_looked_up(const std::vector<Known>& known, std::uint64_t requests, Moment now) {
+  const std::vector<Place> places = std::exchange(under_way_, {});
+  budget_.spend(static_cast<double>(requests));
+  for (std::size_t i = 0; i < places.size() && i < known.size(); ++i) {
+    if (!groups_[places[i].group].started()) {
+      continue;
+    }
+    Item& one = item(places[i]);
+    if (known[i]) {
+      one.reading = *known[i];
+      one.value.type = type_of(*known[i]);
+      one.value.is_array = known[i]->is_array;
+      one.value.quality = Quality::stale;
+      one.value.reason = "not read yet";
+    } else if (is_refusal(known[i].error().code)) {
+      refuse(one, known[i].error().reason, now.steady + retry_refused);
+    } else {
+      one.value.quality = Quality::stale;
+      one.value.reason = fit_reason(known[i].error().reason);
+      one.look_up_at = now.steady + retry_silent;
+    }
+  }
+  say_refused(places);
+}
+
+void Sampler::take_answer(Place place, const Answer& answer, Moment now) {
+  Item& one = item(place);
+  if (answer) {
+    auto elements = elements_of(*one.reading, *answer);
+    if (!elements) {
+      refuse(one, elements.error(), now.steady + retry_refused);
+      return;
+    }
+    one.value.elements = std::move(*elements);
+    one.value.quality = Quality::good;
+    one.value.at = now.wall;
+    one.value.reason.clear();
+    return;
+  }
+  const cnc::ads::ErrorCode code = answer.error();
+  if (is_refusal(code)) {
+    if (one.value.quality != Quality::good) {
+      refuse(one, cnc::ads::describe(code), now.steady + retry_refused);
+      return;
+    }
+    // What was good may have another handle by now.
+    one.reading.reset();
+    one.look_up_at = now.steady;
+  }
+  if (is_overload(code)) {
+    budget_.empty();
+  }
+  one.value.quality = Quality::stale;
+  one.value.reason = cnc::ads::describe(code);
+}
+
+void Sampler::on_read(const std::vector<Answer>& answers, std::uint64_t requests, bool sums,
+                      Moment now) {
+  const std::vector<Place> places = std::exchange(under_way_, {});
+  budget_.spend(static_cast<double>(requests));
+  at_once_ = sums ? most_together : 1;
+  for (std::size_t i = 0; i < places.size() && i < answers.size(); ++i) {
+    Group& group = groups_[places[i].group];
+    if (group.started() && group.in_beat()) {
+      group.answered();
+      take_answer(places[i], answers[i], now);
+    }
+  }
+  say_refused(places);
+  end_beats(now);
+}
+
+void Sampler::end_beats(Moment now) {
+  for (Group& group : groups_) {
+    if (!group.complete()) {
+      continue;
+    }
+    auto sample = group.end_beat(now);
+    if (group.take_pace_change()) {
+      say_pace(group);
+      short_of_budget_ = false;
+    }
+    if (sample) {
+      news_.samples.push_back(std::move(*sample));
+    }
+  }
+}
+
+/// Once for each reason, in one line for all that have it.
+void Sampler::say_refused(const std::vector<Place>& places) {
+  std::map<std::pair<std::size_t, std::string>, std::string> by_reason;
+  for (const Place place : places) {
+    Item& one = item(place);
+    if (one.value.quality == Quality::refused && one.said != one.value.reason) {
+      one.said = one.value.reason;
+      std::string& names = by_reason[{place.group, one.value.reason}];
+      names += (names.empty() ? "" : ", ") + one.value.name;
+    }
+  }
+  for (const auto& [key, names] : by_reason) {
+    news_.lines.push_back(
+        {Level::warn,
+         fmt::format("{}: {} cannot be read: {}; tried again every {} s", where(groups_[key.first]),
+                     names, key.second, retry_refused.count())});
+  }
+}
+
+void Sampler::say_pace(const Group& group) {
+  const auto wanted = group.settings().period.count();
+  if (!group.slow()) {
+    news_.lines.push_back(
+        {Level::info, fmt::format("{}: sampled every {} ms again", where(group), wanted)});
+    return;
+  }
+  const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(group.period()).count();
+  news_.lines.push_back(
+      {Level::warn,
+       fmt::format("{}: sampled every {} ms, not every {} ms: {}", where(group), ms, wanted,
+                   short_of_budget_
+                       ? fmt::format("the budget of {} requests a second does not allow for more",
+                                     budget_.per_second())
+                       : "its controller answers too slowly, or calls went first")});
+}
+
+std::string Sampler::where(const Group& group) const {
+  const GroupSettings& settings = group.settings();
+  // A group of a configuration has no slash in its name: what is sampled for something else has.
+  const bool hidden = settings.name.starts_with('/');
+  return fmt::format("{}/{}: {}{}", machine_, settings.channel, hidden ? "" : "data ",
+                     hidden ? settings.name.substr(1) : settings.name);
+}
+
+}  // namespace millrace::gateway::data

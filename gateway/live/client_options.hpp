@@ -1,0 +1,18 @@
+// How a machine's controller is reached, as an ADS client takes it.
+#pragma once
+
+#include "cnc/ads/client.hpp"
+#include "gateway/settings/settings.hpp"
+
+namespace millrace::gateway::live {
+
+inline cnc::ads::ClientOptions client_options(const settings::MachineSettings& settings) {
+  cnc::ads::ClientOptions options;
+  options.host = settings.host;
+  options.tcp_port = settings.tcp_port;
+  options.target = settings.net_id;
+  options.source.net_id = settings.source;
+  return options;
+}
+
+}  // namespace millrace::gateway::live

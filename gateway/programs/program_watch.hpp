@@ -1,0 +1,87 @@
+// What becomes of the programs of one channel, worked out from looks at its state. Pure.
+//
+//   ProgramWatch watch({"press", 1}, {.name = "mc_program_name_r", .counter = "V.E.PARTS"});
+//   sampled group: watch.group()                     // what has to be read, and how often
+//   for (const auto& event : watch.on_sample(sample)) publish(event);
+//
+// A channel's states and their meaning are documented (IB/tf5200_hli_interface/174845451,
+// 174850187, 174858763); their addresses are those of an open-source client
+// (cnc/variables/objects.hpp). What state a channel is in after a program's end is not documented:
+// from active to ready or selected in the same mode counts as an end, so that an NC reset which
+// leaves the mode as it is looks like one. From hold nothing ends by itself, so there it is a
+// reset. What begins and ends between two looks is not seen.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fabric/data.hpp"
+#include "gateway/data/groups.hpp"
+
+namespace millrace::gateway::programs {
+
+/// Where a channel's programs are watched (idl/gateway.proto, Programs).
+struct ProgramSettings {
+  std::uint16_t channel = 1;
+  std::chrono::milliseconds period{100};
+  /// Variables or objects; empty = not read.
+  std::string name{};
+  std::string error{};
+  std::string counter{};
+  bool operator==(const ProgramSettings&) const = default;
+};
+
+/// The name of the group that is sampled for it; no group of a configuration has a slash.
+inline constexpr const char* programs_group = "/programs";
+
+/// What is sampled for a channel's programs.
+data::GroupSettings group_of(const ProgramSettings& settings);
+
+class ProgramWatch {
+ public:
+  ProgramWatch(fabric::ChannelKey key, ProgramSettings settings)
+      : key_(std::move(key)), settings_(std::move(settings)) {}
+
+  /// A sample of its group.
+  std::vector<fabric::ProgramEvent> on_sample(const fabric::DataSample& sample);
+
+ private:
+  /// As documented.
+  enum class State : std::uint32_t {
+    none = 0,
+    deselected = 1,
+    selected = 2,
+    ready = 3,
+    active = 4,
+    hold = 5,
+    error = 6
+  };
+  /// What one look showed.
+  struct Look {
+    State state = State::none;
+    std::uint32_t mode = 0;
+    std::string name;
+    std::uint32_t error = 0;
+    std::optional<std::int64_t> parts;
+    fabric::Time at{};
+  };
+
+  static bool runs(State state) { return state == State::active || state == State::hold; }
+  [[nodiscard]] std::optional<Look> look_of(const fabric::DataSample& sample) const;
+  void step(const Look& before, const Look& now, std::vector<fabric::ProgramEvent>& events);
+  [[nodiscard]] fabric::ProgramEventKind end_of(const Look& before, const Look& now) const;
+  fabric::ProgramEvent event(fabric::ProgramEventKind kind, const Look& now) const;
+
+  fabric::ChannelKey key_;
+  ProgramSettings settings_;
+  /// Nothing until the controller has told.
+  std::optional<Look> last_;
+  /// The controller did not answer since.
+  bool blind_ = false;
+  /// Of the run that is under way.
+  fabric::Time started_{};
+  std::string program_;
+};
+
+}  // namespace millrace::gateway::programs

@@ -1,0 +1,28 @@
+// Watches the fabric for occasions of rules, on a thread of its own, and gives their mails to the
+// postman.
+#pragma once
+
+#include <memory>
+
+#include "base/program/log.hpp"
+#include "fabric/dds/participant.hpp"
+#include "services/mail/config.hpp"
+#include "services/mail/postman.hpp"
+
+namespace millrace::services::mail {
+
+class RuleThread {
+ public:
+  /// `postman` outlives it. Throws std::runtime_error if the fabric cannot be joined.
+  RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config, Postman& postman,
+             base::program::Log log);
+  ~RuleThread();
+  RuleThread(const RuleThread&) = delete;
+  RuleThread& operator=(const RuleThread&) = delete;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::services::mail

@@ -1,0 +1,6 @@
+%moving
+$FOR P1 = 1, 100, 1
+  G01 X10 F1000
+  G01 X0
+$ENDFOR
+M30

@@ -1,0 +1,64 @@
+#include "tools/print/data.hpp"
+
+#include <limits>
+
+#include <boost/json/serialize.hpp>
+#include <gtest/gtest.h>
+
+namespace millrace::tools::print {
+namespace {
+
+using fabric::Quality;
+using fabric::Value;
+using fabric::ValueType;
+
+Value real(double value) {
+  return {.name = "X", .type = ValueType::real64, .elements = std::vector<double>{value}};
+}
+
+TEST(AValue, IsShownAsItsTypeWritesIt) {
+  EXPECT_EQ(text_of(real(3.5)), "3.5");
+  Value truth{.type = ValueType::boolean, .elements = std::vector<std::int64_t>{1}};
+  EXPECT_EQ(text_of(truth), "TRUE");
+  truth.type = ValueType::uns08;
+  EXPECT_EQ(text_of(truth), "1");
+  Value texts{.type = ValueType::string,
+              .is_array = true,
+              .elements = std::vector<std::string>{"Ma\xDF", "\x1B[2J"}};
+  EXPECT_EQ(text_of(texts), "[\"Ma\u00DF\", \"\\x1b[2J\"]");
+  EXPECT_EQ(text_of(Value{}), "-");
+}
+
+TEST(AValue, IsJsonWhateverItHolds) {
+  EXPECT_EQ(boost::json::serialize(json_of_elements(real(0.1))), "1E-1");
+  EXPECT_EQ(boost::json::serialize(json_of_elements(real(std::numeric_limits<double>::infinity()))),
+            "\"inf\"");
+  EXPECT_EQ(boost::json::serialize(json_of_elements(Value{})), "null");
+  EXPECT_EQ(boost::json::serialize(json_of_elements(
+                {.type = ValueType::boolean, .elements = std::vector<std::int64_t>{0}})),
+            "false");
+}
+
+TEST(ASampleLine, TellsWhatIsNotGoodAndWhy) {
+  fabric::DataSample sample{.group = "axes", .values = {real(1), real(2)}};
+  sample.values[1].quality = Quality::stale;
+  sample.values[1].reason = "the link is down";
+  EXPECT_EQ(line_of(sample), "axes  X=1  X=2 (stale: the link is down)");
+  EXPECT_EQ(line_of(fabric::DataSample{.group = "axes"}), "axes  nobody tells of it any more");
+}
+
+TEST(AProgramLine, TellsHowItWentAndHowLongItTook) {
+  const fabric::Time began(std::chrono::seconds(100));
+  EXPECT_EQ(line_of(fabric::ProgramEvent{.kind = fabric::ProgramEventKind::aborted,
+                                         .at = began + std::chrono::seconds(12),
+                                         .started = began,
+                                         .program = "a\nb",
+                                         .error = 21462,
+                                         .parts = 3,
+                                         .mode = 2}),
+            "aborted  \"a\\x0ab\"  error 21462  after 12.0 s  3 parts  automatic");
+  EXPECT_EQ(line_of(fabric::ProgramEvent{.replayed = true}), "started  (replayed)");
+}
+
+}  // namespace
+}  // namespace millrace::tools::print

@@ -1,0 +1,11 @@
+// `millrace data` and `millrace programs`: what gateways tell of their machines besides calls.
+#pragma once
+
+#include "tools/commands/subcommand.hpp"
+
+namespace millrace::tools::commands::data {
+
+void add_data(CLI::App& app, Chosen& chosen);
+void add_programs(CLI::App& app, Chosen& chosen);
+
+}  // namespace millrace::tools::commands::data

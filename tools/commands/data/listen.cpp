@@ -1,0 +1,74 @@
+#include "tools/commands/data/listen.hpp"
+
+#include <csignal>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "fabric/observer/observer.hpp"
+#include "tools/bus/snapshot.hpp"
+#include "tools/commands/arguments.hpp"
+
+namespace millrace::tools::commands::data {
+
+namespace {
+
+using OnEntry = std::function<bool(const recording::Entry&)>;
+
+class Listener : public fabric::observer::ObserverListener {
+ public:
+  Listener(const DataOptions& options, fabric::dds::Participant& participant,
+           const OnEntry& on_entry)
+      : on_entry_(on_entry),
+        timer_(io_),
+        signals_(io_, SIGINT, SIGTERM),
+        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::data) {
+    signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
+    if (!options.watch) {
+      timer_.expires_after(options.wait);
+      timer_.async_wait([this](const boost::system::error_code&) { io_.stop(); });
+    }
+  }
+
+  void run() { io_.run(); }
+
+  void on_entry(recording::Entry entry) override {
+    if (!io_.stopped() && !on_entry_(entry)) {
+      io_.stop();
+    }
+  }
+
+ private:
+  const OnEntry& on_entry_;
+  boost::asio::io_context io_{1};
+  boost::asio::steady_timer timer_;
+  boost::asio::signal_set signals_;
+  fabric::observer::Observer observer_;
+};
+
+}  // namespace
+
+DataOptions::DataOptions(CLI::App& command, const std::string& what)
+    : fabric(command, {.name = "millrace"}), wait(bus::Patience{}.at_least) {
+  constexpr std::uint16_t last_channel = 255;
+  command.add_option("MACHINE", machine, "Only this machine; all unless given");
+  command.add_option("--channel", channel, "Only this channel, counted from 1")
+      ->check(CLI::Range(std::uint16_t{1}, last_channel));
+  command.add_flag("--watch", watch, "Go on, one line for each " + what);
+  command.add_option("--count", count, "With --watch: end after so many")
+      ->check(CLI::PositiveNumber);
+  add_duration(command, "--wait", wait, "Listen so long; 700ms unless given");
+  add_json(command, json);
+}
+
+bool DataOptions::takes(const fabric::ChannelKey& key) const {
+  return (machine.empty() || machine == key.machine) && (channel == 0 || channel == key.channel);
+}
+
+void listen(const DataOptions& options, const OnEntry& on_entry) {
+  fabric::dds::Participant participant(options.fabric.options());
+  Listener(options, participant, on_entry).run();
+}
+
+}  // namespace millrace::tools::commands::data

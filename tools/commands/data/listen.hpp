@@ -1,0 +1,38 @@
+// Listening to machine data and program events: once, or until a signal.
+//
+//   DataOptions options(command);
+//   listen(options, [&](const recording::Entry& entry) { …; return true; });    // false = enough
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include "fabric/profile/command_line.hpp"
+#include "tools/commands/subcommand.hpp"
+#include "tools/recording/entry.hpp"
+
+namespace millrace::tools::commands::data {
+
+struct DataOptions {
+  /// Adds MACHINE, --channel, --watch, --count, --wait, --json and the fabric's flags.
+  DataOptions(CLI::App& command, const std::string& what);
+
+  /// Of the machine and channel that are wanted.
+  [[nodiscard]] bool takes(const fabric::ChannelKey& key) const;
+
+  fabric::profile::FabricFlags fabric;
+  std::string machine;
+  std::uint16_t channel = 0;
+  bool watch = false;
+  std::uint64_t count = 0;
+  std::chrono::nanoseconds wait;
+  bool json = false;
+};
+
+/// Joins, hands out each entry, and leaves: with --watch after a signal, otherwise after a while,
+/// and in any case when `on_entry` returns false.
+void listen(const DataOptions& options,
+            const std::function<bool(const recording::Entry&)>& on_entry);
+
+}  // namespace millrace::tools::commands::data

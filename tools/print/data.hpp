@@ -1,0 +1,33 @@
+// Machine data and program events for people and programs.
+//
+//   text_of(value)          == "3.5", "TRUE", "\"text\"", "[1, 2, 3]"
+//   json_of(value)          == {"name":"V.E.LIMIT","type":"REAL64","quality":"good","value":3.5, …}
+#pragma once
+
+#include <string>
+
+#include <boost/json/object.hpp>
+
+#include "fabric/data.hpp"
+
+namespace millrace::tools::print {
+
+/// The elements of a value; an array in brackets, "-" for a value that was never read.
+std::string text_of(const fabric::Value& value);
+/// A number, a truth value or a text; an array of them; null for a value that was never read.
+boost::json::value json_of_elements(const fabric::Value& value);
+boost::json::object json_of(const fabric::Value& value);
+
+/// The fields of a sample without its machine and channel: "group", "period_ms", "values" …
+void put_data(boost::json::object& out, const fabric::DataSample& sample);
+/// Those of an event: "event", "program", "error", "parts", "duration_s" …
+void put_program(boost::json::object& out, const fabric::ProgramEvent& event);
+
+/// "standby", "automatic", …; the number of a mode that has no name.
+std::string mode_text(std::uint32_t mode);
+/// One line of an event without time and channel: "aborted  "demo.nc"  error 21462, after 12.3 s".
+std::string line_of(const fabric::ProgramEvent& event);
+/// Every value of a sample with its name, and why it is not good.
+std::string line_of(const fabric::DataSample& sample);
+
+}  // namespace millrace::tools::print
