@@ -8,6 +8,11 @@
 //   millrace/event       gateway to recorder and tools       partition FABRIC
 //   millrace/command     tools to gateways and instances     partition FABRIC
 //   millrace/outcome     gateway or instance to tools        partition FABRIC
+//   millrace/notice      any program to tools                partition FABRIC   (notice_codec.hpp)
+//   millrace/data        gateway to whoever wants it         partition FABRIC   (data_topics.hpp)
+//   millrace/program     gateway to whoever wants it         partition FABRIC   (data_topics.hpp)
+//
+// Who may write and read which one where there is trust: fabric/trust/grants.hpp.
 //
 // A topic whose type changes gets a new name, so that two versions of the wire never misread each
 // other; the number in it is the version.
