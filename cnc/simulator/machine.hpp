@@ -44,8 +44,11 @@ class Machine {
   [[nodiscard]] std::optional<Axis> axis(std::uint32_t number);
   /// The logical number of a channel's first axis.
   [[nodiscard]] std::uint32_t first_axis(std::uint32_t channel) const;
-  /// How long it has existed.
-  [[nodiscard]] std::chrono::nanoseconds age() const { return clock_() - born_; }
+  /// The cycles of the interpolator since it was switched on. They begin on the clock's multiples
+  /// of the cycle, as what is done in them does (Cycle, and the samples of notifications).
+  [[nodiscard]] std::int64_t cycles() const {
+    return clock_() / settings_.cycle - born_ / settings_.cycle;
+  }
 
   /// Advances every active channel to `now`, in the order of their numbers.
   std::vector<Happening> tick(std::chrono::nanoseconds now);

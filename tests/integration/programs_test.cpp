@@ -9,6 +9,7 @@
 #include "cnc/variables/objects.hpp"
 #include "cnc/variables/text.hpp"
 #include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
 #include "tests/support/wait_for.hpp"
 
 namespace millrace::tests::integration {
@@ -129,18 +130,27 @@ TEST_F(Programs, AreRecordedAndArchived) {
 
   Panel(sut.port()).start("good.nc");
   watch.await("ended  \"[^\"]*good\\.nc\"");
+
+  await("the end of the program in the recording", [&] {
+    // As long as it is being written; it may not be there yet.
+    Process cat = sut.millrace({"log", "cat", file + ".part", "--kind", "program"});
+    cat.wait();
+    return cat.output().find("ended") != std::string::npos;
+  });
   record.terminate();
   ASSERT_EQ(record.wait(), 0) << record.error_output();
-  archiver.terminate();
-  ASSERT_EQ(archiver.wait(), 0) << archiver.error_output();
-
   Process cat = sut.millrace({"log", "cat", file, "--kind", "program"});
   ASSERT_EQ(cat.wait(), 0) << cat.error_output();
   EXPECT_THAT(cat.output(), testing::ContainsRegex("ended  \"[^\"]*good.nc\""));
-  Process query({binary("millrace-archiver"), "query", "--folder",
-                 (sut.folder() / "archive").string(), "--kind", "program"});
-  ASSERT_EQ(query.wait(), 0) << query.error_output();
-  EXPECT_THAT(query.output(), testing::ContainsRegex("\tcnc\t1\tended\t[^\t]*good.nc\t0."));
+  std::string archived;
+  await("the end of the program in the archive", [&] {
+    Process query({binary("millrace-archiver"), "query", "--folder",
+                   (sut.folder() / "archive").string(), "--kind", "program"});
+    EXPECT_EQ(query.wait(), 0) << query.error_output();
+    archived = query.output();
+    return archived.find("ended") != std::string::npos;
+  });
+  EXPECT_THAT(archived, testing::ContainsRegex("\tcnc\t1\tended\t[^\t]*good.nc\t0."));
 }
 
 TEST_F(Programs, AreToldOfWithoutTheirNamesWhereTheControllerHasNone) {

@@ -19,7 +19,7 @@ Object value(std::string name, std::string type, std::uint32_t length,
 }
 
 Result<Bytes> cycles(const Context& at) {
-  return encode_u32(static_cast<std::uint32_t>(at.machine.age() / at.machine.settings().cycle));
+  return encode_u32(static_cast<std::uint32_t>(at.machine.cycles()));
 }
 
 Result<Bytes> cycle_time(const Context& at) {
