@@ -10,6 +10,7 @@ ReadSet RequestWatch::look() const {
       return ReadSet::state;
     case Step::texts:
       return ReadSet::texts;
+    case Step::whole:
     case Step::confirm:
       return ReadSet::request;
   }
@@ -18,22 +19,37 @@ ReadSet RequestWatch::look() const {
 
 std::optional<PendingRequest> RequestWatch::on_look(const Snapshot& snapshot, bool with_texts) {
   switch (step_) {
+    case Step::whole:
+      if (snapshot.has(Variable::request)) {
+        start(snapshot, true);
+        return {};
+      }
+      // Asked before somebody expected more of it.
+      [[fallthrough]];
     case Step::state:
-      return start(snapshot, with_texts);
+      start(snapshot, with_texts);
+      return {};
     case Step::texts:
       found_.uuid = snapshot.uuid;
       found_.text = snapshot.request;
       step_ = Step::confirm;
       return {};
     case Step::confirm:
-      step_ = Step::state;
       if (snapshot.request_state != found_.state || snapshot.uuid != found_.uuid ||
           snapshot.request != found_.text) {
-        return start(snapshot, with_texts);
+        start(snapshot, with_texts);
+        return {};
       }
+      step_ = Step::state;
       return found_ == ignored_ && !again_ ? std::nullopt : std::optional(found_);
   }
   return {};
+}
+
+void RequestWatch::expect() {
+  if (step_ == Step::state) {
+    step_ = Step::whole;
+  }
 }
 
 void RequestWatch::ignore(PendingRequest request) {
@@ -41,16 +57,16 @@ void RequestWatch::ignore(PendingRequest request) {
   again_ = false;
 }
 
-std::optional<PendingRequest> RequestWatch::start(const Snapshot& snapshot, bool with_texts) {
+void RequestWatch::start(const Snapshot& snapshot, bool with_texts) {
+  step_ = Step::state;
   if (snapshot.request_state == 0) {
     ignored_.reset();
-    return {};
+    return;
   }
   if (with_texts || again_ || !ignored_ || ignored_->state != snapshot.request_state) {
-    found_.state = snapshot.request_state;
-    step_ = Step::texts;
+    found_ = {snapshot.uuid, snapshot.request, snapshot.request_state};
+    step_ = snapshot.has(Variable::request) ? Step::confirm : Step::texts;
   }
-  return {};
 }
 
 }  // namespace millrace::gateway::channel

@@ -1,12 +1,15 @@
-// Finds requests in a channel: REQUEST_STATE, then the texts, then all of them again.
+// Finds requests in a channel: REQUEST_STATE, then the texts, then all of them again; where the
+// controller has told of one, all of them twice.
 //
 //   RequestWatch watch;
+//   watch.expect();                                   // the controller tells of a change
 //   if (auto request = watch.on_look(snapshot)) …     // read as watch.look() said
 //
 // The program writes UUID and REQUEST before REQUEST_STATE, so the state is its publish flag. The
 // reads are separate ADS calls, so state and texts are taken for one request only if they read the
-// same twice. The states alone prove nothing: a program that gives up a request and makes the next
-// one may set the same state again while its texts are half written.
+// same twice, the second time after a state that was not 0. The states alone prove nothing: a
+// program that gives up a request and makes the next one may set the same state again while its
+// texts are half written.
 #pragma once
 
 #include <optional>
@@ -20,7 +23,7 @@ class RequestWatch {
   /// What to read next.
   [[nodiscard]] ReadSet look() const;
   /// A request is being read: the next look is due at once.
-  [[nodiscard]] bool reading() const { return step_ != Step::state; }
+  [[nodiscard]] bool reading() const { return step_ != Step::state && step_ != Step::whole; }
 
   /// The request, once it is read and nothing moved in between. With `with_texts` false a state
   /// that has not changed since ignore() is not looked into.
@@ -31,13 +34,16 @@ class RequestWatch {
   [[nodiscard]] const std::optional<PendingRequest>& ignored() const { return ignored_; }
   /// Reports the ignored request once more.
   void reconsider() { again_ = true; }
+  /// There may be a request now: the next look takes in all of it. An idle channel is not worth
+  /// more than its state, but this spares the request that is there one look of three.
+  void expect();
   /// Forgets a reading half done.
   void restart() { step_ = Step::state; }
 
  private:
-  enum class Step { state, texts, confirm };
+  enum class Step { state, whole, texts, confirm };
 
-  std::optional<PendingRequest> start(const Snapshot& snapshot, bool with_texts);
+  void start(const Snapshot& snapshot, bool with_texts);
 
   Step step_ = Step::state;
   PendingRequest found_;

@@ -77,6 +77,9 @@ SessionActions ChannelSession::on_change(Variable variable, Moment now) {
   if (variable == Variable::response_state && !(call_ && !call_->call().shown.empty())) {
     return {};
   }
+  if (!call_) {
+    watch_.expect();
+  }
   due_ = now.steady;
   look_again_ = io_ == Io::poll;
   return finish(now);

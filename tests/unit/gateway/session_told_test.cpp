@@ -38,6 +38,7 @@ TEST_F(ToldChannel, IsLookedAtAtOnceWhenSomethingHasChanged) {
   desk.call();
   change();
   EXPECT_EQ(desk.offers, 1U);
+  EXPECT_EQ(desk.reads, 2U) << "the request, and the same once more";
 }
 
 TEST_F(ToldChannel, IsAcceptedByTheSameRulesAsEver) {
@@ -45,13 +46,30 @@ TEST_F(ToldChannel, IsAcceptedByTheSameRulesAsEver) {
   desk.call("old", 1);
   int actions = 0;
   desk.before_action = [&] {
-    if (++actions == 3) {
+    if (++actions == 2) {
       desk.call("new", 2);
     }
   };
   change();
   ASSERT_NE(sut().call(), nullptr);
   EXPECT_EQ(sut().call()->request.text, "new");
+  EXPECT_EQ(desk.reads, 3U) << "what read differently is read once more";
+}
+
+TEST_F(ToldChannel, IsNotAcceptedWhileItsTextsAreWritten) {
+  be_told();
+  desk.call("old", 1);
+  int actions = 0;
+  desk.before_action = [&] {
+    if (++actions == 2) {
+      desk.call("half", 1);
+    } else if (actions == 3) {
+      desk.call("whole", 1);
+    }
+  };
+  change();
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "whole");
 }
 
 TEST_F(ToldChannel, IsFoundWithoutAWordAtTheNextLookForSafety) {
