@@ -1,9 +1,9 @@
-// Foreign texts for a terminal, a log or a table: nothing that came from elsewhere controls what
-// shows it.
+// Foreign texts for a terminal, a log, a table or an XML file: nothing that came from elsewhere
+// controls what shows or reads it.
 //
 //   quoted("Ma\xDF\x1B[2J") == "\"Maß\\x1b[2J\""
 //   safe("a\nb") == "a\\x0ab",  safe("a\nb", "\n") == "a\nb"
-//   csv_cell("a,\"b\"") == "\"a,\"\"b\"\"\""
+//   csv_cell("a,\"b\"") == "\"a,\"\"b\"\"\"",  xml_text("R&D") == "R&amp;D"
 #pragma once
 
 #include <string>
@@ -20,5 +20,8 @@ std::string safe(std::string_view utf8, std::string_view kept = "");
 
 /// A cell of comma-separated values (RFC 4180): in quotes where it must be.
 std::string csv_cell(std::string text);
+
+/// Text of an XML element or attribute.
+std::string xml_text(std::string_view utf8);
 
 }  // namespace millrace::base::text

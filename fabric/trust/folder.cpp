@@ -14,6 +14,7 @@
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/revocations.hpp"
 #include "base/openssl/signed_text.hpp"
+#include "base/text/quoted.hpp"
 
 namespace millrace::fabric::trust {
 
@@ -106,29 +107,6 @@ Result<void> check_certificate(const fs::path& folder, const Certificate& certif
   return {};
 }
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
 /// Debian keeps Cyclone's plugins in a folder that the loader does not search, beside the library.
 Result<fs::path> plugins() {
   Dl_info info{};
@@ -154,10 +132,11 @@ std::string configuration_of(const fs::path& folder, Protection protection,
   const auto library = [&](std::string_view plugin, std::string_view word) {
     return fmt::format(
         R"(<Library path="{}/libdds_security_{}.so" initFunction="init_{}" finalizeFunction="finalize_{}"/>)",
-        escaped(plugin_folder.string()), plugin, word, word);
+        base::text::xml_text(plugin_folder.string()), plugin, word, word);
   };
   const auto file = [&](std::string_view element, std::string_view name) {
-    return fmt::format("<{0}>file:{1}</{0}>", element, escaped((folder / name).string()));
+    return fmt::format("<{0}>file:{1}</{0}>", element,
+                       base::text::xml_text((folder / name).string()));
   };
   return fmt::format(
       "<Security><Authentication>{}{}{}{}{}</Authentication>"

@@ -6,37 +6,12 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
 #include "fabric/trust/governance.hpp"
 
 namespace millrace::fabric::trust {
 
 namespace {
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      case '\'':
-        result += "&apos;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
 
 std::string time_text(std::chrono::sys_seconds time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", time);
@@ -50,7 +25,7 @@ std::string permissions_document(const std::vector<Grant>& grants, std::string_v
   std::map<std::pair<Way, std::string>, std::string> topics;
   for (const Grant& grant : grants) {
     topics[{grant.way, grant.partition}] +=
-        fmt::format("          <topic>{}</topic>\n", escaped(grant.topic));
+        fmt::format("          <topic>{}</topic>\n", base::text::xml_text(grant.topic));
   }
   std::string rules;
   for (const auto& [where, of_it] : topics) {
@@ -58,7 +33,7 @@ std::string permissions_document(const std::vector<Grant>& grants, std::string_v
     rules += fmt::format(
         "      <{0}>\n        <topics>\n{1}        </topics>\n"
         "        <partitions><partition>{2}</partition></partitions>\n      </{0}>\n",
-        way, of_it, escaped(where.second));
+        way, of_it, base::text::xml_text(where.second));
   }
   return fmt::format(
       R"(<?xml version="1.0" encoding="UTF-8"?>
@@ -75,7 +50,7 @@ std::string permissions_document(const std::vector<Grant>& grants, std::string_v
 </permissions>
 </dds>
 )",
-      escaped(subject), time_text(from), time_text(until), last_domain, rules);
+      base::text::xml_text(subject), time_text(from), time_text(until), last_domain, rules);
 }
 
 }  // namespace millrace::fabric::trust

@@ -40,5 +40,10 @@ TEST(CsvCell, IsQuotedWhereItMustBe) {
   EXPECT_EQ(csv_cell("say \"a\"\r\n"), "\"say \"\"a\"\"\r\n\"");
 }
 
+TEST(XmlText, HoldsNothingThatXmlTakesForItsOwn) {
+  EXPECT_EQ(xml_text("R&D <\"a\" 'b'> M\u00fcnchen"),
+            "R&amp;D &lt;&quot;a&quot; &apos;b&apos;&gt; M\u00fcnchen");
+}
+
 }  // namespace
 }  // namespace millrace::base::text

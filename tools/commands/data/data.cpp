@@ -1,7 +1,6 @@
 // millrace data: the values that gateways sample.
 #include "tools/commands/data/data.hpp"
 
-#include <cstdio>
 #include <map>
 
 #include <boost/json/array.hpp>
@@ -104,23 +103,6 @@ int show_once(const Options& options) {
   return program::exit_done;
 }
 
-int watch(const Options& options) {
-  std::uint64_t seen = 0;
-  listen(options, [&](const recording::Entry& entry) {
-    if (sample_for(options, entry) == nullptr) {
-      return true;
-    }
-    if (options.json) {
-      print::print_json(print::json_of(entry));
-    } else {
-      fmt::print("{}\n", print::line_of(entry));
-    }
-    // Where nobody reads any more, it ends.
-    return std::fflush(stdout) == 0 && ++seen != options.count;
-  });
-  return program::exit_done;
-}
-
 }  // namespace
 
 void add_data(CLI::App& app, Chosen& chosen) {
@@ -130,7 +112,14 @@ void add_data(CLI::App& app, Chosen& chosen) {
                      "  millrace data press --group axes --watch --json | jq .values[0].value");
   auto options = std::make_shared<Options>(command);
   command.callback([options, &chosen] {
-    chosen.run = [options] { return options->watch ? watch(*options) : show_once(*options); };
+    chosen.run = [options] {
+      if (!options->watch) {
+        return show_once(*options);
+      }
+      return follow(*options, [options](const recording::Entry& entry) {
+        return sample_for(*options, entry) != nullptr;
+      });
+    };
   });
 }
 

@@ -1,14 +1,19 @@
 #include "tools/commands/data/listen.hpp"
 
 #include <csignal>
+#include <cstdio>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
 
+#include "base/program/command_line.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
+#include "tools/print/entry_text.hpp"
+#include "tools/print/json.hpp"
 
 namespace millrace::tools::commands::data {
 
@@ -69,6 +74,22 @@ bool DataOptions::takes(const fabric::ChannelKey& key) const {
 void listen(const DataOptions& options, const OnEntry& on_entry) {
   fabric::dds::Participant participant(options.fabric.options());
   Listener(options, participant, on_entry).run();
+}
+
+int follow(const DataOptions& options, const OnEntry& wanted) {
+  std::uint64_t seen = 0;
+  listen(options, [&](const recording::Entry& entry) {
+    if (!wanted(entry)) {
+      return true;
+    }
+    if (options.json) {
+      print::print_json(print::json_of(entry));
+    } else {
+      fmt::print("{}\n", print::line_of(entry));
+    }
+    return std::fflush(stdout) == 0 && ++seen != options.count;
+  });
+  return base::program::exit_done;
 }
 
 }  // namespace millrace::tools::commands::data

@@ -2,6 +2,7 @@
 //
 //   DataOptions options(command);
 //   listen(options, [&](const recording::Entry& entry) { …; return true; });    // false = enough
+//   return follow(options, [&](const recording::Entry& entry) { return wanted(entry); });
 #pragma once
 
 #include <chrono>
@@ -34,5 +35,9 @@ struct DataOptions {
 /// and in any case when `on_entry` returns false.
 void listen(const DataOptions& options,
             const std::function<bool(const recording::Entry&)>& on_entry);
+
+/// --watch: a line for each entry that is `wanted`, until a signal, --count, or nobody reads any
+/// more. The exit code.
+int follow(const DataOptions& options, const std::function<bool(const recording::Entry&)>& wanted);
 
 }  // namespace millrace::tools::commands::data

@@ -1,5 +1,4 @@
 // millrace programs: what became of the NC programs of machines.
-#include <cstdio>
 #include <map>
 
 #include <boost/json/array.hpp>
@@ -82,22 +81,6 @@ int show_once(const DataOptions& options) {
   return program::exit_done;
 }
 
-int watch(const DataOptions& options) {
-  std::uint64_t seen = 0;
-  listen(options, [&](const recording::Entry& entry) {
-    if (event_for(options, entry) == nullptr) {
-      return true;
-    }
-    if (options.json) {
-      print::print_json(print::json_of(entry));
-    } else {
-      fmt::print("{}\n", print::line_of(entry));
-    }
-    return std::fflush(stdout) == 0 && ++seen != options.count;
-  });
-  return program::exit_done;
-}
-
 }  // namespace
 
 void add_programs(CLI::App& app, Chosen& chosen) {
@@ -107,7 +90,14 @@ void add_programs(CLI::App& app, Chosen& chosen) {
                                      "millrace programs press --watch");
   auto options = std::make_shared<DataOptions>(command, "event");
   command.callback([options, &chosen] {
-    chosen.run = [options] { return options->watch ? watch(*options) : show_once(*options); };
+    chosen.run = [options] {
+      if (!options->watch) {
+        return show_once(*options);
+      }
+      return follow(*options, [options](const recording::Entry& entry) {
+        return event_for(*options, entry) != nullptr;
+      });
+    };
   });
 }
 
