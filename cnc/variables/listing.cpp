@@ -1,8 +1,7 @@
 #include "cnc/variables/listing.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <optional>
+#include <array>
 
 #include "cnc/variables/type.hpp"
 
@@ -14,23 +13,12 @@ using ads::ErrorCode;
 using ads::Result;
 using Descriptions = std::vector<Description>;
 
-struct OldListing {
-  std::string_view family;
-  std::uint32_t count;
-  std::uint32_t name;
-};
-
 constexpr std::array<OldListing, 4> old_listings{{
     {"P", offset::p_count, offset::p_name},
     {"V.P", offset::vp_count, offset::vp_name},
     {"V.L", offset::vl_count, offset::vl_name},
     {"V.S", offset::vs_count, offset::vs_name},
 }};
-
-const OldListing* old_listing(std::string_view family) {
-  const auto* const found = std::ranges::find(old_listings, family, &OldListing::family);
-  return found == old_listings.end() ? nullptr : found;
-}
 
 asio::awaitable<Result<Descriptions>> list_old(Channel& channel, const OldListing& listing) {
   const auto count = co_await channel.old_count(listing.count);
@@ -43,7 +31,7 @@ asio::awaitable<Result<Descriptions>> list_old(Channel& channel, const OldListin
     if (!name) {
       co_return tl::make_unexpected(name.error());
     }
-    found.push_back({0, Type::real64, Access::read_write, size_of(Type::real64), {}, *name});
+    found.push_back(old_description(std::move(*name)));
   }
   co_return found;
 }
@@ -64,19 +52,13 @@ asio::awaitable<Result<Description>> look_up(Channel& channel, std::string_view 
 
 }  // namespace
 
-std::string_view without_indices(std::string_view name) {
-  return name.substr(0, name.find('['));
+const OldListing* old_listing(std::string_view family) {
+  const auto* const found = std::ranges::find(old_listings, family, &OldListing::family);
+  return found == old_listings.end() ? nullptr : found;
 }
 
-std::string_view family_of(std::string_view name) {
-  const auto found = std::ranges::find_if(families, [&](std::string_view family) {
-    if (name.size() <= family.size() || !name.starts_with(family)) {
-      return false;
-    }
-    const auto next = static_cast<unsigned char>(name[family.size()]);
-    return family == "P" ? std::isdigit(next) != 0 : next == '.';
-  });
-  return found == families.end() ? std::string_view() : *found;
+Description old_description(std::string name) {
+  return {0, Type::real64, Access::read_write, size_of(Type::real64), {}, std::move(name)};
 }
 
 asio::awaitable<Result<Descriptions>> list(Channel& channel, std::string_view family) {

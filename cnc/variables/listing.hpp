@@ -4,25 +4,26 @@
 //   auto what = co_await find(channel, "V.G.SERVICE.UUID");
 #pragma once
 
-#include <array>
+#include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "cnc/variables/channel.hpp"
+#include "cnc/variables/family.hpp"
 
 namespace millrace::cnc::variables {
 
-/// The families that can be listed: what the kernel, its configuration and its axes have, then what
-/// programs have. V.CYC variables are read by name only (ISG/312791435.html, documented).
-inline constexpr std::array<std::string_view, 7> families{"V.G", "V.E", "V.A", "P",
-                                                          "V.P", "V.L", "V.S"};
-
-/// The family of a variable, "V.G" of "V.G.SERVICE.UUID"; nothing for a name that begins with none
-/// of them.
-std::string_view family_of(std::string_view name);
-
-/// "V.E.TABLE" of "V.E.TABLE[1]".
-std::string_view without_indices(std::string_view name);
+/// The old functions that list the variables of programs (addresses.hpp).
+struct OldListing {
+  std::string_view family;
+  std::uint32_t count = 0;
+  std::uint32_t name = 0;
+};
+/// Those of a family; null if it is listed otherwise.
+const OldListing* old_listing(std::string_view family);
+/// What is known of a variable that they name: REAL64 and READ_WRITE (documented).
+Description old_description(std::string name);
 
 /// All variables of one of the families, with their names. What programs have comes from the old
 /// functions: all of it REAL64 and READ_WRITE, an array by the name of its last element

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "cnc/ads/device.hpp"
 #include "cnc/variables/addresses.hpp"
@@ -21,6 +22,9 @@ struct Reading {
   ElementType type;
   bool is_array = false;
   Access access = Access::read_only;
+  /// Of the whole of it: bytes, and elements in each dimension; none = a scalar.
+  std::uint32_t size = 0;
+  std::vector<std::uint32_t> dimensions;
 };
 
 /// Why it is not known how something is read.

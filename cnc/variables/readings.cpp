@@ -7,6 +7,7 @@
 #include "cnc/ads/sum_codec.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/variables/listing.hpp"
+#include "cnc/variables/text.hpp"
 
 namespace millrace::cnc::variables {
 
@@ -40,6 +41,14 @@ Result<Description> description_of(const Result<Bytes>& answer) {
     return description ? Result<Description>(std::move(*description))
                        : tl::make_unexpected(ErrorCode::protocol_error);
   });
+}
+
+/// Bytes that a description with its name may have, and a name of the old functions.
+constexpr std::uint32_t described_length = 512;
+constexpr std::uint32_t old_name_length = 96;
+
+Result<Description> old_description_of(const Result<Bytes>& answer) {
+  return answer.map([](const Bytes& bytes) { return old_description(decode_text(bytes)); });
 }
 
 Result<std::uint32_t> number_of(const Result<Bytes>& answer) {
@@ -103,6 +112,8 @@ asio::awaitable<std::vector<Known>> Readings::look_up(std::uint16_t channel,
     reading.type = *type;
     reading.is_array = !one && !described[i]->dimensions.empty();
     reading.access = described[i]->access;
+    reading.size = described[i]->size;
+    reading.dimensions = described[i]->dimensions;
     known.emplace_back(std::move(reading));
   }
   co_await use_handles(channel, variables, known);
@@ -203,6 +214,7 @@ asio::awaitable<Known> Readings::find_object(std::uint16_t channel, std::string 
     reading.port = place->port;
     reading.index = place->index;
     reading.length = place->type.size;
+    reading.size = place->type.size;
     reading.type = place->type;
     co_return reading;
   }
@@ -228,9 +240,45 @@ asio::awaitable<Known> Readings::find_object(std::uint16_t channel, std::string 
   reading.port = com_port;
   reading.index = found->index;
   reading.length = found->size;
+  reading.size = found->size;
   reading.type = *type;
   reading.access = found->writable ? Access::read_write : Access::read_only;
   co_return reading;
+}
+
+asio::awaitable<Result<Readings::Page>> Readings::list_page(std::uint16_t channel,
+                                                            std::string family, std::uint32_t first,
+                                                            std::uint32_t most) {
+  const OldListing* const old = old_listing(family);
+  std::vector<Reading> how_many;
+  if (old != nullptr) {
+    how_many.push_back(question(channel, old->count, 4, {}));
+  } else {
+    how_many.push_back(question(channel, offset::count, 4, encode_name(family)));
+  }
+  const auto counted = co_await ask(std::move(how_many));
+  const auto total = number_of(counted.front());
+  if (!total) {
+    co_return tl::make_unexpected(total.error());
+  }
+  Page page{*total, {}};
+  std::vector<Reading> questions;
+  for (std::uint32_t i = first; i < *total && i - first < most; ++i) {
+    questions.push_back(
+        old != nullptr
+            ? question(channel, old->name, old_name_length, ads::ByteWriter().u32(i).take())
+            : question(channel, offset::description_by_index, described_length,
+                       encode(IndexStream{i, family})));
+  }
+  const auto answers = co_await ask(std::move(questions));
+  for (const Result<Bytes>& answer : answers) {
+    auto one = old != nullptr ? old_description_of(answer) : description_of(answer);
+    if (!one) {
+      co_return tl::make_unexpected(one.error());
+    }
+    page.variables.push_back(std::move(*one));
+  }
+  co_return page;
 }
 
 asio::awaitable<Readings::Answers> Readings::read(std::vector<Reading> readings) {

@@ -38,6 +38,17 @@ class Readings {
   /// the whole request (timeout, link_lost) is the error of each.
   boost::asio::awaitable<std::vector<ads::Result<Bytes>>> read(std::vector<Reading> readings);
 
+  /// A part of the variables of a family (listing.hpp).
+  struct Page {
+    /// Of the whole family.
+    std::uint32_t total = 0;
+    std::vector<Description> variables;
+  };
+  /// From the one of this number, counted from 0, and at most so many of them: two requests where
+  /// the controller knows sums.
+  boost::asio::awaitable<ads::Result<Page>> list_page(std::uint16_t channel, std::string family,
+                                                      std::uint32_t first, std::uint32_t most);
+
   /// Whether this port answers sums, as far as is known.
   [[nodiscard]] bool sums(std::uint16_t port) const { return !without_sums_.contains(port); }
   /// Requests that were sent for all this.

@@ -7,6 +7,7 @@
 #include "fabric/wire/data_topics.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/topics.hpp"
+#include "fabric/wire/variable_codec.hpp"
 
 namespace millrace::fabric::trust {
 
@@ -16,9 +17,9 @@ using wire::Topic;
 
 /// Those in the partition of the fabric itself, of which everybody who sees everything is a reader.
 const std::initializer_list<const Topic*> spoken{
-    &wire::beat_topic,   &wire::channel_topic, &wire::machine_topic,
-    &wire::event_topic,  &wire::command_topic, &wire::outcome_topic,
-    &wire::notice_topic, &wire::data_topic,    &wire::program_topic};
+    &wire::beat_topic,    &wire::channel_topic,         &wire::machine_topic, &wire::event_topic,
+    &wire::command_topic, &wire::outcome_topic,         &wire::notice_topic,  &wire::data_topic,
+    &wire::program_topic, &wire::variable_request_topic};
 
 class Grants {
  public:
@@ -31,13 +32,16 @@ class Grants {
                &wire::outcome_topic, &wire::notice_topic, &wire::data_topic, &wire::program_topic},
               fabric_);
         write({&wire::request_topic}, calls_);
+        // To each who asks about variables, in a partition of his own.
+        write({&wire::variable_reply_topic}, calls_);
         see_everything();
         break;
       case Role::service:
         answer(member);
         break;
       case Role::operating:
-        write({&wire::command_topic}, fabric_);
+        // Who only reads variables needs it as well: a question is written.
+        write({&wire::command_topic, &wire::variable_request_topic}, fabric_);
         see_everything();
         break;
       case Role::observer:
@@ -75,7 +79,7 @@ class Grants {
 
   void see_everything() {
     read(spoken, fabric_);
-    read({&wire::request_topic, &wire::reply_topic}, calls_);
+    read({&wire::request_topic, &wire::reply_topic, &wire::variable_reply_topic}, calls_);
   }
 
   void answer(const Member& member) {

@@ -11,29 +11,8 @@ static_assert(convert<int>(ValueType::string) == millrace_value_string);
 static_assert(convert<int>(Quality::refused) == millrace_quality_refused);
 static_assert(convert<int>(ProgramEventKind::resumed) == millrace_program_resumed);
 
-/// Cyclone only reads what it writes out; the pointer is not const because it is a C struct.
-template <typename Sequence, typename Element>
-void borrow(Sequence& field, const std::vector<Element>& elements) {
-  lend(field, const_cast<std::vector<Element>&>(elements));
-}
-
-millrace_ValueText borrow_text(const std::string& text) {
-  millrace_ValueText field{};
-  const auto size = static_cast<std::uint32_t>(text.size());
-  field._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
-  field._length = size;
-  field._maximum = size;
-  field._release = false;
-  return field;
-}
-
 std::string get_text(const millrace_ValueText& field) {
-  return get(std::span<const std::uint8_t>(field._buffer, field._length));
-}
-
-template <typename Sequence>
-auto elements_of(const Sequence& field) {
-  return std::span(field._buffer, field._length);
+  return get(elements_of(field));
 }
 
 Elements get_elements(const millrace_Value& sample) {
@@ -59,33 +38,33 @@ Elements get_elements(const millrace_Value& sample) {
 }  // namespace
 
 Encoded<ValueList> ValueList::encode(const std::vector<Value>& values) {
-  ValueList list;
-  list.samples_.reserve(values.size());
-  for (const Value& value : values) {
-    Filler<millrace_Value> filler;
-    filler.string(filler.sample.name, value.name, "variable name");
-    filler.string(filler.sample.reason, value.reason, "reason");
-    filler.sample.type = convert<millrace_ValueType>(value.type);
-    filler.sample.quality = convert<millrace_Quality>(value.quality);
-    filler.sample.at = put(value.at);
-    filler.sample.is_array = value.is_array;
-    auto sample = filler.result();
-    if (!sample) {
-      return tl::unexpected(fmt::format("{}: {}", value.name, sample.error()));
-    }
-    std::visit(Cases{[&](const std::vector<std::int64_t>& all) { borrow(sample->integers, all); },
-                     [&](const std::vector<double>& all) { borrow(sample->reals, all); },
-                     [&](const std::vector<std::string>& all) {
-                       auto& texts = list.texts_.emplace_back();
-                       for (const std::string& text : all) {
-                         texts.push_back(borrow_text(text));
-                       }
-                       lend(sample->texts, texts);
-                     }},
-               value.elements);
-    list.samples_.push_back(*sample);
+  return encode(values, &as_it_is);
+}
+
+tl::expected<void, std::string> ValueList::add(const Value& value) {
+  Filler<millrace_Value> filler;
+  filler.string(filler.sample.name, value.name, "variable name");
+  filler.string(filler.sample.reason, value.reason, "reason");
+  filler.sample.type = convert<millrace_ValueType>(value.type);
+  filler.sample.quality = convert<millrace_Quality>(value.quality);
+  filler.sample.at = put(value.at);
+  filler.sample.is_array = value.is_array;
+  auto sample = filler.result();
+  if (!sample) {
+    return tl::unexpected(fmt::format("{}: {}", value.name, sample.error()));
   }
-  return list;
+  std::visit(Cases{[&](const std::vector<std::int64_t>& all) { borrow(sample->integers, all); },
+                   [&](const std::vector<double>& all) { borrow(sample->reals, all); },
+                   [&](const std::vector<std::string>& all) {
+                     auto& texts = texts_.emplace_back();
+                     for (const std::string& text : all) {
+                       texts.push_back(borrow_bytes<millrace_ValueText>(text));
+                     }
+                     lend(sample->texts, texts);
+                   }},
+             value.elements);
+  samples_.push_back(*sample);
+  return {};
 }
 
 Value decode_value(const millrace_Value& sample) {
@@ -145,7 +124,7 @@ Encoded<millrace_ProgramEvent> Codec<ProgramEvent>::encode(const ProgramEvent& v
   filler.sample.kind = convert<millrace_ProgramEventKind>(value.kind);
   filler.sample.at = put(value.at);
   filler.sample.started = put(value.started);
-  filler.sample.program = borrow_text(value.program);
+  filler.sample.program = borrow_bytes<millrace_ValueText>(value.program);
   filler.sample.error = value.error;
   filler.sample.has_parts = value.parts.has_value();
   filler.sample.parts = value.parts.value_or(0);

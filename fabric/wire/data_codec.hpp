@@ -1,6 +1,11 @@
 // The codecs of machine data and program events; see fabric/wire/codec.hpp.
 #pragma once
 
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "fabric/data.hpp"
 #include "fabric/wire/codec.hpp"
 #include "fabric/wire/data_topics.hpp"
@@ -13,9 +18,24 @@ class ValueList {
  public:
   /// The error names the value that does not fit. Borrows the elements.
   static Encoded<ValueList> encode(const std::vector<Value>& values);
+  /// Of things that have a value: `value_of` is a member, or a function that gives a reference.
+  template <typename Thing, typename ValueOf>
+  static Encoded<ValueList> encode(const std::vector<Thing>& things, ValueOf value_of) {
+    ValueList list;
+    list.samples_.reserve(things.size());
+    for (const Thing& thing : things) {
+      if (auto added = list.add(std::invoke(value_of, thing)); !added) {
+        return tl::unexpected(std::move(added.error()));
+      }
+    }
+    return list;
+  }
   [[nodiscard]] std::vector<millrace_Value>& samples() { return samples_; }
 
  private:
+  static const Value& as_it_is(const Value& value) { return value; }
+  tl::expected<void, std::string> add(const Value& value);
+
   std::vector<millrace_Value> samples_;
   std::vector<std::vector<millrace_ValueText>> texts_;
 };

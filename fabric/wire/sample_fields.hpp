@@ -92,6 +92,30 @@ void lend(Sequence& field, std::vector<Element>& elements) {
   field._release = false;
 }
 
+/// The same of elements that stay as they are: Cyclone only reads what it writes out; the pointer
+/// is not const because it is a C struct.
+template <typename Sequence, typename Element>
+void borrow(Sequence& field, const std::vector<Element>& elements) {
+  lend(field, const_cast<std::vector<Element>&>(elements));
+}
+
+/// A sequence of bytes that does not own them, as borrow().
+template <typename Field>
+Field borrow_bytes(const std::string& text) {
+  Field field{};
+  const auto size = static_cast<std::uint32_t>(text.size());
+  field._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
+  field._length = size;
+  field._maximum = size;
+  field._release = false;
+  return field;
+}
+
+template <typename Sequence>
+auto elements_of(const Sequence& field) {
+  return std::span(field._buffer, field._length);
+}
+
 inline void put(millrace_InstanceId& field, const InstanceId& value) {
   std::copy(value.bytes.begin(), value.bytes.end(), std::begin(field));
 }

@@ -20,6 +20,9 @@ constexpr std::int32_t events_in_flight = 8192;
 /// Neither has this one: an operator sends them one by one.
 constexpr std::int32_t commands_in_flight = 16;
 
+/// What a gateway tells of commands, and of each variable that was written.
+constexpr std::int32_t outcomes_in_flight = 256;
+
 /// Should a write ever have to wait for a reader, it fails instead.
 constexpr dds_duration_t never_wait = 0;
 
@@ -45,7 +48,7 @@ const Topic beat_topic{"millrace/v2/beat", &millrace_Beat_desc, false, last_only
 const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
-const Topic outcome_topic{"millrace/outcome", &millrace_Outcome_desc, true, last_only};
+const Topic outcome_topic{"millrace/outcome", &millrace_Outcome_desc, true, outcomes_in_flight};
 
 dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {
   dds::Qos qos = common_qos(topic, user_data);

@@ -11,7 +11,7 @@
 //   millrace/notice      any program to tools                partition FABRIC   (notice_codec.hpp)
 //   millrace/data        gateway to whoever wants it         partition FABRIC   (data_topics.hpp)
 //   millrace/program     gateway to whoever wants it         partition FABRIC   (data_topics.hpp)
-//
+//   millrace/variable/request, …/reply   tools to gateways, and back         (variable_codec.hpp)
 // Who may write and read which one where there is trust: fabric/trust/grants.hpp.
 //
 // A topic whose type changes gets a new name, so that two versions of the wire never misread each

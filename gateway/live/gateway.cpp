@@ -59,6 +59,12 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       watch(participant, executor, *this),
       data(
           executor, participant, [this] { return now(); }, log),
+      variables(
+          executor, participant, [this] { return now(); },
+          {.begin_event = [this] { begin_event(); },
+           .written = [this](const auto& written) { tell(written); },
+           .expect = [this] { spin.expect(); }},
+          log),
       machines(own, *this, *this) {
   static_cast<void>(
       control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
@@ -141,7 +147,8 @@ std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSe
     gate.emplace([this] { begin_event(); }, events);
   }
   auto link = std::make_unique<MachineLink>(executor, machine, *gate, log);
-  data.connect(machine.name, link->client());
+  data.connect(machine.name, link->client(), link->location());
+  variables.connect(machine.name, link->client(), link->location());
   link->start();
   return link;
 }
@@ -160,6 +167,7 @@ void Gateway::Impl::start() {
     }
   }
   data.set(settings.machines);
+  variables.set(settings.machines);
   machines.set(settings.machines);
   beat();
   tell_load();
@@ -174,6 +182,7 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
   settings.policies = wanted.policies;
   carry_out(control.change(settings::paces_of(settings.machines), settings.policies, now()));
   data.set(settings.machines);
+  variables.set(settings.machines);
   machines.set(settings.machines);
 }
 

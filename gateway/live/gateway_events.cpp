@@ -27,27 +27,32 @@ std::string_view word_for(fabric::CommandKind kind) {
 void Gateway::Impl::on_link_up(const std::string& machine,
                                const std::vector<std::uint16_t>& channels) {
   data.on_up(machine, channels);
+  variables.on_up(machine, channels);
   carry_out(control.on_link_up(machine, channels, now()));
 }
 
 void Gateway::Impl::on_link_down(const std::string& machine, const std::string& reason) {
   carry_out(control.on_link_down(machine, reason, now()));
   data.on_down(machine);
+  variables.on_down(machine, reason);
 }
 
 void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
   carry_out(control.on_link_dropped(machine, reason, now()));
   data.on_dropped(machine);
+  variables.on_dropped(machine);
 }
 
 void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
   carry_out(control.retire(key, now()));
   data.on_over(key);
+  variables.on_over(key);
 }
 
 void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
   carry_out(control.release(key, reason, now()));
   data.on_over(key);
+  variables.on_over(key);
 }
 
 void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
@@ -175,6 +180,10 @@ void Gateway::Impl::tell(const fabric::Outcome& outcome) {
   if (const auto published = command_end.publish(outcome); !published) {
     log->warn("the outcome of a command cannot be told: {}", published.error());
   }
+}
+
+void Gateway::Impl::tell(const variables::News::Written& written) {
+  tell(fabric::Outcome{own.id, written.token, written.done, written.detail, now().wall});
 }
 
 control::Verdict Gateway::Impl::obey(const fabric::Command& command) {

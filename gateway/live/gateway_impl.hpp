@@ -24,6 +24,7 @@
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/live/plant_data.hpp"
+#include "gateway/live/plant_variables.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
 
@@ -100,6 +101,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_command(const fabric::Command& command) override;
   control::Verdict obey(const fabric::Command& command);
   void tell(const fabric::Outcome& outcome);
+  /// What became of a variable that somebody wanted written.
+  void tell(const variables::News::Written& written);
 
   // What the call control decides.
   void carry_out(control::ChannelActions actions);
@@ -139,6 +142,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::ends::GatewayWatch watch;
   /// Before the machines, whose links it uses.
   PlantData data;
+  PlantVariables variables;
   /// Of all links; before the machines, which have them.
   std::optional<machines::LinkGate> gate;
   machines::Machines machines;

@@ -6,26 +6,13 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "base/program/barrier.hpp"
-#include "cnc/variables/readings.hpp"
 #include "fabric/cases.hpp"
 #include "gateway/live/gateway_impl.hpp"
+#include "gateway/live/way.hpp"
 
 namespace millrace::gateway::live {
 
-namespace {
-
 namespace asio = boost::asio;
-
-/// A link, and what is known of the controller there.
-struct Way {
-  explicit Way(std::shared_ptr<cnc::ads::Client> the_client)
-      : client(std::move(the_client)), readings(*client) {}
-
-  std::shared_ptr<cnc::ads::Client> client;
-  cnc::variables::Readings readings;
-};
-
-}  // namespace
 
 /// The coroutines hold it; after stop() they end at their next step and tell nobody.
 struct MachineData::Impl : std::enable_shared_from_this<Impl> {
@@ -133,6 +120,9 @@ struct MachineData::Impl : std::enable_shared_from_this<Impl> {
   DataOutlet outlet;
   base::program::Log log;
   asio::steady_timer timer;
+  std::weak_ptr<cnc::ads::Client> client;
+  std::weak_ptr<const cnc::variables::Location> location;
+  /// Since the link came up.
   std::shared_ptr<Way> way;
   bool up = false;
   /// Counts links: what an earlier one answers is too late.
@@ -154,19 +144,23 @@ MachineData::~MachineData() {
   impl_->timer.cancel();
 }
 
-void MachineData::connect(std::weak_ptr<cnc::ads::Client> client) {
+void MachineData::connect(std::weak_ptr<cnc::ads::Client> client,
+                          std::weak_ptr<const cnc::variables::Location> location) {
   ++impl_->generation;
-  const auto there = client.lock();
-  impl_->way = there ? std::make_shared<Way>(there) : nullptr;
+  impl_->client = std::move(client);
+  impl_->location = std::move(location);
+  impl_->way.reset();
   impl_->up = false;
 }
 
 void MachineData::on_up(const std::vector<std::uint16_t>& channels) {
-  if (!impl_->up && impl_->way) {
+  const auto client = impl_->client.lock();
+  if (!impl_->up && client) {
     ++impl_->generation;
     impl_->up = true;
-    impl_->way->readings.forget();
-    const auto& counters = impl_->way->client->counters();
+    const auto location = impl_->location.lock();
+    impl_->way = std::make_shared<Way>(client, location ? *location : cnc::variables::Location{});
+    const auto& counters = client->counters();
     impl_->never_answered = counters.requests - counters.answered - counters.timeouts;
   }
   impl_->sampler.on_up(channels, impl_->now().steady);

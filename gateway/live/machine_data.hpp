@@ -15,6 +15,7 @@
 
 #include "base/program/log.hpp"
 #include "cnc/ads/client.hpp"
+#include "cnc/variables/channel.hpp"
 #include "gateway/data/sampler.hpp"
 
 namespace millrace::gateway::live {
@@ -34,8 +35,10 @@ class MachineData {
   MachineData(const MachineData&) = delete;
   MachineData& operator=(const MachineData&) = delete;
 
-  /// A new link: what is asked from now on, is asked there.
-  void connect(std::weak_ptr<cnc::ads::Client> client);
+  /// A new link: what is asked from now on, is asked there. `location` says where the controller
+  /// keeps its variables, once the link is up; without it, at the vendor's defaults.
+  void connect(std::weak_ptr<cnc::ads::Client> client,
+               std::weak_ptr<const cnc::variables::Location> location = {});
   /// The link is up, and these of its channels are served; also when there are more. To be told
   /// before anything is asked of the link.
   void on_up(const std::vector<std::uint16_t>& channels);

@@ -424,6 +424,10 @@ std::weak_ptr<cnc::ads::Client> MachineLink::client() const {
   return std::shared_ptr<cnc::ads::Client>(impl_, &impl_->client);
 }
 
+std::weak_ptr<const cnc::variables::Location> MachineLink::location() const {
+  return std::shared_ptr<const cnc::variables::Location>(impl_, &impl_->location);
+}
+
 machines::LinkLoad MachineLink::load() const {
   const auto& counters = impl_->client.counters();
   return {counters.requests, counters.answered, counters.waited};

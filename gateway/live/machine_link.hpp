@@ -12,6 +12,7 @@
 
 #include "base/program/log.hpp"
 #include "cnc/ads/client.hpp"
+#include "cnc/variables/channel.hpp"
 #include "gateway/machines/link.hpp"
 #include "gateway/settings/settings.hpp"
 
@@ -34,6 +35,8 @@ class MachineLink final : public machines::Link {
   [[nodiscard]] machines::LinkLoad load() const override;
   /// For what else is asked of the controller, while the link is there.
   [[nodiscard]] std::weak_ptr<cnc::ads::Client> client() const;
+  /// Where this controller keeps its variables; known once the link is up.
+  [[nodiscard]] std::weak_ptr<const cnc::variables::Location> location() const;
 
  private:
   struct Impl;

@@ -70,7 +70,7 @@ void PlantData::begin(const std::string& name, Machine& machine) {
     end_.emplace(participant_);
   }
   machine.data = std::make_unique<MachineData>(executor_, name, all, now_, outlet(), log_);
-  machine.data->connect(machine.client);
+  machine.data->connect(machine.client, machine.location);
   if (!machine.channels.empty()) {
     machine.data->on_up({machine.channels.begin(), machine.channels.end()});
   }
@@ -91,12 +91,14 @@ void PlantData::set(const std::vector<settings::MachineSettings>& machines) {
   }
 }
 
-void PlantData::connect(const std::string& machine, std::weak_ptr<cnc::ads::Client> client) {
+void PlantData::connect(const std::string& machine, std::weak_ptr<cnc::ads::Client> client,
+                        std::weak_ptr<const cnc::variables::Location> location) {
   Machine& one = machines_[machine];
   one.client = client;
+  one.location = location;
   one.channels.clear();
   if (one.data) {
-    one.data->connect(std::move(client));
+    one.data->connect(std::move(client), std::move(location));
   }
 }
 

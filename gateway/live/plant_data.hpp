@@ -2,7 +2,7 @@
 //
 //   PlantData data(executor, participant, now, log);
 //   data.set(settings.machines);                    // again when the configuration changes
-//   data.connect("press", link.client());
+//   data.connect("press", link.client(), link.location());
 //   data.on_up("press", {1, 2});
 #pragma once
 
@@ -28,7 +28,8 @@ class PlantData {
             std::function<Moment()> now, base::program::Log log);
 
   void set(const std::vector<settings::MachineSettings>& machines);
-  void connect(const std::string& machine, std::weak_ptr<cnc::ads::Client> client);
+  void connect(const std::string& machine, std::weak_ptr<cnc::ads::Client> client,
+               std::weak_ptr<const cnc::variables::Location> location);
   void on_up(const std::string& machine, const std::vector<std::uint16_t>& channels);
   void on_down(const std::string& machine);
   /// The link was taken away.
@@ -43,6 +44,7 @@ class PlantData {
     /// By channel.
     std::map<std::uint16_t, programs::ProgramWatch> watches{};
     std::weak_ptr<cnc::ads::Client> client{};
+    std::weak_ptr<const cnc::variables::Location> location{};
     /// Those that are served, while the link is up.
     std::set<std::uint16_t> channels{};
     /// None where there is nothing to sample.

@@ -19,6 +19,7 @@ using data::GroupSettings;
 
 constexpr int most_groups = 64;
 constexpr int most_variables = 256;
+constexpr int most_rules = 64;
 constexpr std::uint32_t shortest_ms = 10;
 constexpr std::uint32_t longest_ms = 3'600'000;
 
@@ -120,6 +121,35 @@ std::vector<programs::ProgramSettings> DataReader::read_programs(const config::M
                    .counter = source(one.has_counter(), one.counter(), "counter")});
   }
   return all;
+}
+
+variables::VariableSettings DataReader::read_variables(const config::Machine& from,
+                                                       const ConfigPath& path) {
+  constexpr std::uint32_t most_requests = 10'000;
+  variables::VariableSettings to;
+  mistakes_.expect_range(from.variable_requests_per_second(), 1U, most_requests,
+                         path / "variable_requests_per_second");
+  to.requests_per_second = from.variable_requests_per_second();
+  mistakes_.expect(from.variables_size() <= most_rules, path / ConfigStep{"variables", most_rules},
+                   fmt::format("machine {} has {} rules about variables; expected at most {}",
+                               from.name(), from.variables_size(), most_rules));
+  for (int i = 0; i < from.variables_size() && i < most_rules; ++i) {
+    const config::Variables& one = from.variables(i);
+    const ConfigPath place = path / ConfigStep{"variables", i};
+    mistakes_.expect(one.write_size() > 0, place,
+                     "it names nothing that may be written; expected write: \"V.E.*\"");
+    std::vector<std::uint16_t> channels;
+    for (int c = 0; c < one.channel_size(); ++c) {
+      check_channel(from, one.channel(c), place / ConfigStep{"channel", c});
+      channels.push_back(static_cast<std::uint16_t>(one.channel(c)));
+    }
+    for (int w = 0; w < one.write_size(); ++w) {
+      const std::string wrong = variables::wrong_pattern(one.write(w));
+      mistakes_.expect(wrong.empty(), place / ConfigStep{"write", w}, wrong);
+      to.writable.push_back({one.write(w), channels});
+    }
+  }
+  return to;
 }
 
 void DataReader::check_channel(const config::Machine& machine, std::uint32_t channel,

@@ -1,9 +1,10 @@
-// What the configuration says of a machine's data, checked.
+// What the configuration says of a machine's data, programs and variables, checked.
 #pragma once
 
 #include "base/configuration/mistakes.hpp"
 #include "gateway/data/groups.hpp"
 #include "gateway/programs/program_watch.hpp"
+#include "gateway/variables/write_rules.hpp"
 #include "idl/gateway.pb.h"
 
 namespace millrace::gateway::settings {
@@ -17,6 +18,8 @@ class DataReader {
   data::DataSettings read(const config::Machine& from, const base::configuration::ConfigPath& path);
   std::vector<programs::ProgramSettings> read_programs(const config::Machine& from,
                                                        const base::configuration::ConfigPath& path);
+  variables::VariableSettings read_variables(const config::Machine& from,
+                                             const base::configuration::ConfigPath& path);
 
  private:
   data::GroupSettings group(const config::Machine& machine, const config::Data& from,

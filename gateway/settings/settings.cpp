@@ -55,6 +55,8 @@ class Reader {
     to.groups = groups_of(from.groups());
     to.data = DataReader(mistakes_).read(from, path);
     to.programs = DataReader(mistakes_).read_programs(from, path);
+    to.variables = DataReader(mistakes_).read_variables(from, path);
+    to.variables.cycle = to.pace.active;
     return to;
   }
 

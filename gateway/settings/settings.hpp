@@ -18,6 +18,7 @@
 #include "gateway/pace.hpp"
 #include "gateway/policy.hpp"
 #include "gateway/programs/program_watch.hpp"
+#include "gateway/variables/write_rules.hpp"
 
 namespace millrace::gateway::settings {
 
@@ -45,6 +46,7 @@ struct MachineSettings {
   Groups groups = Groups::probe;
   data::DataSettings data{};
   std::vector<programs::ProgramSettings> programs{};
+  variables::VariableSettings variables{};
   bool operator==(const MachineSettings&) const = default;
 
   /// "cnc (127.0.0.1:48898, 127.0.0.1.1.1)"

@@ -153,7 +153,7 @@ export class Plant {
   }
 
   #vars(channel, action, ...rest) {
-    return this.millrace('vars', `cnc=127.0.0.1:${this.cncPort}/127.0.0.1.1.1`, action, '--channel', String(channel), ...rest);
+    return this.millrace('vars', `cnc=127.0.0.1:${this.cncPort}/127.0.0.1.1.1`, action, '--direct', '--channel', String(channel), ...rest);
   }
 
   /** Writes a request into a channel, as an NC program does. */

@@ -248,7 +248,7 @@ void Line::answer_the_held_call() {
 
 void Line::write_variable(const std::string& name, const std::string& value) {
   const std::string machine = "cnc=127.0.0.1:" + std::to_string(proxy_.port()) + "/127.0.0.1.1.1";
-  Process vars = chain_.millrace({"vars", machine, "write", name, value, "--force"});
+  Process vars = chain_.millrace({"vars", machine, "write", name, value, "--direct", "--force"});
   EXPECT_EQ(vars.wait(long_patience), 0) << vars.error_output();
 }
 

@@ -82,7 +82,7 @@ Process Chain::millrace(Flags command) const {
 Flags Chain::command(Flags command) const {
   command.insert(command.begin(), binary("millrace"));
   const std::string& what = command.at(1);
-  if (what != "log" && what != "vars" && what != "completion") {
+  if (what != "log" && what != "completion") {
     command.insert(command.end(), {"--domain", std::to_string(domain_.number())});
   }
   return command;

@@ -1,4 +1,4 @@
-// `millrace vars` against a virtual CNC.
+// `millrace vars --direct` against a virtual CNC.
 
 #include <fstream>
 #include <sstream>
@@ -26,11 +26,12 @@ class TheVariables : public testing::Test {
               "--config", MILLRACE_TEST_DATA "/vars/cnc.textproto"}),
         port_(cnc_.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1)) {}
 
-  /// `millrace vars cnc ARGS` to its end: what it printed.
+  /// `millrace vars cnc ARGS --direct` to its end: what it printed.
   std::string run(const Flags& args, const std::string& machine = {}) {
     Flags command{binary("millrace"), "vars",
                   machine.empty() ? "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1" : machine};
     command.insert(command.end(), args.begin(), args.end());
+    command.emplace_back("--direct");
     Process process(std::move(command));
     exit_code = process.wait();
     errors = process.error_output();

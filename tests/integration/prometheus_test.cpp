@@ -257,8 +257,8 @@ TEST_F(ThePrometheus, CallsWhenAJournalCannotBeWritten) {
            {"V.G.SERVICE.UUID", "560aacbf-6335-44a9-895a-8b27f3ed5e47"},
            {"V.G.SERVICE.REQUEST", "2"},
            {"V.G.SERVICE.REQUEST_STATE", "1"}}) {
-    Process write =
-        chain.millrace({"vars", machine, "write", variable, value, "--channel", "2", "--force"});
+    Process write = chain.millrace(
+        {"vars", machine, "write", variable, value, "--channel", "2", "--direct", "--force"});
     ASSERT_EQ(write.wait(), 0) << write.error_output();
   }
   expect_alert("MillraceJournalFull");

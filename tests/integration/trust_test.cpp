@@ -143,6 +143,20 @@ TEST_F(Trust, LetsAnObserverCommandNothing) {
   EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("office")), HasSubstr("square_root"));
 }
 
+TEST_F(Trust, LetsAnOperatorAskAboutVariablesAndNobodyElse) {
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("link up");
+  EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR"}, sut.as("office")),
+              HasSubstr("V.G.BLOCK_NR"));
+  for (const char* member : {"screen", "bench"}) {
+    EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR"}, sut.as(member), 1),
+                HasSubstr("may not write millrace/variable/request"));
+  }
+  EXPECT_THAT(sut.ask({"vars", "cnc", "read", "V.G.BLOCK_NR", "--timeout", "1s"}, Flags{}, 1),
+              HasSubstr("no gateway on fabric"));
+}
+
 TEST_F(Trust, LetsNobodyButAGatewaySpeakForMachines) {
   Process cnc = sut.cnc();
   for (const char* member : {"office", "screen", "bench", "square-root"}) {

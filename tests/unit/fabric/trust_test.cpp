@@ -67,9 +67,10 @@ TEST(Grants, LetWhoSeesEverythingReadEachTopicThatThereIs) {
   }
 }
 
-TEST(Grants, OfAnOperatorAddCommandsAndNothingElse) {
+TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
   EXPECT_THAT(of_way(Way::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
-              UnorderedElementsAre(Grant{Way::write, "millrace/command", "hall"}));
+              UnorderedElementsAre(Grant{Way::write, "millrace/command", "hall"},
+                                   Grant{Way::write, "millrace/variable/request", "hall"}));
 }
 
 TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {

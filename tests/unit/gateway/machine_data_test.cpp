@@ -51,7 +51,7 @@ class MachineDataTest : public testing::Test {
         live::DataOutlet{[this](const auto& one) { samples.push_back(one); },
                          [this](const auto& one) { left.push_back(one.group); }},
         base::program::no_log());
-    sut->connect(client);
+    sut->connect(client, location);
     sut->on_up({1});
   }
 
@@ -65,6 +65,7 @@ class MachineDataTest : public testing::Test {
   std::uint16_t port = 0;
   std::optional<cnc::ads::Server> server;
   std::shared_ptr<cnc::ads::Client> client;
+  std::shared_ptr<cnc::variables::Location> location = std::make_shared<cnc::variables::Location>();
   std::vector<fabric::DataSample> samples;
   std::vector<std::string> left;
   std::optional<live::MachineData> sut;
@@ -81,6 +82,16 @@ TEST_F(MachineDataTest, IsReadOverTheLinkOfTheMachine) {
   cnc.values["V.E.B"] = {7, 0, 0, 0};
   ASSERT_TRUE(tests::run_until(io, [&] { return samples.size() > 1; }));
   EXPECT_EQ(samples[1].values[1].elements, fabric::Elements(std::vector<std::int64_t>{7}));
+}
+
+TEST_F(MachineDataTest, OfAnOlderControllerIsInItsOwnIndexGroups) {
+  cnc.group -= cnc::variables::new_group_bit;
+  location->group = cnc.group;
+  serve();
+  connect();
+  sample(both());
+  ASSERT_TRUE(tests::run_until(io, [&] { return !samples.empty(); }));
+  EXPECT_EQ(samples[0].values[1].quality, Quality::good);
 }
 
 TEST_F(MachineDataTest, GivesWayWhileACallWaitsForItsAnswer) {

@@ -33,7 +33,8 @@ TEST(GatewaySettings, NameThePlaceAndTheExpectationOfEachMistake) {
 }
 
 TEST(GatewaySettings, AreReadFromEachGoodFile) {
-  for (const char* name : {"nothing", "one_machine", "everything", "policies", "data"}) {
+  for (const char* name :
+       {"nothing", "one_machine", "everything", "policies", "data", "variables"}) {
     EXPECT_EQ(
         usage_error([&] {
           settings::read_settings(folder / "good" / (name + std::string(".gateway.textproto")));
@@ -60,6 +61,19 @@ TEST(GatewaySettings, SayWhatOfAMachineIsSampled) {
   ASSERT_EQ(sut.machines.at(0).programs.size(), 2U);
   EXPECT_EQ(sut.machines.at(0).programs[0].counter, "V.E.PARTS");
   EXPECT_EQ(sut.machines.at(0).programs[1].channel, 2);
+}
+
+TEST(GatewaySettings, SayWhichVariablesMayBeWritten) {
+  const settings::Settings sut =
+      settings::read_settings(folder / "good/variables.gateway.textproto");
+  const variables::VariableSettings& press = sut.machines.at(0).variables;
+  EXPECT_EQ(press.requests_per_second, 200);
+  EXPECT_THAT(press.writable,
+              ElementsAre(variables::WriteRule{"V.E.*"}, variables::WriteRule{"V.P.OFFSET", {2, 3}},
+                          variables::WriteRule{"P10", {2, 3}}));
+  EXPECT_EQ(press.cycle, std::chrono::milliseconds(4));
+  EXPECT_THAT(sut.machines.at(1).variables.writable, IsEmpty());
+  EXPECT_EQ(sut.machines.at(1).variables.requests_per_second, 100);
 }
 
 TEST(GatewaySettings, HoldEverythingAFileSays) {

@@ -205,6 +205,26 @@ TEST(AnObject, IsKnownByItsName) {
   EXPECT_FALSE(is_object_name("V.A.ACT_POS.X"));
 }
 
+TEST_F(AReading, ListsAPageOfAFamilyInTwoRequests) {
+  for (const bool sums : {true, false}) {
+    start(sums);
+    const auto before = sut->requests();
+    const auto page = tests::wait_for(io, sut->list_page(1, "V.E", 1, 2));
+    ASSERT_TRUE(page);
+    EXPECT_EQ(page->total, 3U);
+    ASSERT_EQ(page->variables.size(), 2U);
+    EXPECT_EQ(page->variables[0].name, "V.G.A");
+    EXPECT_EQ(page->variables[1].type, Type::uns32);
+    EXPECT_EQ(sut->requests() - before, sums ? 2U : 4U);
+    const auto behind = tests::wait_for(io, sut->list_page(1, "V.E", 3, 2));
+    ASSERT_TRUE(behind);
+    EXPECT_TRUE(behind->variables.empty());
+  }
+  // One that the controller lists by its old functions, which this one has not.
+  EXPECT_EQ(tests::wait_for(io, sut->list_page(1, "V.P", 0, 2)).error(),
+            ErrorCode::invalid_offset);
+}
+
 TEST(ADirectoryRecord, IsReadAsFarAsItGoes) {
   const Bytes bytes = record(0xC, 24, "cnc_version_r", "STRING");
   const auto entry = decode_directory_record(bytes);

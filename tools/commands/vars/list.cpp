@@ -4,7 +4,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/text/quoted.hpp"
-#include "cnc/variables/listing.hpp"
+#include "cnc/variables/family.hpp"
 #include "cnc/variables/type.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"
@@ -15,7 +15,6 @@ namespace millrace::tools::commands::vars {
 namespace {
 
 namespace program = base::program;
-using cnc::variables::Channel;
 using cnc::variables::Description;
 
 struct ListOptions : VarsOptions {
@@ -40,7 +39,7 @@ void show(const ListOptions& options, const std::vector<Description>& variables)
   fmt::print("{}", table.text());
 }
 
-boost::asio::awaitable<int> list_families(const ListOptions& options, Channel& channel) {
+int list_families(const ListOptions& options, Source& source) {
   std::vector<Description> all;
   int exit_code = program::exit_done;
   for (const std::string_view family : cnc::variables::families) {
@@ -49,16 +48,16 @@ boost::asio::awaitable<int> list_families(const ListOptions& options, Channel& c
     if (!wanted) {
       continue;
     }
-    auto found = co_await cnc::variables::list(channel, family);
+    const auto found = source.list(std::string(family));
     if (!found) {
-      complain(options, fmt::format("cannot list {}", family), found.error());
+      complain(options, found.error());
       exit_code = program::exit_failed;
       continue;
     }
     all.insert(all.end(), found->begin(), found->end());
   }
   show(options, all);
-  co_return exit_code;
+  return exit_code;
 }
 
 }  // namespace
@@ -75,8 +74,7 @@ void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen) {
                                                      cnc::variables::families.end())));
   command.callback([options, &chosen] {
     chosen.run = [options] {
-      return on_channel(*options,
-                        [&](Channel& channel) { return list_families(*options, channel); });
+      return with_source(*options, [&](Source& source) { return list_families(*options, source); });
     };
   });
 }

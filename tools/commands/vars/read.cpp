@@ -14,7 +14,6 @@ namespace millrace::tools::commands::vars {
 namespace {
 
 namespace program = base::program;
-using cnc::variables::Channel;
 
 struct ReadOptions : VarsOptions {
   using VarsOptions::VarsOptions;
@@ -41,18 +40,19 @@ void show(const ReadOptions& options, const std::vector<Reading>& readings) {
   fmt::print("{}", table.text());
 }
 
-boost::asio::awaitable<int> read_all(const ReadOptions& options, Channel& channel) {
+int read_all(const ReadOptions& options, Source& source) {
   std::vector<Reading> readings;
-  for (const std::string& name : options.names) {
-    auto reading = co_await read_one(options, channel, name);
+  for (auto& reading : source.read(options.names)) {
     if (reading) {
       readings.push_back(std::move(*reading));
+    } else {
+      complain(options, reading.error());
     }
   }
   if (!readings.empty() || options.json) {
     show(options, readings);
   }
-  co_return readings.size() == options.names.size() ? program::exit_done : program::exit_failed;
+  return readings.size() == options.names.size() ? program::exit_done : program::exit_failed;
 }
 
 }  // namespace
@@ -63,12 +63,14 @@ void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen) {
                      "millrace vars cnc read V.G.SERVICE.UUID 'V.E.TABLE[1]' V.A.ABS.X");
   auto options = std::make_shared<ReadOptions>(command, machine);
   command
-      .add_option("NAME", options->names,
-                  "A variable, as the program writes it; an array is read as a whole without index")
+      .add_option(
+          "NAME", options->names,
+          "A variable, as the program writes it; an array is read as a whole without index. "
+          "Through a gateway also an object: block_number, mc_active_feed_override_r")
       ->required();
   command.callback([options, &chosen] {
     chosen.run = [options] {
-      return on_channel(*options, [&](Channel& channel) { return read_all(*options, channel); });
+      return with_source(*options, [&](Source& source) { return read_all(*options, source); });
     };
   });
 }

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
-#include "cnc/variables/listing.hpp"
+#include "cnc/variables/family.hpp"
 #include "cnc/variables/type.hpp"
 #include "tools/commands/vars/vars.hpp"
 #include "tools/print/json.hpp"

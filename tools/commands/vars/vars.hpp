@@ -1,5 +1,5 @@
-// `millrace vars`: the variables of a controller over ADS, past gateway and fabric. One source file
-// for each of `list`, `read`, `write`.
+// `millrace vars`: the variables of a controller, through its gateway or over ADS itself. One
+// source file for each of `list`, `read`, `write`, and for each way.
 #pragma once
 
 #include <chrono>
@@ -7,13 +7,15 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include <boost/asio/awaitable.hpp>
 #include <boost/json/object.hpp>
+#include <tl/expected.hpp>
 
-#include "cnc/variables/channel.hpp"
+#include "cnc/ads/error.hpp"
+#include "cnc/variables/layout.hpp"
 #include "cnc/variables/value.hpp"
-#include "gateway/settings/settings.hpp"
+#include "fabric/profile/command_line.hpp"
 #include "tools/commands/subcommand.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -27,31 +29,75 @@ void add_list(CLI::App& vars, const Machine& machine, Chosen& chosen);
 void add_read(CLI::App& vars, const Machine& machine, Chosen& chosen);
 void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen);
 
-/// What these subcommands have in common: which channel of which controller, which output.
+/// What these subcommands have in common: which channel of which controller, which way, which
+/// output.
 struct VarsOptions {
   VarsOptions(CLI::App& command, Machine machine);
+  /// MACHINE without its address.
+  [[nodiscard]] std::string name() const;
 
+  fabric::profile::FabricFlags fabric;
   Machine machine;
+  bool direct = false;
   std::filesystem::path config;
   std::uint32_t channel = 1;
+  std::chrono::nanoseconds timeout = std::chrono::seconds(5);
   bool json = false;
 };
 
-/// The controller that MACHINE names. Throws base::program::UsageError.
-gateway::settings::MachineSettings machine_of(const VarsOptions& options);
+/// What went wrong, in words, and the controller's error where it is one.
+struct Failure {
+  std::string what;
+  cnc::ads::ErrorCode error = cnc::ads::ErrorCode::none;
+};
 
-/// What is done once the link is up; returns the exit code. A coroutine function with what it needs
-/// as arguments, which outlive it.
-using Work = std::function<boost::asio::awaitable<int>(cnc::variables::Channel&)>;
+/// A variable's value and what it is.
+struct Reading {
+  cnc::variables::Description description;
+  std::vector<cnc::variables::Element> elements;
+  /// The whole of an array was meant.
+  bool is_array = false;
+};
 
-/// Connects, does the work on one channel, and disconnects. Says why if the controller cannot be
-/// reached. A router of TwinCAT keeps one connection per host, so this is said before a controller
-/// on another host is asked.
-int on_channel(const VarsOptions& options, const Work& work);
+/// A value that is to be written, as people write it, in UTF-8; `force`: also what is READ_ONLY,
+/// and V.G.SERVICE.*.
+struct NewValue {
+  std::string name;
+  std::vector<std::string> values;
+  bool force = false;
+};
+struct Change {
+  Reading before;
+  Reading after;
+};
+
+/// One way to one channel of a controller.
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual tl::expected<std::vector<cnc::variables::Description>, Failure> list(
+      const std::string& family) = 0;
+  /// One result for each name, in their order.
+  virtual std::vector<tl::expected<Reading, Failure>> read(
+      const std::vector<std::string>& names) = 0;
+  virtual tl::expected<Change, Failure> write(const NewValue& value) = 0;
+};
+
+/// The controller itself. Says beforehand that a router of TwinCAT keeps one connection per host. A
+/// failure says why it cannot be reached. Throws base::program::UsageError if MACHINE names none.
+tl::expected<std::unique_ptr<Source>, Failure> controller(const VarsOptions& options);
+/// Its gateway. Throws std::runtime_error if the fabric cannot be joined, and UsageError for flags
+/// that go with --direct.
+std::unique_ptr<Source> gateway(const VarsOptions& options);
+
+/// Does `work`, which returns the exit code, the way that the options say; or says why not.
+int with_source(const VarsOptions& options, const std::function<int(Source&)>& work);
 
 /// "millrace: cnc, channel 1: WHAT: 0x710 symbol not found" to standard error, with what to do.
-void complain(const VarsOptions& options, const std::string& what, cnc::ads::ErrorCode error);
-void complain(const VarsOptions& options, const std::string& what);
+void complain(const VarsOptions& options, const Failure& failure);
+
+/// The values in CP1252; the failure names the one that a controller has no letters for.
+tl::expected<std::vector<std::string>, Failure> controller_texts(const NewValue& value);
 
 /// "3.5", "TRUE", "\"text\"", "[1, 2, 3]".
 std::string text_of(const std::vector<cnc::variables::Element>& elements, bool is_array);
@@ -60,17 +106,5 @@ boost::json::value json_of(const std::vector<cnc::variables::Element>& elements,
 boost::json::object json_of(const cnc::variables::Description& description);
 /// "SGN16[3]" for an array.
 std::string type_text(const cnc::variables::Description& description);
-
-/// A variable's value and what it is, or an error that has been said.
-struct Reading {
-  cnc::variables::Description description;
-  cnc::variables::ElementType type;
-  std::vector<cnc::variables::Element> elements;
-  /// The whole of an array was meant.
-  bool is_array = false;
-};
-boost::asio::awaitable<std::optional<Reading>> read_one(const VarsOptions& options,
-                                                        cnc::variables::Channel& channel,
-                                                        std::string name);
 
 }  // namespace millrace::tools::commands::vars

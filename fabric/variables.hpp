@@ -1,0 +1,80 @@
+// Questions about the variables of a controller, and their answers (idl/variables.idl).
+//
+//   VariableRequest request{.key = {"press", 1}, .names = {"V.E.LIMIT", "block_number"}};
+//   VariableRequest change{.key = {"press", 1}, .action = VariableAction::write,
+//                          .names = {"V.E.LIMIT"}, .values = {{"-3.5"}}};
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fabric/data.hpp"
+
+namespace millrace::fabric {
+
+enum class VariableAction : std::uint8_t { read, write, list };
+
+/// What a request may have at most: names, bytes of a name, bytes of names and values together, and
+/// elements of all values together.
+inline constexpr std::size_t most_variables = 256;
+inline constexpr std::size_t longest_variable = 255;
+inline constexpr std::size_t most_variable_bytes = 65'536;
+inline constexpr std::size_t most_variable_elements = 4'096;
+/// Of a listing, in one reply.
+inline constexpr std::size_t variables_of_a_page = 64;
+
+/// Nothing in it is checked: it comes from anybody.
+struct VariableRequest {
+  /// Who asks; the reply reaches only him.
+  InstanceId asker{};
+  /// Drawn for each request.
+  InstanceId token{};
+  ChannelKey key{};
+  VariableAction action = VariableAction::read;
+  /// In CP1252. Of a listing: the family.
+  std::vector<std::string> names{};
+  /// Of a write: of each name its elements, as people write them; in CP1252.
+  std::vector<std::vector<std::string>> values{};
+  /// Of a listing: the number of the first one, counted from 0.
+  std::uint32_t first = 0;
+  /// How long who asks waits.
+  std::chrono::nanoseconds patience{};
+  std::string issuer{};
+  Time at{};
+  /// What it has too much of, in words; then names and values are left out. Only of one that was
+  /// received.
+  std::string excess{};
+  bool operator==(const VariableRequest&) const = default;
+};
+
+struct VariableResult {
+  Value value{};
+  /// What the controller refused it with, a number of ADS; 0 = nothing.
+  std::uint32_t error = 0;
+  bool writable = false;
+  /// Bytes of all of it.
+  std::uint32_t size = 0;
+  /// Elements in each dimension; none = a scalar.
+  std::vector<std::uint32_t> dimensions{};
+  bool operator==(const VariableResult&) const = default;
+};
+
+struct VariableReply {
+  InstanceId token{};
+  bool done = false;
+  /// Why not; at most 255 bytes.
+  std::string reason{};
+  /// One for each name, in its order; of a listing what there is.
+  std::vector<VariableResult> results{};
+  /// Of a write: as they were before.
+  std::vector<Value> before{};
+  /// Of a listing: how many the family has.
+  std::uint32_t total = 0;
+  Time at{};
+  bool operator==(const VariableReply&) const = default;
+};
+
+}  // namespace millrace::fabric

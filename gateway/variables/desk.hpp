@@ -1,0 +1,194 @@
+// Questions about the variables of one machine: what is asked of its controller and when, merged
+// over all who ask, within a budget, one step at a time; what may be written; and what is answered,
+// also when there is nothing to ask. Pure.
+//
+//   Desk desk("press", settings);
+//   desk.on_up();
+//   desk.on_request(request, now);
+//   if (auto step = desk.next(now)) …          // nothing more until its answer
+//   desk.on_read(answers, 1, true, now);
+//   publish(desk.take_news());
+//   wait_until(desk.next_time(now.steady));    // then on_time() and next()
+//
+// A value that was read within a cycle, or is being read, answers everybody who asks for it. Writes
+// have their turn between reads, in the order in which they came; all of a write is checked before
+// any of it is written.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "cnc/variables/layout.hpp"
+#include "fabric/variables.hpp"
+#include "gateway/audience.hpp"
+#include "gateway/data/budget.hpp"
+#include "gateway/data/sampler.hpp"
+#include "gateway/variables/known.hpp"
+#include "gateway/variables/write_rules.hpp"
+
+namespace millrace::gateway::variables {
+
+struct WriteOne {
+  std::uint16_t channel = 0;
+  std::string name;
+  cnc::variables::Bytes value;
+};
+struct ListPage {
+  std::uint16_t channel = 0;
+  std::string family;
+  std::uint32_t first = 0;
+};
+using Step = std::variant<data::LookUp, data::Read, WriteOne, ListPage>;
+
+/// What the controller has of a family.
+struct Page {
+  std::uint32_t total = 0;
+  std::vector<cnc::variables::Description> variables;
+};
+
+/// What comes of an event.
+struct News {
+  struct Answer {
+    fabric::InstanceId asker{};
+    fabric::VariableReply reply{};
+  };
+  std::vector<Answer> answers;
+  /// For recordings: what became of a variable that was to be written, and by whom; by the token of
+  /// the request.
+  struct Written {
+    fabric::InstanceId token{};
+    bool done = false;
+    std::string detail{};
+  };
+  std::vector<Written> written;
+  struct Line {
+    Level level = Level::info;
+    std::string text{};
+  };
+  std::vector<Line> lines;
+};
+
+class Desk {
+ public:
+  /// Requests that wait at once, of one who asks and of all, and names in all of them.
+  static constexpr std::size_t most_of_one = 16;
+  static constexpr std::size_t most_requests = 256;
+  static constexpr std::size_t most_names = 8'192;
+  /// How long is waited for the controller, whoever asks: unless said, at least, at most.
+  static constexpr std::chrono::seconds usual_patience{5};
+  static constexpr std::chrono::milliseconds least_patience{10};
+  static constexpr std::chrono::seconds most_patience{60};
+  /// Refused writes that are told of in a second; what is more is counted.
+  static constexpr double refusals_told = 20;
+
+  Desk(std::string machine, VariableSettings settings);
+
+  /// From now on.
+  void change(const VariableSettings& settings);
+  /// The controller answers.
+  void on_up();
+  /// It does not: `reason` says why. Who waits is told.
+  void on_down(const std::string& reason, Moment now);
+  /// The channel is not ours any more; 0 = none is. Who waits asks again, and somebody else
+  /// answers.
+  void on_over(std::uint16_t channel, Moment now);
+  void on_request(const fabric::VariableRequest& request, Moment now);
+  /// Who has waited long enough is told.
+  void on_time(Moment now);
+
+  /// What to ask now; nothing while something is under way, or nothing is wanted.
+  std::optional<Step> next(Moment now);
+  /// When next() or on_time() has something to do.
+  std::optional<SteadyTime> next_time(SteadyTime now);
+
+  /// What came of the step, in its order, and how many requests that took. `sums`: the controller
+  /// reads many values in one request.
+  void on_looked_up(const std::vector<Found>& found, std::uint64_t requests, Moment now);
+  void on_read(const std::vector<Answered>& answers, std::uint64_t requests, bool sums, Moment now);
+  void on_written(const cnc::ads::Result<void>& outcome, std::uint64_t requests, Moment now);
+  void on_listed(const cnc::ads::Result<Page>& page, std::uint64_t requests, Moment now);
+
+  News take_news() { return std::exchange(news_, {}); }
+
+ private:
+  enum class Phase : std::uint8_t {
+    reading,
+    /// What is to be written, as it is now.
+    before,
+    writing,
+    /// … and as it is then.
+    after,
+    listing
+  };
+  struct Open {
+    fabric::VariableRequest request{};
+    Phase phase = Phase::reading;
+    /// What was answered from then on, counts.
+    SteadyTime since{};
+    SteadyTime deadline{};
+    std::vector<Known*> variables{};
+    std::vector<fabric::Value> before{};
+    std::vector<cnc::variables::Bytes> values{};
+    std::size_t written = 0;
+  };
+  using Opens = std::map<std::uint64_t, Open>;
+
+  bool said_before(const fabric::VariableRequest& request);
+  [[nodiscard]] std::string wrong(const fabric::VariableRequest& request) const;
+  [[nodiscard]] std::string too_much(const fabric::VariableRequest& request) const;
+  [[nodiscard]] std::string unwritable(const fabric::VariableRequest& request) const;
+  void open(const fabric::VariableRequest& request, Moment now);
+  Opens::iterator close(Opens::iterator open);
+
+  struct Pick;
+  std::optional<Step> turn_of(std::uint64_t number, const Open& open);
+  void pick(Pick& pick, const Open& open);
+  std::optional<Step> start(Pick pick);
+
+  /// Everything that can be answered now is.
+  void settle(Moment now);
+  /// True if the request is answered.
+  bool settle(Open& open, Moment now);
+  [[nodiscard]] std::string prepare(Open& open) const;
+  void finish_read(const Open& open, Moment now);
+  void let_go_of_step();
+  void expire(Open& open, Moment now);
+
+  void answer(const fabric::VariableRequest& request, fabric::VariableReply reply, Moment now);
+  void refuse(const fabric::VariableRequest& request, const std::string& reason, Moment now,
+              std::vector<fabric::VariableResult> results = {});
+  void tell_write(const fabric::VariableRequest& request, bool done, const std::string& what,
+                  Moment now);
+  [[nodiscard]] static std::vector<fabric::VariableResult> results_of(const Open& open);
+
+  std::string machine_;
+  VariableSettings settings_;
+  data::Budget budget_;
+  KnownVariables known_;
+  std::size_t at_once_ = data::Sampler::most_together;
+  bool up_ = false;
+  std::string down_reason_ = "the controller has not answered yet";
+  Opens opens_;
+  std::uint64_t last_number_ = 0;
+  std::size_t names_ = 0;
+  /// A step is under way: of these variables, or of this request.
+  bool busy_ = false;
+  std::vector<Known*> under_way_;
+  std::uint64_t request_under_way_ = 0;
+  std::uint64_t step_ = 0;
+  bool looked_up_last_ = false;
+  /// Writes that are done, by their tokens: who has not heard so asks again.
+  std::deque<News::Answer> done_writes_;
+  data::Budget refusals_;
+  std::uint64_t untold_refusals_ = 0;
+  News news_;
+};
+
+}  // namespace millrace::gateway::variables

@@ -1,0 +1,193 @@
+// Questions about variables on the wire, and their two ends.
+#include <map>
+#include <memory>
+#include <optional>
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fabric/ends/variable_end.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/variable_codec.hpp"
+#include "fabric/wire/writer.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using tests::run_until;
+using wire::Codec;
+
+Time at(int seconds) {
+  return Time(std::chrono::seconds(1'700'000'000 + seconds));
+}
+
+VariableRequest some_request() {
+  return {.asker = InstanceId::random(),
+          .token = InstanceId::random(),
+          .key = {"press", 2},
+          .action = VariableAction::write,
+          .names = {"V.E.TABLE", "V.E.NOTE"},
+          .values = {{"1", "-2"}, {std::string("Ma\xDF\0x", 5)}},
+          .first = 7,
+          .patience = std::chrono::milliseconds(250),
+          .issuer = "she@panel",
+          .at = at(1)};
+}
+
+VariableReply some_reply() {
+  return {.token = InstanceId::random(),
+          .done = true,
+          .reason = "why",
+          .results = {{.value = {.name = "V.E.TABLE",
+                                 .type = ValueType::sgn16,
+                                 .at = at(2),
+                                 .is_array = true,
+                                 .elements = std::vector<std::int64_t>{1, -2}},
+                       .writable = true,
+                       .size = 4,
+                       .dimensions = {2}},
+                      {.value = {.name = "V.E.NONE",
+                                 .quality = Quality::refused,
+                                 .reason = "0x710 symbol not found"},
+                       .error = 0x710},
+                      {.value = {.name = "V.E.NOTE",
+                                 .type = ValueType::string,
+                                 .at = at(2),
+                                 .elements = std::vector<std::string>{"Ma\xDF"}}}},
+          .before = {{.name = "V.E.TABLE",
+                      .type = ValueType::sgn16,
+                      .is_array = true,
+                      .elements = std::vector<std::int64_t>{0, 0}}},
+          .total = 500,
+          .at = at(3)};
+}
+
+TEST(VariablesOnTheWire, KeepEveryFieldOfARequest) {
+  const VariableRequest sent = some_request();
+  const auto sample = Codec<VariableRequest>::encode(sent);
+  ASSERT_TRUE(sample) << sample.error();
+  EXPECT_EQ(Codec<VariableRequest>::decode(*sample), sent);
+}
+
+TEST(VariablesOnTheWire, KeepEveryFieldOfAReply) {
+  const VariableReply sent = some_reply();
+  const auto sample = Codec<VariableReply>::encode(sent);
+  ASSERT_TRUE(sample) << sample.error();
+  EXPECT_EQ(Codec<VariableReply>::decode(*sample), sent);
+}
+
+TEST(VariablesOnTheWire, NameWhatDoesNotFit) {
+  VariableReply reply = some_reply();
+  reply.results[1].value.name = std::string(256, 'X');
+  EXPECT_THAT(Codec<VariableReply>::encode(reply).error(), HasSubstr("at most 255 fit"));
+  reply = some_reply();
+  reply.before[0].reason = std::string(256, 'X');
+  EXPECT_THAT(Codec<VariableReply>::encode(reply).error(), HasSubstr("at most 255 fit"));
+  reply = some_reply();
+  reply.reason = std::string(256, 'X');
+  EXPECT_THAT(Codec<VariableReply>::encode(reply).error(), HasSubstr("at most 255 fit"));
+  VariableRequest request = some_request();
+  request.key.machine = std::string(64, 'm');
+  EXPECT_THAT(Codec<VariableRequest>::encode(request).error(), HasSubstr("at most 63 fit"));
+}
+
+TEST(VariablesOnTheWire, SayOfATooLongRequestWhatItHasTooMuchOf) {
+  const auto received = [](const VariableRequest& sent) {
+    return Codec<VariableRequest>::decode(*Codec<VariableRequest>::encode(sent));
+  };
+  VariableRequest request = some_request();
+  request.names.assign(1000, "V.E.A");
+  EXPECT_THAT(received(request).excess, HasSubstr("1000 names; at most 256"));
+  EXPECT_THAT(received(request).names, IsEmpty());
+  request = some_request();
+  request.names = {std::string(1U << 20U, 'A')};
+  EXPECT_THAT(received(request).excess, HasSubstr("bytes of names and values; at most 65536"));
+  request = some_request();
+  request.values.assign(257, {});
+  EXPECT_THAT(received(request).excess, HasSubstr("values for 257 names"));
+  request = some_request();
+  request.values[0].assign(5000, "");
+  EXPECT_THAT(received(request).excess, HasSubstr("5001 elements; at most 4096"));
+}
+
+/// A gateway here, who asks there.
+class VariableEnds : public testing::Test {
+ protected:
+  struct Asker {
+    Asker(const dds::Participant& participant, boost::asio::io_context& context)
+        : end(participant, context.get_executor(),
+              [this](const VariableReply& reply) { replies.push_back(reply); }) {}
+    std::vector<VariableReply> replies;
+    ends::VariableAskEnd end;
+  };
+
+  bool until(const std::function<bool()>& done) { return run_until(context, done); }
+
+  VariableRequest question_of(const Asker& asker) {
+    VariableRequest request = some_request();
+    request.asker = asker.end.id();
+    request.token = InstanceId::random();
+    return request;
+  }
+
+  TwoProcesses processes;
+  boost::asio::io_context context;
+  dds::Participant here{processes.here()};
+  dds::Participant there{processes.there()};
+  std::vector<VariableRequest> requests;
+  ends::VariableAnswerEnd sut{here, context.get_executor(),
+                              [this](const VariableRequest& one) { requests.push_back(one); }};
+};
+
+TEST_F(VariableEnds, BringTheReplyToWhoHasAskedAndToNobodyElse) {
+  Asker one(there, context);
+  Asker other(there, context);
+  ASSERT_TRUE(until([&] { return one.end.answerers() == 1 && other.end.answerers() == 1; }));
+  const VariableRequest question = question_of(one);
+  ASSERT_TRUE(one.end.publish(question));
+  ASSERT_TRUE(until([&] { return !requests.empty(); }));
+  EXPECT_EQ(requests[0], question);
+
+  VariableReply reply = some_reply();
+  reply.token = question.token;
+  ASSERT_TRUE(sut.publish(question.asker, reply));
+  ASSERT_TRUE(until([&] { return !one.replies.empty(); }));
+  EXPECT_EQ(one.replies[0], reply);
+
+  ASSERT_TRUE(other.end.publish(question_of(other)));
+  ASSERT_TRUE(until([&] { return requests.size() == 2; }));
+  ASSERT_TRUE(sut.publish(other.end.id(), some_reply()));
+  ASSERT_TRUE(until([&] { return !other.replies.empty(); }));
+  EXPECT_EQ(one.replies.size(), 1U);
+  EXPECT_EQ(other.replies.size(), 1U);
+  EXPECT_EQ(sut.askers(), 2U);
+}
+
+TEST_F(VariableEnds, CarryAMegabyteThatIsRefusedThere) {
+  Asker one(there, context);
+  ASSERT_TRUE(until([&] { return one.end.answerers() == 1; }));
+  VariableRequest question = question_of(one);
+  question.names = {std::string(1U << 20U, 'A')};
+  ASSERT_TRUE(one.end.publish(question));
+  ASSERT_TRUE(until([&] { return !requests.empty(); }));
+  EXPECT_THAT(requests[0].excess, HasSubstr("1048"));
+  EXPECT_EQ(requests[0].token, question.token);
+}
+
+TEST_F(VariableEnds, RememberSoManyWhoAskAndMeetTheOthersAnew) {
+  for (std::size_t i = 0; i < ends::VariableAnswerEnd::most_askers + 20; ++i) {
+    ASSERT_TRUE(sut.publish(InstanceId::random(), some_reply()));
+  }
+  EXPECT_LE(sut.askers(), ends::VariableAnswerEnd::most_askers);
+  Asker one(there, context);
+  ASSERT_TRUE(sut.publish(one.end.id(), some_reply()));
+  ASSERT_TRUE(until([&] { return !one.replies.empty(); }));
+}
+
+}  // namespace
+}  // namespace millrace::fabric

@@ -1,0 +1,117 @@
+#include "tools/bus/variables.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <fmt/format.h>
+
+#include "fabric/ends/variable_end.hpp"
+#include "tools/bus/operator.hpp"
+
+namespace millrace::tools::bus {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A gateway may be met only now, or take the channel over from another one.
+constexpr auto ask_again_after = std::chrono::milliseconds(200);
+/// Until a gateway is met, so often is looked for one.
+constexpr auto look_after = std::chrono::milliseconds(5);
+
+}  // namespace
+
+struct VariableAsker::Impl {
+  Impl(fabric::dds::Participant& own_participant, fabric::ChannelKey own_key,
+       std::chrono::milliseconds own_patience)
+      : participant(own_participant),
+        key(std::move(own_key)),
+        patience(own_patience),
+        end(participant, io.get_executor(), [this](const fabric::VariableReply& one) {
+          if (one.token == token) {
+            reply = one;
+          }
+        }) {}
+
+  /// The gateway that was asked to write is gone: nobody says what became of it, and another one
+  /// must not do it again.
+  [[nodiscard]] bool lost(const fabric::VariableRequest& request, std::size_t most) const {
+    return request.action == fabric::VariableAction::write && end.answerers() < most;
+  }
+
+  [[nodiscard]] std::string unanswered(const fabric::VariableRequest& request, std::size_t most,
+                                       bool refused) const {
+    const std::string where = fmt::format("fabric '{}', domain {}", participant.options().fabric,
+                                          participant.options().domain);
+    const bool writes = request.action == fabric::VariableAction::write;
+    const std::string unknown =
+        writes ? "; nobody knows whether it was written, so read it" : "; ask again";
+    if (refused || end.answerers() < most) {
+      return "a gateway that was asked is gone" + unknown;
+    }
+    if (most == 0) {
+      return fmt::format(
+          "no gateway on {} answers questions about variables; 'millrace machines' "
+          "shows which there are, and --direct asks the controller itself",
+          where);
+    }
+    return fmt::format(
+        "no gateway on {} has answered for {} within {} ms: it serves no such "
+        "machine or channel, or hangs; 'millrace machines' shows which there are{}",
+        where, key.to_string(), patience.count(), writes ? unknown : "");
+  }
+
+  fabric::dds::Participant& participant;
+  fabric::ChannelKey key;
+  std::chrono::milliseconds patience;
+  boost::asio::io_context io{1};
+  boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work =
+      boost::asio::make_work_guard(io);
+  fabric::InstanceId token{};
+  std::optional<fabric::VariableReply> reply;
+  fabric::ends::VariableAskEnd end;
+};
+
+VariableAsker::VariableAsker(fabric::dds::Participant& participant, fabric::ChannelKey key,
+                             std::chrono::milliseconds patience)
+    : impl_(std::make_unique<Impl>(participant, std::move(key), patience)) {}
+
+VariableAsker::~VariableAsker() = default;
+
+tl::expected<fabric::VariableReply, std::string> VariableAsker::ask(
+    fabric::VariableRequest request) {
+  Impl& self = *impl_;
+  self.token = fabric::InstanceId::random();
+  self.reply.reset();
+  request.asker = self.end.id();
+  request.token = self.token;
+  request.key = self.key;
+  request.patience = self.patience;
+  request.issuer = issuer_here();
+  request.at = std::chrono::system_clock::now();
+  const auto end = Clock::now() + self.patience;
+  auto next_sending = Clock::now();
+  // Of those who may have heard it, the most at once.
+  std::size_t most = 0;
+  while (!self.reply && Clock::now() < end && !self.lost(request, most)) {
+    const auto now = Clock::now();
+    const std::size_t there = self.end.answerers();
+    if (there > most || (there > 0 && now >= next_sending)) {
+      most = std::max(most, there);
+      next_sending = now + ask_again_after;
+      if (const auto said = self.end.publish(request); !said) {
+        return tl::unexpected(said.error());
+      }
+    }
+    self.io.run_one_until(std::min(end, there == 0 ? now + look_after : next_sending));
+  }
+  if (!self.reply) {
+    return tl::unexpected(self.unanswered(request, most, self.lost(request, most)));
+  }
+  return std::move(*self.reply);
+}
+
+}  // namespace millrace::tools::bus

@@ -1,0 +1,238 @@
+// The controller itself, over ADS.
+#include <algorithm>
+#include <exception>
+#include <optional>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <fmt/format.h>
+
+#include "base/program/command_line.hpp"
+#include "cnc/ads/client.hpp"
+#include "cnc/variables/channel.hpp"
+#include "cnc/variables/listing.hpp"
+#include "cnc/variables/value.hpp"
+#include "gateway/settings/settings.hpp"
+#include "tools/commands/vars/vars.hpp"
+
+namespace millrace::tools::commands::vars {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace program = base::program;
+using cnc::ads::ErrorCode;
+using cnc::variables::Access;
+using cnc::variables::Channel;
+using cnc::variables::Description;
+using gateway::settings::MachineSettings;
+
+constexpr std::string_view service_interface = "V.G.SERVICE.";
+
+/// The controller that MACHINE names. Throws base::program::UsageError.
+MachineSettings machine_of(const VarsOptions& options) {
+  const std::string& wanted = *options.machine;
+  if (wanted.find('=') != std::string::npos) {
+    return gateway::settings::parse_machine(wanted);
+  }
+  std::vector<MachineSettings> known{MachineSettings{}};
+  if (!options.config.empty()) {
+    known = gateway::settings::read_settings(options.config).machines;
+  }
+  const auto found = std::ranges::find(known, wanted, &MachineSettings::name);
+  if (found != known.end()) {
+    return *found;
+  }
+  throw program::UsageError(
+      options.config.empty()
+          ? fmt::format("where is machine {}? Expected --config with the gateway's configuration, "
+                        "or MACHINE as in {}=10.0.0.5:48898/10.0.0.5.1.1",
+                        wanted, wanted)
+          : fmt::format("{} names no machine {}", options.config.string(), wanted));
+}
+
+cnc::ads::ClientOptions client_options(const MachineSettings& machine) {
+  cnc::ads::ClientOptions options;
+  options.host = machine.host;
+  options.tcp_port = machine.tcp_port;
+  options.target = machine.net_id;
+  options.source.net_id = machine.source;
+  return options;
+}
+
+/// One connection per host is a rule of TwinCAT's router; a controller on this host is a virtual
+/// one.
+void warn_of_the_one_connection(const MachineSettings& machine) {
+  if (machine.host.starts_with("127.") || machine.host == "localhost") {
+    return;
+  }
+  fmt::print(stderr,
+             "millrace: a TwinCAT router keeps one connection per host, the newest: a gateway on "
+             "this host loses its link to {} now and takes it back as soon as it can\n",
+             machine.name);
+}
+
+Failure failure(const std::string& what, ErrorCode error) {
+  return {fmt::format("{}: {}", what, cnc::ads::describe(error)), error};
+}
+
+/// A reading, and what each of its elements is.
+struct TypedReading {
+  Reading reading;
+  cnc::variables::ElementType type;
+};
+
+asio::awaitable<tl::expected<TypedReading, Failure>> read_one(Channel& channel, std::string name) {
+  using cnc::variables::max_stream;
+  auto description = co_await cnc::variables::find(channel, name);
+  if (!description) {
+    co_return tl::unexpected(failure(name, description.error()));
+  }
+  const auto bytes = co_await channel.read(name, static_cast<std::uint32_t>(max_stream));
+  if (!bytes) {
+    co_return tl::unexpected(failure(name, bytes.error()));
+  }
+  const auto type = cnc::variables::element_type(*description);
+  auto elements = type.and_then([&](const cnc::variables::ElementType& of) {
+    return cnc::variables::decode_elements(of, *bytes);
+  });
+  if (!elements) {
+    co_return tl::unexpected(Failure{fmt::format("{}: {}", name, elements.error())});
+  }
+  description->name = name;
+  const bool is_array = !description->dimensions.empty() && name.find('[') == std::string::npos;
+  TypedReading read{{std::move(*description), std::move(*elements), is_array}, *type};
+  co_return read;
+}
+
+/// Why it should not be written; empty if nothing speaks against it.
+std::string objection(const NewValue& value, const Reading& before) {
+  if (value.force) {
+    return {};
+  }
+  if (before.description.access != Access::read_write) {
+    return "it is READ_ONLY; --force asks the controller nevertheless, which has the last word";
+  }
+  if (value.name.starts_with(service_interface)) {
+    return "it belongs to the program and its gateway: 'millrace answer' and 'millrace retry' act "
+           "on a pending call; --force writes it nevertheless";
+  }
+  return {};
+}
+
+tl::expected<cnc::variables::Bytes, Failure> bytes_of(const NewValue& value,
+                                                      const TypedReading& before) {
+  const auto not_written = [&](const std::string& why) {
+    return tl::unexpected(Failure{fmt::format("{} is not written: {}", value.name, why)});
+  };
+  if (const std::string why = objection(value, before.reading); !why.empty()) {
+    return not_written(why);
+  }
+  const auto texts = controller_texts(value);
+  if (!texts) {
+    return tl::unexpected(texts.error());
+  }
+  if (texts->size() != before.reading.elements.size()) {
+    return not_written(fmt::format("{} values for {} elements; expected one for each",
+                                   texts->size(), before.reading.elements.size()));
+  }
+  auto bytes = cnc::variables::encode_elements(before.type, *texts);
+  return bytes ? tl::expected<cnc::variables::Bytes, Failure>(std::move(*bytes))
+               : not_written(bytes.error());
+}
+
+asio::awaitable<tl::expected<Change, Failure>> write_one(Channel& channel, NewValue value) {
+  auto before = co_await read_one(channel, value.name);
+  if (!before) {
+    co_return tl::unexpected(before.error());
+  }
+  const auto bytes = bytes_of(value, *before);
+  if (!bytes) {
+    co_return tl::unexpected(bytes.error());
+  }
+  const auto written = co_await channel.write(value.name, *bytes);
+  if (!written) {
+    const bool unknown = cnc::ads::leaves_outcome_unknown(written.error());
+    const std::string what =
+        unknown ? fmt::format("nobody knows whether {} was written, so read it", value.name)
+                : fmt::format("{} is not written", value.name);
+    co_return tl::unexpected(failure(what, written.error()));
+  }
+  auto after = co_await read_one(channel, value.name);
+  if (!after) {
+    co_return tl::unexpected(after.error());
+  }
+  Change change{std::move(before->reading), std::move(after->reading)};
+  co_return change;
+}
+
+class Controller final : public Source {
+ public:
+  Controller(const MachineSettings& machine, std::uint32_t channel)
+      : client_(io_.get_executor(), client_options(machine)), channel_(client_, channel) {}
+  ~Controller() override { client_.close(); }
+  Controller(const Controller&) = delete;
+  Controller& operator=(const Controller&) = delete;
+
+  auto connect() { return run(client_.connect()); }
+
+  tl::expected<std::vector<Description>, Failure> list(const std::string& family) override {
+    auto found = run(cnc::variables::list(channel_, family));
+    if (!found) {
+      return tl::unexpected(failure(fmt::format("cannot list {}", family), found.error()));
+    }
+    return std::move(*found);
+  }
+
+  std::vector<tl::expected<Reading, Failure>> read(const std::vector<std::string>& names) override {
+    std::vector<tl::expected<Reading, Failure>> all;
+    for (const std::string& name : names) {
+      all.push_back(run(read_one(channel_, name)).map([](TypedReading&& one) {
+        return std::move(one.reading);
+      }));
+    }
+    return all;
+  }
+
+  tl::expected<Change, Failure> write(const NewValue& value) override {
+    return run(write_one(channel_, value));
+  }
+
+ private:
+  /// To its end; what it throws comes out here.
+  template <typename Result>
+  Result run(asio::awaitable<Result> work) {
+    std::optional<Result> result;
+    std::exception_ptr failure;
+    asio::co_spawn(io_, std::move(work), [&](std::exception_ptr error, Result outcome) {
+      failure = error;
+      result = std::move(outcome);
+      io_.stop();
+    });
+    io_.restart();
+    io_.run();
+    if (failure) {
+      std::rethrow_exception(failure);
+    }
+    return std::move(*result);
+  }
+
+  asio::io_context io_{1};
+  cnc::ads::Client client_;
+  Channel channel_;
+};
+
+}  // namespace
+
+tl::expected<std::unique_ptr<Source>, Failure> controller(const VarsOptions& options) {
+  const MachineSettings machine = machine_of(options);
+  warn_of_the_one_connection(machine);
+  auto source = std::make_unique<Controller>(machine, options.channel);
+  if (const auto up = source->connect(); !up) {
+    return tl::unexpected(
+        Failure{fmt::format("cannot reach {}: {}", machine.to_string(), up.error().message)});
+  }
+  return source;
+}
+
+}  // namespace millrace::tools::commands::vars

@@ -1,0 +1,169 @@
+// The gateway of a controller, over the fabric.
+#include <algorithm>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "base/program/command_line.hpp"
+#include "tools/bus/variables.hpp"
+#include "tools/commands/vars/vars.hpp"
+
+namespace millrace::tools::commands::vars {
+
+namespace {
+
+using base::program::UsageError;
+using cnc::variables::Access;
+using cnc::variables::Description;
+using cnc::variables::Element;
+using fabric::VariableAction;
+using fabric::VariableResult;
+
+Description description_of(const VariableResult& result) {
+  return {.type = static_cast<cnc::variables::Type>(result.value.type),
+          .access = result.writable ? Access::read_write : Access::read_only,
+          .size = result.size,
+          .dimensions = result.dimensions,
+          .name = result.value.name};
+}
+
+std::vector<Element> elements_of(const fabric::Value& value) {
+  std::vector<Element> elements;
+  std::visit(
+      [&](const auto& all) {
+        for (const auto& one : all) {
+          elements.emplace_back(one);
+        }
+      },
+      value.elements);
+  if (value.type == fabric::ValueType::boolean) {
+    for (Element& one : elements) {
+      one = std::get<std::int64_t>(one) != 0;
+    }
+  }
+  return elements;
+}
+
+Reading reading_of(const VariableResult& result, const fabric::Value& value) {
+  return {description_of(result), elements_of(value), value.is_array};
+}
+
+Failure failure_of(const VariableResult& result) {
+  return {fmt::format("{}: {}", result.value.name, result.value.reason),
+          static_cast<cnc::ads::ErrorCode>(result.error)};
+}
+
+/// The first of the controller's errors, for what to do.
+cnc::ads::ErrorCode error_in(const fabric::VariableReply& reply) {
+  for (const VariableResult& one : reply.results) {
+    if (one.error != 0) {
+      return static_cast<cnc::ads::ErrorCode>(one.error);
+    }
+  }
+  return cnc::ads::ErrorCode::none;
+}
+
+class Gateway final : public Source {
+ public:
+  explicit Gateway(const VarsOptions& options)
+      : participant_(options.fabric.options()),
+        asker_(participant_, {options.name(), static_cast<std::uint16_t>(options.channel)},
+               std::chrono::duration_cast<std::chrono::milliseconds>(options.timeout)) {}
+
+  tl::expected<std::vector<Description>, Failure> list(const std::string& family) override {
+    std::vector<Description> all;
+    for (;;) {
+      const auto page = ask({.action = VariableAction::list,
+                             .names = {family},
+                             .first = static_cast<std::uint32_t>(all.size())});
+      if (!page) {
+        return tl::unexpected(page.error());
+      }
+      for (const VariableResult& one : page->results) {
+        all.push_back(description_of(one));
+      }
+      if (page->results.empty() || all.size() >= page->total) {
+        return all;
+      }
+    }
+  }
+
+  std::vector<tl::expected<Reading, Failure>> read(const std::vector<std::string>& names) override {
+    std::vector<tl::expected<Reading, Failure>> all;
+    for (std::size_t i = 0; i < names.size(); i += fabric::most_variables) {
+      const std::size_t end = std::min(i + fabric::most_variables, names.size());
+      const auto reply = ask({.names = {names.begin() + static_cast<std::ptrdiff_t>(i),
+                                        names.begin() + static_cast<std::ptrdiff_t>(end)}});
+      if (!reply) {
+        all.emplace_back(tl::unexpected(reply.error()));
+        return all;
+      }
+      for (const VariableResult& one : reply->results) {
+        if (one.value.quality == fabric::Quality::good) {
+          all.emplace_back(reading_of(one, one.value));
+        } else {
+          all.emplace_back(tl::unexpected(failure_of(one)));
+        }
+      }
+    }
+    return all;
+  }
+
+  tl::expected<Change, Failure> write(const NewValue& value) override {
+    if (value.force) {
+      throw UsageError(
+          "--force goes with --direct: what may be written through a gateway, its configuration "
+          "says");
+    }
+    auto texts = controller_texts(value);
+    if (!texts) {
+      return tl::unexpected(texts.error());
+    }
+    const auto reply = ask(
+        {.action = VariableAction::write, .names = {value.name}, .values = {std::move(*texts)}});
+    if (!reply) {
+      return tl::unexpected(reply.error());
+    }
+    if (reply->results.size() != 1 || reply->before.size() != 1) {
+      return tl::unexpected(Failure{"the gateway's answer is about other variables"});
+    }
+    const VariableResult& after = reply->results.front();
+    if (after.value.quality != fabric::Quality::good) {
+      return tl::unexpected(Failure{
+          fmt::format("{} is written, and cannot be read back: {}", value.name, after.value.reason),
+          static_cast<cnc::ads::ErrorCode>(after.error)});
+    }
+    return Change{reading_of(after, reply->before.front()), reading_of(after, after.value)};
+  }
+
+ private:
+  tl::expected<fabric::VariableReply, Failure> ask(fabric::VariableRequest request) {
+    auto reply = asker_.ask(std::move(request));
+    if (!reply) {
+      return tl::unexpected(Failure{std::move(reply.error())});
+    }
+    if (!reply->done) {
+      return tl::unexpected(Failure{reply->reason, error_in(*reply)});
+    }
+    return std::move(*reply);
+  }
+
+  fabric::dds::Participant participant_;
+  bus::VariableAsker asker_;
+};
+
+}  // namespace
+
+std::unique_ptr<Source> gateway(const VarsOptions& options) {
+  if (options.machine->find('=') != std::string::npos) {
+    throw UsageError(fmt::format(
+        "{} says where a controller is: that goes with --direct; a gateway is asked for machine {}",
+        *options.machine, options.name()));
+  }
+  if (!options.config.empty()) {
+    throw UsageError("--config goes with --direct: which machines there are, the gateway knows");
+  }
+  return std::make_unique<Gateway>(options);
+}
+
+}  // namespace millrace::tools::commands::vars
