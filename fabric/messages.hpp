@@ -89,6 +89,11 @@ struct Reply {
 
 enum class Delivery : std::uint8_t { at_least_once, at_most_once };
 
+/// What the programs that call a service wait for. RESPONSE_STATE, as SysServiceWait and the
+/// vendor's sample do, or a text in RESPONSE alone, as the manual's words have it
+/// (IB/tf5200_service_interface/356533387, documented); then an answer may have state 0.
+enum class Awaited : std::uint8_t { response_state, response };
+
 /// A channel an instance serves: empty machine = any machine, channel 0 = any channel.
 struct ChannelScope {
   std::string machine{};
@@ -110,6 +115,7 @@ struct InstanceIdentity {
   /// Empty = every channel.
   std::vector<ChannelScope> channels{};
   Delivery delivery = Delivery::at_least_once;
+  Awaited awaited = Awaited::response_state;
   std::uint32_t concurrency = 1;
   bool draining = false;
   /// Its process beats several times in this time: silence of this length means that it is gone.

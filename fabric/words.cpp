@@ -28,6 +28,10 @@ std::string_view name_of(Delivery delivery) {
   return pick<Delivery, 2>({"at-least-once", "at-most-once"}, delivery);
 }
 
+std::string_view name_of(Awaited awaited) {
+  return pick<Awaited, 2>({"response-state", "response"}, awaited);
+}
+
 std::string_view name_of(ChannelState state) {
   return pick<ChannelState, 7>(
       {"link down", "idle", "unserved", "waiting", "running", "answering", "held"}, state);
@@ -62,6 +66,15 @@ std::optional<Delivery> parse_delivery(std::string_view word) {
   for (const Delivery delivery : {Delivery::at_least_once, Delivery::at_most_once}) {
     if (word == name_of(delivery)) {
       return delivery;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Awaited> parse_awaited(std::string_view word) {
+  for (const Awaited awaited : {Awaited::response_state, Awaited::response}) {
+    if (word == name_of(awaited)) {
+      return awaited;
     }
   }
   return std::nullopt;

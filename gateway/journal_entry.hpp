@@ -28,6 +28,7 @@ struct DispatchedEntry {
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
   std::uint32_t attempt = 1;
   fabric::InstanceId instance;
+  fabric::Awaited awaited = fabric::Awaited::response_state;
   bool operator==(const DispatchedEntry&) const = default;
 };
 
@@ -55,7 +56,8 @@ struct AnsweredEntry {
   bool operator==(const AnsweredEntry&) const = default;
 };
 
-/// Before REQUEST_STATE is set to 0: from here on only RESPONSE_STATE releases the program.
+/// Before REQUEST_STATE is set to 0: from here on only the last write of the answer releases the
+/// program.
 struct ClearingEntry {
   fabric::CallId call;
   bool operator==(const ClearingEntry&) const = default;

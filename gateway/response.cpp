@@ -5,14 +5,18 @@
 
 #include <fmt/format.h>
 
-#include "fabric/messages.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::gateway {
 
-tl::expected<Response, std::string> Response::of(std::string text, std::uint32_t state) {
-  if (state == 0) {
+tl::expected<Response, std::string> Response::of(std::string text, std::uint32_t state,
+                                                 fabric::Awaited awaited) {
+  if (awaited == fabric::Awaited::response_state && state == 0) {
     return tl::unexpected(std::string("has state 0, which releases no program"));
+  }
+  if (awaited == fabric::Awaited::response && text.empty()) {
+    return tl::unexpected(
+        std::string("is empty, which releases no program that waits for RESPONSE"));
   }
   if (text.size() > fabric::max_text) {
     return tl::unexpected(

@@ -11,17 +11,21 @@
 
 #include <tl/expected.hpp>
 
+#include "fabric/messages.hpp"
+
 namespace millrace::gateway {
 
 /// The state of an answer that stands for one which cannot be written, unless a policy names
 /// another; the SDK's for a failed handler is the same (services/sdk/service.hpp).
 inline constexpr std::uint32_t refused_state = 500;
 
-/// At most 127 bytes without NUL, and a state that is not 0: 0 releases no program.
+/// At most 127 bytes without NUL, and what its program waits for: a state that is not 0, or a text.
 class Response {
  public:
   /// The error says what is wrong, in words that go after "the answer ".
-  static tl::expected<Response, std::string> of(std::string text, std::uint32_t state);
+  static tl::expected<Response, std::string> of(
+      std::string text, std::uint32_t state,
+      fabric::Awaited awaited = fabric::Awaited::response_state);
 
   /// Words of ours in place of an answer. What is no printable ASCII becomes '?', a text that does
   /// not fit ends in "..."; `state` is not 0.

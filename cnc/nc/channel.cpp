@@ -30,7 +30,7 @@ struct Channel::State {
         interpolator(options.axes.size(), rapid_time(options), messages, *timers),
         system(options.axes, motion, interpolator, *timers),
         decoder({memory, macros, motion, queue, interpolator, messages, *timers, stream, system},
-                options.stream_program) {}
+                options.stream_program, options.flush_continue_waits) {}
 
   /// Why no program can start now.
   std::string refusal() const;

@@ -38,6 +38,10 @@ struct ChannelOptions {
   /// #WAIT FOR without #FLUSH may wait for ever (IB/tf5200_programming_manual/207058059,
   /// documented).
   bool withhold_last_motion = true;
+  /// #FLUSH CONTINUE waits for the end of all motion, as a comment in the vendor's sample says
+  /// (IB/tf5200_service_interface/356533387); the programming manual says that it does not
+  /// (IB/tf5200_programming_manual/207042443, documented).
+  bool flush_continue_waits = false;
   /// Factor on simulated motion and dwell time: 0 = they take no time, 2 = twice as long.
   double time_scale = 1.0;
   /// Operations the decoder may do in one tick, so that an endless loop starves nobody.

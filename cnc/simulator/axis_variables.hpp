@@ -21,4 +21,8 @@ inline constexpr std::array<std::string_view, 5> axis_quantities{"V.A.ABS", "V.A
 void add_axis_variables(Family& family, const std::vector<AxisSettings>& axes,
                         const std::function<double(std::size_t)>& position);
 
+/// What the configuration adds, one for each axis where it says so; each channel has its own.
+void add_system_variables(Store& store, const std::vector<SystemVariable>& variables,
+                          const std::vector<AxisSettings>& axes);
+
 }  // namespace millrace::cnc::simulator

@@ -1,6 +1,7 @@
 #include "cnc/simulator/configuration.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -9,6 +10,7 @@
 
 #include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
+#include "cnc/simulator/axis_variables.hpp"
 #include "idl/cnc.pb.h"
 
 namespace millrace::cnc::simulator {
@@ -20,13 +22,13 @@ using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 
 AxisSettings axis(const config::CncAxis& from, const ConfigPath& path, Mistakes& mistakes) {
-  const auto is_letter_or_digit = [](unsigned char c) { return std::isalnum(c) != 0; };
+  const auto is_letter_or_digit = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
   const std::string& name = from.name();
   mistakes.expect(!name.empty() && std::isupper(static_cast<unsigned char>(name.front())) != 0 &&
                       std::all_of(name.begin(), name.end(), is_letter_or_digit),
                   path / "name",
-                  fmt::format("\"{}\"; expected a capital letter and perhaps more letters and "
-                              "digits, as in X or X1",
+                  fmt::format("\"{}\"; expected a capital letter and perhaps more letters, digits "
+                              "and _, as in X, X1 or X_ACHSE",
                               name));
   mistakes.expect(from.negative_limit() < from.positive_limit(), path / "negative_limit",
                   fmt::format("of axis {} is not below positive_limit", name));
@@ -74,6 +76,130 @@ Declaration external(const config::CncExternalVariable& from, const ConfigPath& 
     declaration.dimensions = {from.array_elements()};
   }
   return declaration;
+}
+
+/// Parts of letters, digits and _, each behind a dot, the first perhaps with a sign:
+/// "V.A.+SWE_MDS".
+bool is_variable_name(std::string_view name) {
+  const auto is_letter_or_digit = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+  while (!name.empty()) {
+    std::string_view part = name.substr(0, name.find('.'));
+    name.remove_prefix(std::min(part.size() + 1, name.size()));
+    part.remove_prefix(part.starts_with('+') || part.starts_with('-') ? 1 : 0);
+    if (part.empty() || !std::all_of(part.begin(), part.end(), is_letter_or_digit)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// In the type of the element; nothing if it does not fit.
+std::optional<nc::Value> initial_value(const config::CncVariable& from, ElementType element) {
+  nc::Value value = element.type == Type::string ? nc::Value(from.value()) : nc::Value(0.0);
+  if (element.type != Type::string && from.has_value()) {
+    const std::string& text = from.value();
+    double number = text == "TRUE" ? 1.0 : 0.0;
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), last, number);
+    const bool is_number = error == std::errc{} && end == last;
+    if (!is_number && text != "TRUE" && text != "FALSE") {
+      return std::nullopt;
+    }
+    value = number;
+  }
+  const auto bytes = encode(element, value);
+  return bytes ? std::optional(decode(element, *bytes)) : std::nullopt;
+}
+
+/// Those that every channel has.
+bool is_always_there(std::string_view name) {
+  return name.starts_with("V.G.SERVICE") || name == "V.G.BLOCK_NR" || name == "V.G.TIMER" ||
+         std::ranges::find(axis_quantities, name) != axis_quantities.end();
+}
+
+SystemVariable system_variable(const config::CncVariable& from, const ConfigPath& path,
+                               Mistakes& mistakes) {
+  constexpr std::uint32_t most_elements = 10'000;
+  constexpr std::uint32_t longest_text = 127;
+  const std::string& name = from.name();
+  const bool of_axes = name.starts_with("V.A.");
+  mistakes.expect(
+      (of_axes || name.starts_with("V.G.")) && is_variable_name(name) && name.size() <= 64,
+      path / "name", fmt::format("\"{}\"; expected V.G. or V.A. and a name, as in V.G.NP", name));
+  mistakes.expect(!is_always_there(name), path / "name", fmt::format("{} is always there", name));
+  mistakes.expect(!of_axes || from.per_axis(), path / "per_axis",
+                  fmt::format("{} is a variable of an axis; expected per_axis: true", name));
+  mistakes.expect_range(from.index(), 0U, most_elements, path / "index");
+  mistakes.expect(from.member().empty() || (from.index() > 0 && is_variable_name(from.member()) &&
+                                            from.member().size() <= 64),
+                  path / "member",
+                  fmt::format("\"{}\"; expected a name, as in V, behind an index", from.member()));
+  const bool fits = mistakes.expect_range(from.characters(), 1U, longest_text, path / "characters");
+  const Type type{static_cast<std::uint32_t>(from.type())};
+  Declaration declaration{name + (from.member().empty() ? "" : "." + from.member()),
+                          type == Type::string
+                              ? ElementType::text(fits ? from.characters() : longest_text)
+                              : ElementType::number(type),
+                          Access{static_cast<std::uint32_t>(from.access())}};
+  if (from.index() > 0) {
+    declaration.dimensions = {from.index()};
+    declaration.behind = declaration.name.size() - name.size();
+  }
+  const auto value = initial_value(from, declaration.element);
+  mistakes.expect(value.has_value(), path / "value",
+                  fmt::format("\"{}\" is no {}", from.value(), name_of(type)));
+  return {std::move(declaration), from.per_axis(), value.value_or(0.0)};
+}
+
+std::set<std::string> axis_names(const Settings& settings) {
+  std::set<std::string> names;
+  const auto add = [&](const std::vector<AxisSettings>& axes) {
+    for (const AxisSettings& axis : axes) {
+      names.insert(axis.name);
+    }
+  };
+  add(settings.axes);
+  for (const auto& [channel, axes] : settings.channel_axes) {
+    add(axes);
+  }
+  return names;
+}
+
+std::vector<SystemVariable> system_variables(const config::Cnc& config, const Settings& settings,
+                                             Mistakes& mistakes) {
+  std::vector<SystemVariable> all;
+  std::set<std::string> names;
+  const std::set<std::string> axes = axis_names(settings);
+  for (int i = 0; i < config.variable_size(); ++i) {
+    const ConfigPath path{{"variable", i}};
+    all.push_back(system_variable(config.variable(i), path, mistakes));
+    const std::string& name = all.back().declaration.name;
+    bool is_new = all.back().per_axis || names.insert(name).second;
+    for (const std::string& axis : axes) {
+      is_new = (!all.back().per_axis || names.insert(name + "." + axis).second) && is_new;
+    }
+    mistakes.expect(is_new, path / "name", fmt::format("there are two of {}", name));
+  }
+  return all;
+}
+
+std::vector<std::pair<std::string, double>> aep_parameters(const config::Cnc& config,
+                                                           Mistakes& mistakes) {
+  constexpr std::size_t longest_name = 95;
+  std::vector<std::pair<std::string, double>> all;
+  std::set<std::string> names;
+  for (int i = 0; i < config.aep_parameter_size(); ++i) {
+    const ConfigPath path{{"aep_parameter", i}};
+    const auto& parameter = config.aep_parameter(i);
+    const std::string& name = parameter.name();
+    mistakes.expect(
+        !name.empty() && name.size() <= longest_name && name.find('\0') == std::string::npos,
+        path / "name", fmt::format("expected 1 to {} characters", longest_name));
+    mistakes.expect(names.insert(name).second, path / "name",
+                    fmt::format("there are two of {}", name));
+    all.emplace_back(name, parameter.value());
+  }
+  return all;
 }
 
 /// In each scope one behind the other (IB/tf5200_external_variables/112418187 recommends this
@@ -128,6 +254,7 @@ nc::ChannelOptions programs(const config::CncPrograms& from, Mistakes& mistakes)
   nc::ChannelOptions options;
   options.queue = from.look_ahead();
   options.withhold_last_motion = from.withhold_last_motion();
+  options.flush_continue_waits = from.flush_continue_waits();
   options.messages_read_at_once = from.messages_read();
   options.optional_stop = from.optional_stop();
   options.decoder_budget = from.decoder_budget();
@@ -216,6 +343,8 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.cycle = std::chrono::microseconds(config.cycle_us());
   settings.connections = connections(config.connections(), mistakes);
   settings.externals = externals(config, mistakes);
+  settings.variables = system_variables(config, settings, mistakes);
+  settings.aep_parameters = aep_parameters(config, mistakes);
   for (const std::string& folder : config.program_folder()) {
     settings.folders.push_back(base / folder);
   }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cnc/ads/error.hpp"
@@ -71,6 +72,16 @@ struct AxisSettings {
   double greatest_feed = 0;
 };
 
+/// A V.G. or V.A. variable that a configuration adds to what every channel has.
+struct SystemVariable {
+  /// Without the axis.
+  Declaration declaration;
+  /// Each axis of the channel has one, whose name ends with that of the axis.
+  bool per_axis = false;
+  /// What each element begins with, in its type.
+  nc::Value value = 0.0;
+};
+
 struct Settings {
   std::uint32_t channels = 1;
   /// Of the interpolator: how often running programs are advanced.
@@ -94,6 +105,9 @@ struct Settings {
   /// Of every channel that is not in channel_axes.
   std::vector<AxisSettings> axes{{"X"}, {"Y"}, {"Z"}};
   std::map<std::uint32_t, std::vector<AxisSettings>> channel_axes;
+  std::vector<SystemVariable> variables;
+  /// Names and values, the same for every channel.
+  std::vector<std::pair<std::string, double>> aep_parameters;
   /// V.E. variables; each has its External.
   std::vector<Declaration> externals;
   ConnectionSettings connections;

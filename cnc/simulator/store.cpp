@@ -66,6 +66,14 @@ std::string_view prefix_of(Kind kind) {
 void Family::add(std::shared_ptr<Variable> variable) {
   const auto [place, is_new] = by_name_.emplace(variable->declaration().name, variables_.size());
   assert(is_new);
+  const Declaration& declaration = variable->declaration();
+  const bool of_the_last =
+      declaration.axis > 0 && !listed_.empty() &&
+      listed_at(listed_.size() - 1).declaration().axis > 0 &&
+      listed_at(listed_.size() - 1).declaration().listed() == declaration.listed();
+  if (!of_the_last) {
+    listed_.push_back(variables_.size());
+  }
   variables_.push_back(std::move(variable));
 }
 
@@ -94,7 +102,9 @@ std::optional<Selection> Store::find(std::string_view name) const {
     return std::nullopt;
   }
   Variable* variable = family(*kind).find(parsed->base);
-  return variable == nullptr ? std::nullopt : select(*variable, parsed->indices);
+  const bool misplaced = variable != nullptr && !parsed->indices.empty() &&
+                         parsed->behind != variable->declaration().behind;
+  return variable == nullptr || misplaced ? std::nullopt : select(*variable, parsed->indices);
 }
 
 std::optional<std::uint32_t> Store::handle(std::string_view base) const {

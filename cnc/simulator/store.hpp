@@ -35,6 +35,11 @@ class Family {
   void add(std::shared_ptr<Variable> variable);
   [[nodiscard]] std::size_t size() const { return variables_.size(); }
   [[nodiscard]] Variable& at(std::size_t index) const { return *variables_.at(index); }
+  /// As the old functions count: variables that were added one after the other and differ in their
+  /// axis alone are one.
+  [[nodiscard]] std::size_t listed() const { return listed_.size(); }
+  /// The first of them.
+  [[nodiscard]] Variable& listed_at(std::size_t index) const { return at(listed_.at(index)); }
   /// By full name without indices; null if there is none.
   [[nodiscard]] Variable* find(std::string_view base) const;
   [[nodiscard]] std::optional<std::size_t> index_of(std::string_view base) const;
@@ -47,6 +52,7 @@ class Family {
     }
   };
   std::vector<std::shared_ptr<Variable>> variables_;
+  std::vector<std::size_t> listed_;
   std::unordered_map<std::string, std::size_t, Hash, std::equal_to<>> by_name_;
 };
 

@@ -13,6 +13,22 @@ std::uint32_t Declaration::elements() const {
   return std::accumulate(dimensions.begin(), dimensions.end(), 1U, std::multiplies<>());
 }
 
+std::string Declaration::last_element() const {
+  std::string indices;
+  for (const std::uint32_t size : dimensions) {
+    indices += fmt::format("[{}]", size - 1);
+  }
+  std::string text = name;
+  return text.insert(text.size() - behind, indices);
+}
+
+std::string Declaration::listed() const {
+  std::string text = last_element();
+  // The name of the axis stands behind the indices.
+  text.resize(text.size() - axis);
+  return text;
+}
+
 Variable::Variable(Declaration declaration)
     : declaration_(std::move(declaration)), memory_(declaration_.size(), 0) {}
 

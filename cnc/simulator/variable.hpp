@@ -38,7 +38,7 @@ struct External {
 
 /// What a variable is.
 struct Declaration {
-  /// In full, without indices: "V.G.SERVICE.UUID".
+  /// In full, without indices: "V.G.SERVICE.UUID", "V.G.NP.V.X".
   std::string name;
   ElementType element;
   /// What a program may do. ADS clients may also write V.E. variables that are read_only, or nobody
@@ -47,7 +47,16 @@ struct Declaration {
   /// Elements per dimension; none for a scalar.
   std::vector<std::uint32_t> dimensions = {};
   std::optional<External> external = {};
+  /// Characters of the name that stand behind the indices: 4 of "V.G.NP[5].V.X".
+  std::size_t behind = 0;
+  /// Characters at the name's end that are its axis, with the dot; 0 = it is of no axis.
+  std::size_t axis = 0;
 
+  /// "V.G.TIMER[127]", "V.G.NP[98].V.X": the name with the largest indices.
+  [[nodiscard]] std::string last_element() const;
+  /// The same without the axis, which the old functions list so (IB/hmiviaads/15685595531,
+  /// documented).
+  [[nodiscard]] std::string listed() const;
   /// The product of the dimensions.
   [[nodiscard]] std::uint32_t elements() const;
   /// Of all elements, in bytes.

@@ -6,11 +6,11 @@ namespace millrace::cnc::simulator {
 
 std::optional<VariableName> VariableName::parse(std::string_view text) {
   const std::size_t open = text.find('[');
-  VariableName name{text.substr(0, open), {}};
+  VariableName name{std::string(text.substr(0, open)), {}, 0};
   std::string_view rest = open == std::string_view::npos ? std::string_view{} : text.substr(open);
-  while (!rest.empty()) {
+  while (rest.starts_with('[')) {
     const std::size_t close = rest.find(']');
-    if (rest.front() != '[' || close == std::string_view::npos) {
+    if (close == std::string_view::npos) {
       return std::nullopt;
     }
     std::uint32_t index = 0;
@@ -22,9 +22,13 @@ std::optional<VariableName> VariableName::parse(std::string_view text) {
     name.indices.push_back(index);
     rest.remove_prefix(close + 1);
   }
-  if (name.base.empty()) {
+  const bool member = rest.empty() || (rest.starts_with('.') && rest.size() > 1 &&
+                                       rest.find_first_of("[]") == std::string_view::npos);
+  if (name.base.empty() || !member) {
     return std::nullopt;
   }
+  name.base += rest;
+  name.behind = rest.size();
   return name;
 }
 

@@ -49,6 +49,7 @@ void VirtualChannel::add_variables(const Settings& settings, const Common& commo
       }));
   add_axis_variables(store_.family(Kind::axis), axes_,
                      [this](std::size_t slot) { return program_.axes().at(slot).position; });
+  add_system_variables(store_, settings.variables, axes_);
   auto shared = common.externals.begin();
   for (const Declaration& declaration : settings.externals) {
     store_.family(Kind::external)

@@ -17,7 +17,11 @@ inline constexpr std::array<std::string_view, 7> families{"V.G", "V.E", "V.A", "
 /// of them.
 std::string_view family_of(std::string_view name);
 
-/// "V.E.TABLE" of "V.E.TABLE[1]".
+/// "V.E.TABLE" of "V.E.TABLE[1]". A member of an array's elements keeps its index, which stands in
+/// the middle of its name: "V.G.NP[5].V.X".
 std::string_view without_indices(std::string_view name);
+
+/// True of "V.G.NP[5].V.X" and "V.G.NP[98].V.X", of "V.E.TABLE" and "V.E.TABLE[1]".
+bool same_but_for_indices(std::string_view left, std::string_view right);
 
 }  // namespace millrace::cnc::variables

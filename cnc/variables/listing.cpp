@@ -41,9 +41,8 @@ asio::awaitable<Result<Description>> look_up(Channel& channel, std::string_view 
   if (!variables) {
     co_return tl::make_unexpected(variables.error());
   }
-  const auto found = std::ranges::find_if(*variables, [&](const Description& each) {
-    return without_indices(each.name) == without_indices(name);
-  });
+  const auto found = std::ranges::find_if(
+      *variables, [&](const Description& each) { return same_but_for_indices(each.name, name); });
   if (found == variables->end()) {
     co_return tl::make_unexpected(ErrorCode::symbol_not_found);
   }

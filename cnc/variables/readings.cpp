@@ -168,7 +168,7 @@ asio::awaitable<Result<Description>> Readings::describe_from_list(std::uint16_t 
     listing = listings_.insert_or_assign(place, std::move(*found)).first;
   }
   const auto found = std::ranges::find_if(listing->second, [&](const Description& each) {
-    return without_indices(each.name) == without_indices(name);
+    return same_but_for_indices(each.name, name);
   });
   if (found == listing->second.end()) {
     // It may come to be: what programs have is listed anew the next time.

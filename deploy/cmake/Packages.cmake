@@ -40,9 +40,10 @@ install(DIRECTORY
   DESTINATION ${millrace_units} COMPONENT services)
 install(FILES ${millrace_deploy}/systemd/millrace-service@.service DESTINATION ${millrace_units} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/millrace-services/examples
-  COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN programs EXCLUDE)
-# For controllers whose programs use the services.
-install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc DESTINATION ${millrace_share}/cycles COMPONENT services)
+  COMPONENT services PATTERN gateway.textproto EXCLUDE PATTERN isg EXCLUDE PATTERN programs EXCLUDE)
+# For controllers whose programs use the services; SysServiceWait.cyc for those that have none of their own.
+install(FILES ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/MeasureWait.cyc ${PROJECT_SOURCE_DIR}/cnc/nc/cycles/SysServiceWait.cyc
+  DESTINATION ${millrace_share}/cycles COMPONENT services)
 # What lcm-gen makes LCM programs of.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl/lcm DESTINATION ${millrace_share} COMPONENT services)
 install(DIRECTORY ${millrace_deploy}/examples/programs DESTINATION ${millrace_share} USE_SOURCE_PERMISSIONS

@@ -52,4 +52,5 @@ configure_file(${package}/millrace-sdk.pc.in ${CMAKE_CURRENT_BINARY_DIR}/millrac
 install(FILES ${package}/millrace-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/millrace-config-version.cmake
   DESTINATION ${sdk_config} COMPONENT sdk-dev)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/millrace-sdk.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT sdk-dev)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/template DESTINATION ${CMAKE_INSTALL_DATADIR}/millrace COMPONENT sdk-dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/services/template ${PROJECT_SOURCE_DIR}/deploy/examples/isg
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/millrace COMPONENT sdk-dev)

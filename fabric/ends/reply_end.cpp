@@ -155,7 +155,8 @@ ReplyEnd::~ReplyEnd() {
 }
 
 tl::expected<void, std::string> ReplyEnd::publish(const Reply& reply) {
-  if (reply.kind == ReplyKind::final && reply.state == 0) {
+  if (reply.kind == ReplyKind::final && reply.state == 0 &&
+      impl_->identity.awaited == Awaited::response_state) {
     return tl::unexpected(std::string("a final reply of state 0 would not release the program"));
   }
   return impl_->answer(reply);

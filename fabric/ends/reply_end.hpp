@@ -47,7 +47,8 @@ class ReplyEnd {
   ReplyEnd(const ReplyEnd&) = delete;
   ReplyEnd& operator=(const ReplyEnd&) = delete;
 
-  /// Fails for text over 127 bytes and for a final reply of state 0.
+  /// Fails for text over 127 bytes and, unless its programs wait for RESPONSE alone, for a final
+  /// reply of state 0.
   tl::expected<void, std::string> publish(const Reply& reply);
   /// Tells gateways through discovery; they give nothing new to a draining instance.
   void set_draining(bool draining);

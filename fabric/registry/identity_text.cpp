@@ -95,6 +95,12 @@ Parsed read_delivery(std::string_view value, Delivery& delivery) {
   return expect(parsed.has_value(), "at-least-once or at-most-once");
 }
 
+Parsed read_awaited(std::string_view value, Awaited& awaited) {
+  const std::optional<Awaited> parsed = parse_awaited(value);
+  awaited = parsed.value_or(Awaited::response_state);
+  return expect(parsed.has_value(), "response-state or response");
+}
+
 Parsed read_draining(std::string_view value, bool& draining) {
   draining = value == "yes";
   return expect(value == "yes" || value == "no", "yes or no");
@@ -135,6 +141,9 @@ Parsed read_value(std::string_view key, const std::string& value, InstanceIdenti
   if (key == "delivery") {
     return read_delivery(value, identity.delivery);
   }
+  if (key == "awaited") {
+    return read_awaited(value, identity.awaited);
+  }
   if (key == "draining") {
     return read_draining(value, identity.draining);
   }
@@ -167,11 +176,11 @@ std::string join_channels(const std::vector<ChannelScope>& channels) {
 std::string format_identity(const InstanceIdentity& identity) {
   return fmt::format(
       "{}\nid={}\nuuid={}\nname={}\ndescription={}\nversion={}\nhost={}\npid={}\nchannels={}\n"
-      "delivery={}\nconcurrency={}\ndraining={}\nlease_ms={}\n",
+      "delivery={}\nawaited={}\nconcurrency={}\ndraining={}\nlease_ms={}\n",
       header, identity.id.to_string(), escape(identity.uuid), escape(identity.name),
       escape(identity.description), escape(identity.version), escape(identity.host), identity.pid,
-      join_channels(identity.channels), name_of(identity.delivery), identity.concurrency,
-      identity.draining ? "yes" : "no", identity.lease.count());
+      join_channels(identity.channels), name_of(identity.delivery), name_of(identity.awaited),
+      identity.concurrency, identity.draining ? "yes" : "no", identity.lease.count());
 }
 
 tl::expected<InstanceIdentity, std::string> parse_identity(std::string_view text) {

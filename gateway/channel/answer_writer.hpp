@@ -11,6 +11,10 @@
 // REQUEST_STATE is written (documented for the program's writes, not for others) would wipe the
 // answer.
 //
+// A program that waits for a text in RESPONSE and looks at no state (fabric::Awaited) is released
+// by RESPONSE, so that is written last: REQUEST_STATE = 0, RESPONSE_STATE, then RESPONSE. Such a
+// program empties RESPONSE before it asks; what of its answer is 0 already is not written.
+//
 // An interim answer is RESPONSE and RESPONSE_STATE only. On a kernel of the kind just named, a
 // program that waits with SysServiceWait and @P1 = interim state may see RESPONSE_STATE 0 for the
 // moment between the last two writes of the final answer; it must take 0 as "not yet".
@@ -43,19 +47,24 @@ class AnswerWriter {
     dropped,
   };
 
-  AnswerWriter(Kind kind, Response response) : kind_(kind), response_(std::move(response)) {}
+  AnswerWriter(Kind kind, Response response,
+               fabric::Awaited awaited = fabric::Awaited::response_state)
+      : kind_(kind),
+        text_last_(awaited == fabric::Awaited::response),
+        response_(std::move(response)) {}
   /// A final answer an earlier run of the gateway may have begun to write; `clearing` if the
   /// journal says that it was about to clear REQUEST_STATE.
-  static AnswerWriter resumed(Response response, bool clearing);
+  static AnswerWriter resumed(Response response, bool clearing,
+                              fabric::Awaited awaited = fabric::Awaited::response_state);
 
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] Step next() const { return next_; }
   [[nodiscard]] const std::string& text() const { return response_.text(); }
   [[nodiscard]] std::uint32_t state() const { return response_.state(); }
   /// What a look must take in: all, once a write of unknown outcome may have changed the channel,
-  /// or RESPONSE is written and must still be there.
+  /// or the first write is done and must still be there.
   [[nodiscard]] ReadSet look() const {
-    return unsure_ || response_written_ ? ReadSet::all : ReadSet::request;
+    return unsure_ || response_written_ || clear_tried_ ? ReadSet::all : ReadSet::request;
   }
 
   /// `standing` is what judge() says of this snapshot.
@@ -74,14 +83,27 @@ class AnswerWriter {
  private:
   [[nodiscard]] Step decide_final(const Snapshot& snapshot, Standing standing,
                                   const PendingRequest& request) const;
-  [[nodiscard]] Step after_response() const;
+  [[nodiscard]] Step decide_text_last(const Snapshot& snapshot, Standing standing,
+                                      const PendingRequest& request) const;
+  /// The program asks anew, or again after a clear that the controller confirmed.
+  [[nodiscard]] Step moved_on() const;
+  [[nodiscard]] Step clear() const;
+  /// RESPONSE is last, REQUEST_STATE is 0.
+  [[nodiscard]] Step after_clear() const;
+  /// The write that releases the program.
+  [[nodiscard]] Step release() const {
+    return text_last_ ? Step::write_response : Step::write_state;
+  }
 
   Kind kind_;
+  bool text_last_ = false;
   Response response_;
   Step next_ = Step::look;
   /// REQUEST_STATE already reads 0 (a kernel that cleared it after an interim answer).
   bool request_state_zero_ = false;
   bool response_written_ = false;
+  /// RESPONSE_STATE read as the answer has it.
+  bool state_stands_ = false;
   /// The journal knows that REQUEST_STATE is being cleared.
   bool clearing_ = false;
   bool clear_tried_ = false;

@@ -31,9 +31,10 @@ OpenCall OpenCall::accepted(Call call, const Policy& policy, SteadyTime now) {
 OpenCall OpenCall::resumed(Call call, const Policy& policy) {
   Phase phase = phase::Unverified{};
   if (call.answer) {
-    if (auto response = Response::of(call.answer->text, call.answer->state)) {
+    if (auto response = Response::of(call.answer->text, call.answer->state, call.awaited)) {
       // Its own looks find out whether the program still waits.
-      phase = phase::Answering{AnswerWriter::resumed(*std::move(response), call.clearing)};
+      phase = phase::Answering{
+          AnswerWriter::resumed(*std::move(response), call.clearing, call.awaited)};
     } else {
       phase = phase::Unverified{std::exchange(call.answer, std::nullopt)};
       call.clearing = false;
@@ -123,7 +124,8 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
   phase_ = phase::Waiting{};
   if (unwritable) {
     const std::string what =
-        "the answer in the journal " + Response::of(unwritable->text, unwritable->state).error();
+        "the answer in the journal " +
+        Response::of(unwritable->text, unwritable->state, call_.awaited).error();
     refuse({unwritable->instance, unwritable->attempt}, what,
            Response::in_words("ERROR: " + what, refused_state), out, now);
   } else {
@@ -153,9 +155,11 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
     // power; the same answer again would be one to this.
     std::erase_if(refused_, [&](const Refused& one) { return one.of == to.attempt; });
     call_.delivery = to.delivery;
+    call_.awaited = to.awaited;
     out.counters().repeated += call_.attempts.size() > 1 ? 1U : 0U;
-    entry = out.record(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen,
-                                       call_.delivery, to.attempt.number, to.attempt.instance});
+    entry =
+        out.record(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery,
+                                   to.attempt.number, to.attempt.instance, call_.awaited});
   }
   if (entry != 0) {
     enter(phase::Assigned{to, entry}, "");
@@ -216,7 +220,8 @@ void OpenCall::on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out
     confirm(held->entry);
   } else if (auto* const known = std::get_if<phase::Answered>(&phase_)) {
     if (known->entry == ticket) {
-      enter(phase::Answering{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer))},
+      enter(phase::Answering{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
+                                          call_.awaited)},
             "");
     }
   } else if (auto* const answering = std::get_if<phase::Answering>(&phase_)) {
@@ -288,7 +293,7 @@ void OpenCall::say_over(bool written, const std::string& detail, ChannelOutput& 
 
 void OpenCall::note_unasked(ChannelOutput& out) const {
   out.note(DispatchedEntry{call_.id, call_.key, call_.request, call_.seen, call_.delivery, 0,
-                           fabric::InstanceId{}});
+                           fabric::InstanceId{}, call_.awaited});
 }
 
 void OpenCall::tell(fabric::EventKind kind, std::string_view detail, ChannelOutput& out,

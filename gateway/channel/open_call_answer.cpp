@@ -65,7 +65,12 @@ void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
   if (to == nullptr || to->attempt.instance != reply.instance) {
     return;
   }
-  if (auto response = Response::of(reply.text, reply.state)) {
+  auto response = Response::of(reply.text, reply.state);
+  if (response && call_.awaited == fabric::Awaited::response) {
+    response = tl::unexpected(
+        std::string("would release the program, which waits for RESPONSE and looks at no state"));
+  }
+  if (response) {
     next_interim_ = *std::move(response);
   } else {
     // A service that reports progress does so often.
@@ -80,7 +85,7 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
   if (std::ranges::count(refused_, said) > 0) {
     return;
   }
-  auto response = Response::of(reply.text, reply.state);
+  auto response = Response::of(reply.text, reply.state, call_.awaited);
   if (!response || reply.code == fabric::ServiceCode::refused) {
     // While the call is held, any number may come.
     refused_.push_back(said);

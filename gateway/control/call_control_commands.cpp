@@ -7,7 +7,11 @@ namespace millrace::gateway::control {
 
 ChannelActions CallControl::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
                                       const OperatorAnswer& answer, Verdict& verdict, Moment now) {
-  auto response = Response::of(answer.text, answer.state);
+  const channel::ChannelSession* const there = find(key);
+  const fabric::Awaited awaited = there != nullptr && there->call() != nullptr
+                                      ? there->call()->awaited
+                                      : fabric::Awaited::response_state;
+  auto response = Response::of(answer.text, answer.state, awaited);
   if (!response) {
     verdict = {false, "the answer " + response.error() + "; nothing is written"};
   } else if (channel::ChannelSession* session = find_pending(key, call, verdict)) {

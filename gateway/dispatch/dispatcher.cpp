@@ -223,6 +223,7 @@ Decisions Dispatcher::resume(const Call& call, SteadyTime now) {
   job.attempts = last.number;
   job.instance = last.instance;
   job.delivery = call.delivery;
+  job.awaited = call.awaited;
   Decisions decisions;
   Instance* instance = instances_.find(last.instance);
   if (instance == nullptr) {
@@ -310,13 +311,15 @@ void Dispatcher::fill(Instance& instance, Decisions& decisions) {
 
 Give Dispatcher::assignment(const Job& job, const Instance& instance) {
   return {job.call, job.key,
-          Assignment{Attempt{job.instance, job.attempts}, job.delivery, instance.name, job.waits}};
+          Assignment{Attempt{job.instance, job.attempts}, job.delivery, instance.name, job.waits,
+                     job.awaited}};
 }
 
 void Dispatcher::give(Job& job, Instance& instance, Decisions& decisions) {
   ++job.attempts;
   job.instance = instance.identity.id;
   job.delivery = instance.identity.delivery;
+  job.awaited = instance.identity.awaited;
   job.reason.clear();
   const bool waits = job.waits;
   jobs_.hand_over(job, instance);

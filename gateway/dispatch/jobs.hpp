@@ -35,6 +35,7 @@ struct Job {
   bool held = false;
   bool queued = false;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  fabric::Awaited awaited = fabric::Awaited::response_state;
   std::string reason;
   /// When its request was last sent, and how many beats since have not known it that should have.
   std::optional<SteadyTime> published_at;

@@ -52,6 +52,7 @@ void put(pb::Dispatched& out, const DispatchedEntry& in) {
   out.set_at_most_once(in.delivery == fabric::Delivery::at_most_once);
   out.set_attempt(in.attempt);
   out.set_instance(bytes_of(in.instance));
+  out.set_awaits_response(in.awaited == fabric::Awaited::response);
 }
 
 DispatchedEntry get(const pb::Dispatched& in) {
@@ -64,6 +65,7 @@ DispatchedEntry get(const pb::Dispatched& in) {
       in.at_most_once() ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
   out.attempt = in.attempt();
   out.instance = instance_of(in.instance());
+  out.awaited = in.awaits_response() ? fabric::Awaited::response : fabric::Awaited::response_state;
   return out;
 }
 

@@ -58,6 +58,7 @@ void Ledger::open(const DispatchedEntry& entry) {
   call.request = entry.request;
   call.seen = entry.seen;
   call.delivery = entry.delivery;
+  call.awaited = entry.awaited;
   call.attempts.push_back({entry.instance, entry.attempt});
 }
 
@@ -79,7 +80,8 @@ std::vector<JournalEntry> Ledger::snapshot() const {
   for (const Call& call : open_calls()) {
     for (const Attempt& attempt : call.attempts) {
       entries.emplace_back(DispatchedEntry{call.id, call.key, call.request, call.seen,
-                                           call.delivery, attempt.number, attempt.instance});
+                                           call.delivery, attempt.number, attempt.instance,
+                                           call.awaited});
     }
     for (const std::uint32_t state : call.shown) {
       entries.emplace_back(InterimEntry{call.id, state});

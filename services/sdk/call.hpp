@@ -48,9 +48,10 @@ class Call {
   [[nodiscard]] bool cancelled() const { return *cancelled_; }
 
   /// Shows the program an intermediate text and state (V.G.SERVICE.RESPONSE_STATE); the call goes
-  /// on, as does an NC program that waits with SysServiceWait for another state than this one. A
-  /// newer one replaces what was not seen yet. Throws std::invalid_argument for a text that does
-  /// not fit. Has no effect once the call is answered or cancelled.
+  /// on. So does an NC program that waits with SysServiceWait, first with @P1=0, which returns with
+  /// this state, then with @P1=state as long as that is the state. A newer one replaces what was
+  /// not seen yet. Throws std::invalid_argument for a text that does not fit. Has no effect once
+  /// the call is answered or cancelled, and where programs wait for RESPONSE alone.
   void interim(const Response& response) const;
 
   /// Ends the call; the first answer counts. For handlers that return before they are done.

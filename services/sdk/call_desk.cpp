@@ -45,13 +45,13 @@ Reply reply_to(const Request& request, const Response& response) {
 }
 
 /// What goes out in the end: the handler's response, or an error in place of it.
-Reply final_reply(const Request& request, const Result& result, std::uint32_t error_state) {
-  const std::string refusal = result ? check_response(*result) : std::string();
+Reply final_reply(const Request& request, const Result& result, const DeskOptions& options) {
+  const std::string refusal = result ? check_response(*result, options.awaited) : std::string();
   if (result && refusal.empty()) {
     return reply_to(request, *result);
   }
   const std::string text = error_text(result ? refusal : result.error());
-  Reply reply = reply_to(request, {.text = text, .state = error_state});
+  Reply reply = reply_to(request, {.text = text, .state = options.error_state});
   reply.code = result ? ServiceCode::refused : ServiceCode::failed;
   return reply;
 }
@@ -69,9 +69,12 @@ std::string check_text(const std::string& text) {
   return {};
 }
 
-std::string check_response(const Response& response) {
-  if (response.state == 0) {
+std::string check_response(const Response& response, fabric::Awaited awaited) {
+  if (awaited == fabric::Awaited::response_state && response.state == 0) {
     return "the service answered with state 0, which would not release the program";
+  }
+  if (awaited == fabric::Awaited::response && response.text.empty()) {
+    return "the service answered without a text, which would not release the program";
   }
   return check_text(response.text);
 }
@@ -158,7 +161,8 @@ Actions CallDesk::on_orphaned(const RequestKey& key) {
 
 Actions CallDesk::on_interim(CallId call, const Response& response, Moment now) {
   const auto running = running_.find(call);
-  if (running == running_.end() || running->second.cancelled) {
+  if (running == running_.end() || running->second.cancelled ||
+      options_.awaited == fabric::Awaited::response) {
     return {};
   }
   Reply reply = reply_to(running->second.request, response);
@@ -186,7 +190,7 @@ Actions CallDesk::on_result(CallId call, const Result& result, Moment now) {
 }
 
 Reply CallDesk::end(const Under& under, const Result& result, SteadyTime now) {
-  Reply reply = final_reply(under.request, result, options_.error_state);
+  Reply reply = final_reply(under.request, result, options_);
   reply.received = under.received.wall;
   reply.started = under.started;
   reply.answered = counted_from(under.received, now);
@@ -298,7 +302,7 @@ void CallDesk::give_up(CallId call, Actions& actions) {
 
 Reply CallDesk::given_up(const Under& running) const {
   const std::string reason = "the call was given up while it ran, and it must not run twice";
-  Reply reply = final_reply(running.request, tl::unexpected(reason), options_.error_state);
+  Reply reply = final_reply(running.request, tl::unexpected(reason), options_);
   reply.received = running.received.wall;
   reply.started = running.started;
   reply.answered = running.started;

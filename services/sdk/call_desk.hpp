@@ -59,6 +59,7 @@ struct DeskOptions {
   fabric::InstanceId instance{};
   std::size_t concurrency = 1;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  fabric::Awaited awaited = fabric::Awaited::response_state;
   /// State of the answer that replaces one which failed or cannot be sent.
   std::uint32_t error_state = 500;
   /// Answered calls that are remembered. More than channels call at a time is enough.
@@ -73,14 +74,15 @@ class CallDesk {
 
   /// Those of its instance's mailbox.
   Actions on_request(const fabric::Request& request, fabric::Moment now);
-  /// A request comes when the instance takes none any more. Not declined, which says that it was not
-  /// begun, is a call that has been answered here, whose answer is repeated, and one that runs.
+  /// A request comes when the instance takes none any more. Not declined, which says that it was
+  /// not begun, is a call that has been answered here, whose answer is repeated, and one that runs.
   Actions decline(const fabric::Request& request, const std::string& why);
   Actions on_withdrawn(const fabric::RequestKey& key);
   /// Goes on with the call, whose gateway comes back for the answer, unless another gateway has the
   /// channel now.
   Actions on_orphaned(const fabric::RequestKey& key);
-  /// The response must pass check_response.
+  /// The response must pass check_text. Nothing goes out to a program that waits for RESPONSE
+  /// alone: it would go on.
   Actions on_interim(fabric::CallId call, const Response& response, fabric::Moment now);
   Actions on_result(fabric::CallId call, const Result& result, fabric::Moment now);
 
@@ -142,8 +144,10 @@ class CallDesk {
   std::chrono::nanoseconds in_handlers_{};
 };
 
-/// Why `response` cannot be sent as a final answer; empty if it can.
-std::string check_response(const Response& response);
+/// Why `response` cannot be sent as a final answer to a program that waits for `awaited`; empty if
+/// it can.
+std::string check_response(const Response& response,
+                           fabric::Awaited awaited = fabric::Awaited::response_state);
 /// The same for an interim one, whose state may be 0.
 std::string check_text(const std::string& text);
 

@@ -37,6 +37,21 @@ void add_delivery(CLI::App& app, fabric::Delivery& delivery) {
       ->type_name("POLICY");
 }
 
+void add_awaited(CLI::App& app, fabric::Awaited& awaited) {
+  using fabric::Awaited;
+  app.add_option_function<std::string>(
+         "--awaited",
+         [&awaited](const std::string& word) {
+           awaited = fabric::parse_awaited(word).value_or(awaited);
+         },
+         "What its programs wait for: RESPONSE_STATE, or a text in RESPONSE alone, which is then "
+         "written last, and the state of an answer may be 0")
+      ->check(CLI::IsMember(
+          {std::string(name_of(Awaited::response_state)), std::string(name_of(Awaited::response))}))
+      ->default_str(std::string(name_of(awaited)))
+      ->type_name("VARIABLE");
+}
+
 std::string ready_line(const Service& service, const ServiceOptions& options) {
   const fabric::InstanceIdentity& identity = service.identity();
   return fmt::format("{} serves {} as {} on domain {}", identity.name, identity.uuid,
@@ -58,6 +73,7 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
       ->check(CLI::Range(1U, max_concurrency))
       ->capture_default_str();
   add_delivery(app_, options_.delivery);
+  add_awaited(app_, options_.awaited);
   program::add_log_level(app_, level_);
 }
 

@@ -41,6 +41,7 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options,
       .pid = static_cast<std::uint32_t>(::getpid()),
       .channels = options.channels,
       .delivery = options.delivery,
+      .awaited = options.awaited,
       .concurrency = options.concurrency,
       .lease = lease,
   };
@@ -50,6 +51,7 @@ DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceId
   return {.instance = identity.id,
           .concurrency = options.concurrency,
           .delivery = options.delivery,
+          .awaited = options.awaited,
           .error_state = options.error_state};
 }
 

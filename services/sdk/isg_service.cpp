@@ -160,7 +160,7 @@ ISG_SERVICE_CODE isgServiceConnectionCreateADSLocal(int sdaPort, int comPort,
 }
 
 ISG_SERVICE_CODE isgServiceCreateVoid(const char* uuid, const char* description,
-                                      ISG_SERVICE_FUNCTION function,
+                                      ISG_SERVICE_FUNCTION_VOID function,
                                       const ISG_SERVICE_CONNECTION* connection,
                                       ISG_SERVICE* service) {
   return guarded("isgServiceCreate", [&] {
@@ -176,7 +176,7 @@ ISG_SERVICE_CODE isgServiceCreateVoid(const char* uuid, const char* description,
 }
 
 ISG_SERVICE_CODE isgServiceCreateWithCode(const char* uuid, const char* description,
-                                          ISG_SERVICE_FUNCTION_WITH_CODE function,
+                                          ISG_SERVICE_FUNCTION function,
                                           const ISG_SERVICE_CONNECTION* connection,
                                           ISG_SERVICE* service) {
   return guarded("isgServiceCreate",

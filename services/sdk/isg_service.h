@@ -2,22 +2,25 @@
 /* The C interface of the controller vendor's service SDK, over millrace instead of ADS: a service
  * written for that SDK compiles unchanged and serves every machine of the fabric.
  *
- *   static void square_root(ISG_SERVICE* service, char* request, ADS_UINT32 requestState,
- *                           char* response, size_t maxResponseSize, ADS_UINT32* responseState) {
+ *   ISG_SERVICE_CODE squareRoot(ISG_SERVICE* service, char* request, ADS_UINT32 requestState,
+ *                               char* response, size_t maxResponseSize,
+ *                               ADS_UINT32* responseState) {
  *     ...
+ *     return ISG_SERVICE_CODE_OK;
  *   }
  *
  *   ISG_SERVICE_CONNECTION connection;
  *   ISG_SERVICE service;
  *   if (isgServiceConnectionCreateADSLocal(552, 553, &connection) == ISG_SERVICE_CODE_OK &&
- *       isgServiceCreate("560AACBF-...", "Square root", square_root, &connection, &service) ==
+ *       isgServiceCreate("560AACBF-...", "Square root", squareRoot, &connection, &service) ==
  *           ISG_SERVICE_CODE_OK) {
  *     isgServicePoll(&service);
  *   }
  *
  * Documented are the names that the sample in the vendor's manual uses
- * (IB/tf5200_service_interface/356533387.html); no header is public, so what they look like beyond
- * their use there is inferred. What is marked "ours" has no counterpart we know of.
+ * (IB/tf5200_service_interface/356533387.html), and the form of its service function; no header is
+ * public, so what they look like beyond their use there is inferred. What is marked "ours" has no
+ * counterpart we know of.
  *
  * The fabric is chosen by the environment, because the vendor's functions have no argument for it
  * (ours):
@@ -27,6 +30,8 @@
  *   MILLRACE_FABRIC         name of the fabric; default millrace
  *   MILLRACE_CHANNELS       channels to serve, as MACHINE/N with blanks between; default all
  *   MILLRACE_DELIVERY       at-least-once (default) or at-most-once
+ *   MILLRACE_AWAITED        what its NC programs wait for: response-state (default), or response:
+ *                           a text in RESPONSE alone; then a state of 0 is an answer, too
  *   MILLRACE_LOG_LEVEL      error, warn, info (default), debug or trace
  */
 /* clang-format on */
@@ -71,16 +76,18 @@ typedef struct ISG_SERVICE {
 } ISG_SERVICE;
 
 /* The service function: reads `request`, at most 127 bytes in CP1252 and a NUL, writes `response`,
- * at most `maxResponseSize` (128) bytes with the NUL, and a `*responseState` other than 0.
- * Inferred: the manual's text does not say what it returns. Both forms are accepted; a code other
- * than ISG_SERVICE_CODE_OK answers the call with an error state (500). */
-typedef void (*ISG_SERVICE_FUNCTION)(ISG_SERVICE* service, char* request, ADS_UINT32 requestState,
-                                     char* response, size_t maxResponseSize,
-                                     ADS_UINT32* responseState);
-typedef ISG_SERVICE_CODE (*ISG_SERVICE_FUNCTION_WITH_CODE)(ISG_SERVICE* service, char* request,
-                                                           ADS_UINT32 requestState, char* response,
-                                                           size_t maxResponseSize,
-                                                           ADS_UINT32* responseState);
+ * at most `maxResponseSize` (128) bytes with the NUL, and a `*responseState` other than 0 (see
+ * MILLRACE_AWAITED above).
+ *
+ * Documented: the form with a code, whose parameters are not const, and which ends with
+ * `return ISG_SERVICE_CODE_OK;` as the manual's sample does. Ours: what another code does (it
+ * answers the call with an error state, 500), and a function that returns nothing. */
+typedef ISG_SERVICE_CODE (*ISG_SERVICE_FUNCTION)(ISG_SERVICE* service, char* request,
+                                                 ADS_UINT32 requestState, char* response,
+                                                 size_t maxResponseSize, ADS_UINT32* responseState);
+typedef void (*ISG_SERVICE_FUNCTION_VOID)(ISG_SERVICE* service, char* request,
+                                          ADS_UINT32 requestState, char* response,
+                                          size_t maxResponseSize, ADS_UINT32* responseState);
 
 /* Documented. The ports (552 and 553, the controller's ADS ports) mean nothing on a fabric; they
  * are only logged. */
@@ -90,11 +97,11 @@ ISG_SERVICE_CODE isgServiceConnectionCreateADSLocal(int sdaPort, int comPort,
 /* Documented. Joins the fabric; what is wrong is written to standard error. Calls wait until the
  * service is polled. Ours: the plain name takes both forms of function, the two below take one. */
 ISG_SERVICE_CODE isgServiceCreateVoid(const char* uuid, const char* description,
-                                      ISG_SERVICE_FUNCTION function,
+                                      ISG_SERVICE_FUNCTION_VOID function,
                                       const ISG_SERVICE_CONNECTION* connection,
                                       ISG_SERVICE* service);
 ISG_SERVICE_CODE isgServiceCreateWithCode(const char* uuid, const char* description,
-                                          ISG_SERVICE_FUNCTION_WITH_CODE function,
+                                          ISG_SERVICE_FUNCTION function,
                                           const ISG_SERVICE_CONNECTION* connection,
                                           ISG_SERVICE* service);
 
@@ -120,8 +127,9 @@ void isgServiceDelete(ISG_SERVICE* service);
  * more. */
 int isgServiceCancelled(const ISG_SERVICE* service);
 
-/* Ours, for use within the service function: shows the program a text and a state before the answer
- * (V.G.SERVICE.RESPONSE_STATE, which SysServiceWait can wait past). */
+/* Ours, for use within the service function: shows the program a text and a state before the
+ * answer. SysServiceWait.cyc waits until RESPONSE_STATE is not @P1: the program waits with @P1=0
+ * first, and then with @P1=state for as long as that is the state. */
 ISG_SERVICE_CODE isgServiceInterim(ISG_SERVICE* service, const char* text, ADS_UINT32 state);
 
 /* Ours: what a code means, in English. */
@@ -156,22 +164,22 @@ static inline int isg_sprintf_s(char* buffer, size_t size, const char* format, .
 }
 
 inline ISG_SERVICE_CODE isgServiceCreate(const char* uuid, const char* description,
-                                         ISG_SERVICE_FUNCTION function,
+                                         ISG_SERVICE_FUNCTION_VOID function,
                                          const ISG_SERVICE_CONNECTION* connection,
                                          ISG_SERVICE* service) {
   return isgServiceCreateVoid(uuid, description, function, connection, service);
 }
 inline ISG_SERVICE_CODE isgServiceCreate(const char* uuid, const char* description,
-                                         ISG_SERVICE_FUNCTION_WITH_CODE function,
+                                         ISG_SERVICE_FUNCTION function,
                                          const ISG_SERVICE_CONNECTION* connection,
                                          ISG_SERVICE* service) {
   return isgServiceCreateWithCode(uuid, description, function, connection, service);
 }
 #else
 #define isgServiceCreate(uuid, description, function, connection, service) \
-  _Generic((function), ISG_SERVICE_FUNCTION_WITH_CODE                      \
-           : isgServiceCreateWithCode, default                             \
-           : isgServiceCreateVoid)(uuid, description, function, connection, service)
+  _Generic((function),                                                     \
+      ISG_SERVICE_FUNCTION: isgServiceCreateWithCode,                      \
+      default: isgServiceCreateVoid)(uuid, description, function, connection, service)
 #endif
 
 #endif /* MILLRACE_SERVICES_SDK_ISG_SERVICE_H */

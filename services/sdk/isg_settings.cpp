@@ -72,6 +72,17 @@ Read read_delivery(std::string_view value, IsgSettings& settings) {
   return {};
 }
 
+Read read_awaited(std::string_view value, IsgSettings& settings) {
+  const auto awaited = fabric::parse_awaited(value);
+  if (!awaited) {
+    return wrong("MILLRACE_AWAITED", value,
+                 fmt::format("{} or {}", name_of(fabric::Awaited::response_state),
+                             name_of(fabric::Awaited::response)));
+  }
+  settings.options.awaited = *awaited;
+  return {};
+}
+
 Read read_log_level(std::string_view value, IsgSettings& settings) {
   settings.log_level = spdlog::level::from_str(std::string(value));
   // What it does not know, spdlog takes for "off".
@@ -90,9 +101,9 @@ tl::expected<IsgSettings, std::string> read_isg_settings(const Environment& envi
     Read (*read)(std::string_view, IsgSettings&);
   };
   constexpr Variable variables[] = {
-      {"MILLRACE_DOMAIN", read_domain},       {"MILLRACE_FABRIC", read_fabric},
-      {"MILLRACE_CHANNELS", read_channels},   {"MILLRACE_DELIVERY", read_delivery},
-      {"MILLRACE_LOG_LEVEL", read_log_level},
+      {"MILLRACE_DOMAIN", read_domain},     {"MILLRACE_FABRIC", read_fabric},
+      {"MILLRACE_CHANNELS", read_channels}, {"MILLRACE_DELIVERY", read_delivery},
+      {"MILLRACE_AWAITED", read_awaited},   {"MILLRACE_LOG_LEVEL", read_log_level},
   };
   IsgSettings settings;
   // First: a single setting wins over the file.

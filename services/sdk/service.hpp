@@ -42,6 +42,10 @@ struct ServiceOptions {
   /// Empty = every channel.
   std::vector<fabric::ChannelScope> channels{};
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// What its programs wait for. Of those that wait for a text in RESPONSE alone an answer may have
+  /// state 0 but no empty text, RESPONSE is written last, and interim answers are left out: they
+  /// would release the program.
+  fabric::Awaited awaited = fabric::Awaited::response_state;
   /// Calls that may be under way at the same time, and threads to run them: 1 to max_concurrency.
   std::uint32_t concurrency = 1;
   /// The handler computes for microseconds and waits for nothing: no file, no socket, no lock that

@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   std::uint32_t interim = 0;
   program.app().add_option("--work", work, "How long each call takes, in milliseconds");
   program.app().add_option("--record", record, "File to which each execution is added")->required();
+  std::uint32_t state = 1;
+  program.app().add_option("--state", state, "State of each answer");
   program.app().add_option("--interim", interim, "Interim state to show first, 0 = none");
   return program.run(argc, argv, [&]() -> sdk::Handler {
     const auto log = std::make_shared<ExecutionLog>(record, program.options().name);
@@ -31,7 +33,7 @@ int main(int argc, char** argv) {
       }
       std::this_thread::sleep_for(work);
       log->finished(call.id(), call.attempt(), call.channel());
-      return {.text = call.text()};
+      return {.text = call.text(), .state = state};
     };
   });
 }

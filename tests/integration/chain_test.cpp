@@ -33,6 +33,18 @@ TEST(TheChain, HandsTheServicesErrorToTheProgram) {
                                       "-2.000000\n"));
 }
 
+// The manual says that the program waits for RESPONSE (IB/tf5200_service_interface/356533387,
+// documented). It asks anew as soon as it has the text, and no write of the answer before wipes
+// that.
+TEST(TheChain, AnswersAProgramThatWaitsForTheTextAloneWithState0) {
+  Chain sut;
+  Process service = sut.slow_service({"--awaited", "response", "--state", "0", "--interim", "50"});
+  Process cnc = sut.cnc({"--run", Chain::program(1, "waits_for_the_text.nc"), "--exit-when-idle"});
+  Process gateway = sut.gateway();
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  EXPECT_THAT(cnc.output(), HasSubstr("[ch1] 100 calls answered, state 0\n"));
+}
+
 TEST(TheChain, AnswersACallThatWasMadeBeforeItsServiceExisted) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});

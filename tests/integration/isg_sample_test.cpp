@@ -1,4 +1,6 @@
-// A service written for the vendor's SDK, compiled unchanged, over the fabric.
+// A service written for the vendor's SDK, in the form of its manual's sample
+// (IB/tf5200_service_interface/356533387, documented), compiled unchanged as C and as C++, over the
+// fabric.
 #include <gtest/gtest.h>
 
 #include "tests/support/caller.hpp"
@@ -10,17 +12,17 @@ namespace {
 
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
-class IsgSample : public testing::Test {
+class IsgSample : public testing::TestWithParam<const char*> {
  protected:
   static tests::Process start(const std::string& number) {
-    return tests::Process({"/usr/bin/env", "MILLRACE_DOMAIN=" + number, MILLRACE_ISG_SAMPLE});
+    return tests::Process({"/usr/bin/env", "MILLRACE_DOMAIN=" + number, GetParam()});
   }
 
   tests::Domain domain;
   tests::Caller caller{domain.number()};
 };
 
-TEST_F(IsgSample, AnswersOverTheFabric) {
+TEST_P(IsgSample, AnswersOverTheFabric) {
   tests::Process sut = start(std::to_string(domain.number()));
   ASSERT_TRUE(caller.await_instance(uuid));
   EXPECT_EQ(caller.identity(uuid).description, "Calculates square roots");
@@ -31,7 +33,7 @@ TEST_F(IsgSample, AnswersOverTheFabric) {
   sut.await_error("serves 560aacbf-\\S+ on domain \\d+ instead of ADS ports 552 and 553");
 }
 
-TEST_F(IsgSample, LeavesInOrderWhenItIsAskedTo) {
+TEST_P(IsgSample, LeavesInOrderWhenItIsAskedTo) {
   tests::Process sut = start(std::to_string(domain.number()));
   ASSERT_TRUE(caller.await_instance(uuid));
   sut.terminate();
@@ -39,11 +41,15 @@ TEST_F(IsgSample, LeavesInOrderWhenItIsAskedTo) {
   EXPECT_TRUE(caller.await_no_instance(uuid));
 }
 
-TEST_F(IsgSample, SaysWhatIsWrongWithItsEnvironment) {
+TEST_P(IsgSample, SaysWhatIsWrongWithItsEnvironment) {
   tests::Process sut = start("many");
   EXPECT_EQ(sut.wait(), 1);
   sut.await_error("MILLRACE_DOMAIN=many: expected a number from 0 to 232");
 }
+
+INSTANTIATE_TEST_SUITE_P(Languages, IsgSample,
+                         testing::Values(MILLRACE_ISG_SAMPLE, MILLRACE_ISG_SAMPLE_CPP),
+                         [](const auto& sample) { return sample.index == 0 ? "C" : "Cpp"; });
 
 }  // namespace
 }  // namespace millrace

@@ -69,6 +69,16 @@ TEST_F(TheVariables, AreListedByFamilyWithTypeAndMode) {
                         R"("size":6,"dimensions":[3]})"));
 }
 
+// The forms of the names: IB/hmiviaads/15685595531, documented.
+TEST_F(TheVariables, WhoseIndexStandsInTheMiddleAreListedReadAndWritten) {
+  const std::string all = run({"list", "--family", "V.G"});
+  EXPECT_THAT(all, ContainsRegex("V.G.NP.98..V.X +REAL64.99. +792 +READ_WRITE"));
+  EXPECT_EQ(run({"write", "V.G.NP[5].V.X", "1.5"}), "V.G.NP[5].V.X was 0, is 1.5\n") << errors;
+  EXPECT_THAT(run({"read", "V.G.NP[5].V.X"}), ContainsRegex("READ_WRITE +1.5"));
+  EXPECT_THAT(run({"read", "V.G.NP[6].V.X"}), ContainsRegex("READ_WRITE +0"));
+  EXPECT_THAT(run({"read", "V.A.+SWE_MDS.X"}), ContainsRegex("READ_ONLY +12.5"));
+}
+
 TEST_F(TheVariables, OfEveryTypeAreWrittenAndReadBack) {
   EXPECT_EQ(run({"write", "V.E.LIMIT", "-3.5"}), "V.E.LIMIT was 0, is -3.5\n") << errors;
   EXPECT_EQ(run({"write", "V.E.TABLE", "1", "-2", "3"}),

@@ -41,11 +41,16 @@ TEST_F(Package, BuildsTheTemplate) {
   EXPECT_EQ(sut.wait(), 0) << sut.error_output();
 }
 
-TEST_F(Package, BuildsAServiceInC) {
+TEST_F(Package, BuildsTheSampleInCAndInCpp) {
   const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-  Process sut({"/usr/bin/env", "MILLRACE_DOMAIN=" + number, built("isg_sample")});
-  ASSERT_TRUE(caller.await_instance(uuid)) << sut.error_output();
-  EXPECT_EQ(caller.call(uuid, "2.25").text, "1.500000");
+  for (const char* name : {"isg_sample", "isg_sample_cpp"}) {
+    Process sut({"/usr/bin/env", "MILLRACE_DOMAIN=" + number, built(name)});
+    ASSERT_TRUE(caller.await_instance(uuid)) << sut.error_output();
+    EXPECT_EQ(caller.call(uuid, "2.25").text, "1.500000");
+    sut.terminate();
+    EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+    ASSERT_TRUE(caller.await_no_instance(uuid));
+  }
 }
 
 }  // namespace

@@ -173,7 +173,8 @@ TEST_F(PushOfAProgramThatPauses, IsGivenUpWhereSomeChangesAreNotTold) {
   Process service = sut.square_root();
   Process cnc = cnc_that("lose_every: 3");
   Process gateway = sut.gateway();
-  gateway.await_error("polled: it (does not tell of all changes|grants notifications and tells nothing)");
+  gateway.await_error(
+      "polled: it (does not tell of all changes|grants notifications and tells nothing)");
   cnc.await("\\[ch1\\] 20 calls");
 }
 
@@ -224,6 +225,10 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"that_tell_nothing", "notifications { tells: NOTHING }",
              "polled: it grants notifications and tells nothing"},
         Kind{"that_tell_the_first_value", "notifications { tells: FIRST_VALUE }", "polled: it d"},
+        Kind{"that_refuse_sums_handles_and_notifications_of_old_groups",
+             "symbols: false variable_symbols: false sum_commands: false "
+             "notifications { by_handle: SERVICE_NOT_SUPPORTED } } answers { current_groups: false",
+             "polled: the controller gives no handle .*0x702"},
         // What becomes of it depends on which ones that are: the test above.
         Kind{"that_lose_every_third", "notifications { lose_every: 3 }", "pushed: "}),
     [](const auto& one) { return std::string(one.param.name); });

@@ -40,6 +40,7 @@ TEST_P(EveryOrder, KeepsItsPromises) {
 
 constexpr auto once = fabric::Delivery::at_most_once;
 constexpr auto often = fabric::Delivery::at_least_once;
+constexpr auto text = fabric::Awaited::response;
 constexpr cnc::simulator::ServiceRules clears{.response_clears_request = true};
 constexpr cnc::simulator::ServiceRules resets{.reset_clears_states = true};
 
@@ -62,6 +63,12 @@ INSTANTIATE_TEST_SUITE_P(
                .rules = clears,
                .leftovers_dropped = true},
               true},
+        Named{"LinkCutTextAwaited",
+              {.mishap = Mishap::link_cut, .delivery = often, .awaited = text, .calls = 2}},
+        Named{"LinkSilentTextAwaited",
+              {.mishap = Mishap::link_silent, .delivery = often, .awaited = text}},
+        Named{"GatewayKilledTextAwaited",
+              {.mishap = Mishap::gateway_killed, .delivery = often, .awaited = text}},
         Named{"LinkSilent", {.mishap = Mishap::link_silent, .delivery = once}, true},
         Named{"ProgramReset", {.mishap = Mishap::program_reset, .delivery = once}, true}),
     [](const auto& one) { return std::string(one.param.name); });

@@ -60,7 +60,8 @@ void Plant::build_services() {
   for (std::size_t i = 0; i < count; ++i) {
     ServicePlan plan;
     plan.uuid = uuid_number(i);
-    uuids_.push_back(plan.uuid);
+    plan.awaited = draw_awaited(i);
+    (plan.awaited == fabric::Awaited::response ? text_uuids_ : uuids_).push_back(plan.uuid);
     plan.delivery =
         random_.chance(40) ? fabric::Delivery::at_most_once : fabric::Delivery::at_least_once;
     plan.concurrency = static_cast<std::uint32_t>(1 + random_.below(3));
@@ -89,6 +90,23 @@ void Plant::build_services() {
   }
 }
 
+/// From a source of its own: what else a seed means stays what it was.
+fabric::Awaited Plant::draw_awaited(std::size_t service) const {
+  Random random(~random_.state());
+  return service > 0 && random.chance(30) ? fabric::Awaited::response
+                                          : fabric::Awaited::response_state;
+}
+
+/// Programs that wait for RESPONSE alone, and call services that know.
+void Plant::let_wait_for_text(ProgramHabits& habits) const {
+  Random random(~random_.state());
+  if (!text_uuids_.empty() && !habits.interpreted && random.chance(60)) {
+    habits.uuids = text_uuids_;
+    habits.waits_for_text = true;
+    habits.services_know = true;
+  }
+}
+
 void Plant::build_controllers() {
   const std::size_t count = 1 + random_.below(3);
   for (std::size_t i = 0; i < count; ++i) {
@@ -113,6 +131,7 @@ void Plant::build_controllers() {
       habits.interpreted = random_.chance(30);
       habits.waits_for_text = !habits.interpreted && random_.chance(15);
       habits.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
+      let_wait_for_text(habits);
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());

@@ -42,6 +42,8 @@ class Plant {
   void build_controllers();
   void build_gateways();
   [[nodiscard]] NoticeHabits draw_notices() const;
+  [[nodiscard]] fabric::Awaited draw_awaited(std::size_t service) const;
+  void let_wait_for_text(ProgramHabits& habits) const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);
 
   Agenda& agenda_;
@@ -53,6 +55,8 @@ class Plant {
   unsigned policies_drawn_ = 0;
   gateway::Policies policies_;
   std::vector<std::string> uuids_;
+  /// Of services that know that their programs wait for RESPONSE alone.
+  std::vector<std::string> text_uuids_;
   std::vector<std::unique_ptr<Cable>> cables_;
   std::vector<std::unique_ptr<Controller>> controllers_;
   std::vector<std::unique_ptr<GatewayProcess>> gateways_;

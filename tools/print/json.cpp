@@ -31,6 +31,7 @@ void put_identity(boost::json::object& out, const fabric::InstanceIdentity& iden
   }
   out["channels"] = std::move(channels);
   out["delivery"] = name_of(identity.delivery);
+  out["awaited"] = name_of(identity.awaited);
   out["concurrency"] = identity.concurrency;
   out["draining"] = identity.draining;
 }

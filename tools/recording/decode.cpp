@@ -84,6 +84,8 @@ InstanceNews sample_of(const proto::Instance& message, Entry& entry) {
       .host = message.host(),
       .pid = message.pid(),
       .delivery = static_cast<fabric::Delivery>(message.delivery()),
+      .awaited =
+          message.awaits_response() ? fabric::Awaited::response : fabric::Awaited::response_state,
       .concurrency = message.concurrency(),
       .draining = message.draining(),
   };

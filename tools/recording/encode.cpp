@@ -126,6 +126,7 @@ class ToMessage {
       message.add_channel(fabric::format_channel_scope(scope));
     }
     message.set_delivery(static_cast<proto::Delivery>(identity.delivery));
+    message.set_awaits_response(identity.awaited == fabric::Awaited::response);
     message.set_concurrency(identity.concurrency);
     message.set_draining(identity.draining);
     return message;

@@ -79,11 +79,13 @@ AsCnc::AsCnc(boost::asio::any_io_executor executor, const Plan& plan,
       device_(machine_),
       server_(executor, with_sums_, server_options(options), std::move(log)) {
   for (const auto& [recorded, number] : channels) {
-    variable(number, ServiceVariable::response_state).on_write([this, number = number](Writer by) {
-      if (by == Writer::ads) {
-        response_written(number);
-      }
-    });
+    for (const auto which : {ServiceVariable::response, ServiceVariable::response_state}) {
+      variable(number, which).on_write([this, number = number, which](Writer by) {
+        if (by == Writer::ads) {
+          answer_written(number, which);
+        }
+      });
+    }
   }
 }
 
@@ -105,7 +107,7 @@ void AsCnc::play(const PlayOptions& options) {
 void AsCnc::issue(std::size_t call) {
   const PlannedCall& planned = plan_.calls[call];
   const std::uint32_t channel = channels_.at(planned.channel);
-  open_.insert_or_assign(channel, call);
+  open_.insert_or_assign(channel, Open{call});
   assign(variable(channel, ServiceVariable::uuid), planned.uuid);
   assign(variable(channel, ServiceVariable::request), planned.text);
   assign(variable(channel, ServiceVariable::request_state), static_cast<double>(planned.state));
@@ -125,15 +127,20 @@ void AsCnc::on_done() {
                     [this] { server_.drain(drain_limit, [this](bool) { listener_.on_done(); }); });
 }
 
-void AsCnc::response_written(std::uint32_t channel) {
+/// The last write of an answer is RESPONSE_STATE, or RESPONSE where programs wait for that alone.
+void AsCnc::answer_written(std::uint32_t channel, ServiceVariable which) {
   const auto open = open_.find(channel);
-  const std::uint32_t state = state_of(variable(channel, ServiceVariable::response_state));
-  // While REQUEST_STATE is set, the answer is an interim one.
-  if (open == open_.end() || state == 0 ||
-      state_of(variable(channel, ServiceVariable::request_state)) != 0) {
+  if (open == open_.end()) {
     return;
   }
-  const std::size_t call = open->second;
+  open->second.has_text |= which == ServiceVariable::response;
+  const std::uint32_t state = state_of(variable(channel, ServiceVariable::response_state));
+  // While REQUEST_STATE is set, the answer is an interim one, or has just begun.
+  if (state_of(variable(channel, ServiceVariable::request_state)) != 0 || !open->second.has_text ||
+      (which == ServiceVariable::response_state && state == 0)) {
+    return;
+  }
+  const std::size_t call = open->second.call;
   open_.erase(open);
   player_->ended(call,
                  Answer{std::get<std::string>(

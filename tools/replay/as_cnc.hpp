@@ -72,7 +72,14 @@ class AsCnc : public Stage {
     tl::expected<cnc::simulator::Program, std::string> load(std::string_view name) override;
   };
 
-  void response_written(std::uint32_t channel);
+  /// A call that is pending in a channel.
+  struct Open {
+    std::size_t call = 0;
+    /// RESPONSE was written since it was asked.
+    bool has_text = false;
+  };
+
+  void answer_written(std::uint32_t channel, cnc::variables::ServiceVariable which);
   [[nodiscard]] cnc::simulator::Variable& variable(std::uint32_t channel,
                                                    cnc::variables::ServiceVariable which);
 
@@ -85,8 +92,7 @@ class AsCnc : public Stage {
   cnc::simulator::VirtualDevice device_;
   Watched watched_{device_};
   cnc::ads::SumCommands with_sums_{watched_};
-  /// The call that is pending in each channel.
-  std::map<std::uint32_t, std::size_t> open_;
+  std::map<std::uint32_t, Open> open_;
   std::optional<Player> player_;
   cnc::ads::Server server_;
 };

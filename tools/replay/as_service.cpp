@@ -33,8 +33,14 @@ AsService::AsService(fabric::dds::Participant& participant, asio::any_io_executo
 
 void AsService::open(fabric::dds::Participant& participant) {
   std::map<std::string, std::set<fabric::ChannelKey>> channels;
+  // An answer of state 0 was one because its program waits for the text.
+  std::set<std::string> text_awaited;
   for (const PlannedCall& call : plan_.calls) {
-    channels[fabric::canonical_uuid(call.uuid)].insert(options_.channels.at(call.channel));
+    const std::string uuid = fabric::canonical_uuid(call.uuid);
+    channels[uuid].insert(options_.channels.at(call.channel));
+    if (call.answer && call.answer->answer.state == 0) {
+      text_awaited.insert(uuid);
+    }
   }
   for (const auto& [uuid, keys] : channels) {
     fabric::InstanceIdentity identity{.id = fabric::InstanceId::random(),
@@ -44,6 +50,9 @@ void AsService::open(fabric::dds::Participant& participant) {
                                       .version = options_.version,
                                       .host = options_.host,
                                       .pid = static_cast<std::uint32_t>(::getpid()),
+                                      .awaited = text_awaited.contains(uuid)
+                                                     ? fabric::Awaited::response
+                                                     : fabric::Awaited::response_state,
                                       .concurrency = static_cast<std::uint32_t>(keys.size()),
                                       .lease = participant.options().lease};
     for (const fabric::ChannelKey& key : keys) {

@@ -18,8 +18,9 @@ class Decoder {
  public:
   /// A program or subprogram of the name `stream_name`, if it is not empty, is read from the
   /// stream.
-  Decoder(Surroundings surroundings, std::string stream_name)
-      : state_{surroundings, {}, std::move(stream_name), {}, {}, 0, {}, {}, false, false} {}
+  Decoder(Surroundings surroundings, std::string stream_name, bool flush_continue_waits)
+      : state_{surroundings, {},    std::move(stream_name), {}, {}, 0, {}, {},
+               false,        false, flush_continue_waits} {}
 
   /// How a program is run.
   struct Run {

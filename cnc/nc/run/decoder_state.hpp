@@ -78,6 +78,8 @@ struct DecoderState {
   bool awaits_timer = false;
   /// #ERROR with RC 7 was executed.
   bool restart_needed = false;
+  /// #FLUSH CONTINUE stops the decoder as #FLUSH WAIT does.
+  bool flush_continue_waits = false;
 
   [[nodiscard]] Frame& frame() { return frames.back(); }
   [[nodiscard]] const syntax::Operation& operation() const {

@@ -26,6 +26,9 @@ Result<Outcome> Execution::operator()(const syntax::Flush& flush) {
   if (flush.kind == syntax::FlushKind::wait && state_.search) {
     return fault(50748, "#FLUSH WAIT before the block that is searched for");
   }
+  const bool waits =
+      flush.kind == syntax::FlushKind::wait ||
+      (flush.kind == syntax::FlushKind::go_on && state_.flush_continue_waits && !state_.search);
   Queue& queue = state_.around.queue;
   if (flush.kind == syntax::FlushKind::stop) {
     if (queue.full()) {
@@ -34,8 +37,7 @@ Result<Outcome> Execution::operator()(const syntax::Flush& flush) {
     push(state_.around.motion.dwell(flush_stop_seconds));
   }
   queue.flush();
-  return flush.kind == syntax::FlushKind::wait && !state_.channel_empty() ? Outcome::again
-                                                                          : Outcome::done;
+  return waits && !state_.channel_empty() ? Outcome::again : Outcome::done;
 }
 
 Result<Outcome> Execution::operator()(const syntax::WaitFor& wait) {

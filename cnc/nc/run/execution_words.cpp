@@ -31,6 +31,13 @@ Result<Outcome> Execution::operator()(const syntax::Words& words) {
   if (state_.around.queue.full()) {
     return Outcome::again;
   }
+  if (words.misprinted_end) {
+    warn(
+        "M30/ is read as M30, without the /, a misprint of the manual's sample; a block that can "
+        "be skipped begins "
+        "with it",
+        0);
+  }
   std::vector<WordValue> collected;
   return collect(words, collected)
       .and_then([&] { return state_.around.motion.interpret(collected); })

@@ -42,6 +42,9 @@ using WordsItem = std::variant<Word, Assignment, MacroDefinition, MacroUse>;
 /// A block of words and assignments.
 struct Words {
   std::vector<WordsItem> items;
+  /// "M30/": a misprint of the vendor's sample (IB/tf5200_service_interface/356533387), which is
+  /// read as M30.
+  bool misprinted_end = false;
 };
 
 /// How a condition is judged (IB/tf5200_programming_manual/206901003, 206940939, 206946827).

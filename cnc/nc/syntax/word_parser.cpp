@@ -11,6 +11,8 @@ namespace millrace::cnc::nc::syntax {
 namespace {
 
 constexpr std::string_view addresses = "GMFSTDHEIJKRABCQUVWXYZ";
+// With which the name of an axis begins (inferred from the examples of the manuals).
+constexpr std::string_view axis_letters = "ABCQUVWXYZ";
 // Behind an @, in a cycle: the main axes and the spindle, whatever their names.
 constexpr std::string_view cycle_addresses = "XYZIJKS";
 
@@ -77,14 +79,30 @@ Word parse_cycle_word(Cursor& cursor) {
   return word;
 }
 
-// X10, X=10, X1=10 (an axis whose name ends with a digit).
+// X10, X=10, X1=10 (an axis whose name ends with a digit), X_ACHSE=10 (an axis of a longer name).
 Word parse_word(Cursor& cursor) {
   const Token whole = cursor.peek();
   const Token letter = cursor.take_letter();
   Word word{upper(letter.text), {}};
+  if (axis_letters.find(word.address) != std::string_view::npos && cursor.peek().adjacent &&
+      !is_word_value(cursor)) {
+    const Token rest = cursor.take();
+    if (cursor.accept("=")) {
+      word.address += upper(rest.text);
+      word.value = parse_expression(cursor);
+    } else {
+      cursor.fail_at(whole, "unknown word " + describe(whole));
+    }
+    return word;
+  }
   if (addresses.find(word.address) == std::string_view::npos ||
       (cursor.peek().adjacent && !is_word_value(cursor))) {
     cursor.fail_at(whole, "unknown word " + describe(whole));
+    return word;
+  }
+  if (word.address == "M" && cursor.peek().kind == TokenKind::number) {
+    // Without operators, so that what is behind M30 can be seen.
+    word.value = parse_word_value(cursor);
     return word;
   }
   const Token first = cursor.peek();
@@ -100,6 +118,12 @@ Word parse_word(Cursor& cursor) {
 bool is_dwell(const Word& word) {
   const auto* number = std::get_if<Number>(&word.value.node);
   return word.address == "G" && number != nullptr && number->value == 4;
+}
+
+bool is_program_end(const Words& words) {
+  const auto* word = words.items.empty() ? nullptr : std::get_if<Word>(&words.items.back());
+  const auto* number = word == nullptr ? nullptr : std::get_if<Number>(&word->value.node);
+  return number != nullptr && word->address == "M" && number->value == 30;
 }
 
 bool at_bare_value(const Cursor& cursor) {
@@ -123,6 +147,12 @@ Words parse_words(Cursor& cursor) {
       words.items.emplace_back(std::move(word));
       if (dwell && at_bare_value(cursor)) {
         words.items.emplace_back(Word{"", parse_word_value(cursor)});
+      }
+    } else if (cursor.peek().is("/") && is_program_end(words)) {
+      const Token slash = cursor.take();
+      words.misprinted_end = true;
+      if (!cursor.at_block_end()) {
+        cursor.fail_at(slash, describe(slash) + " is not expected here");
       }
     } else {
       cursor.fail(cursor.peek().is("#") ? "a # command must be alone in its block"

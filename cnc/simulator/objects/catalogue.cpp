@@ -68,6 +68,7 @@ Catalogue::Catalogue() : variable_(variable_by_handle()) {
   add_generic_variables(decoder);
   add_axis_functions(tables_[{sda_port, GroupKind::decoder, Scope::axis}]);
   add_interpolator_state(tables_[{geo_port, GroupKind::interpolator, Scope::channel}]);
+  add_aep_parameters(tables_[{geo_port, GroupKind::interpolator, Scope::channel}]);
   add_channel_state(tables_[{geo_port, GroupKind::channel_state, Scope::channel}]);
   add_position_controller(tables_[{geo_port, GroupKind::position_controller, Scope::cnc_axis}]);
   for (auto& [key, table] : tables_) {

@@ -1,6 +1,9 @@
 #include "cnc/simulator/objects/channel_state.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "cnc/ads/bytes.hpp"
@@ -84,7 +87,57 @@ Bytes path(const VirtualChannel& channel) {
   return encode_f64(channel.program().motion().path * tenths_of_a_micrometre_per_mm);
 }
 
+const auto& parameters(const Context& at) {
+  return at.machine.settings().aep_parameters;
+}
+
+/// The value at the index, or nothing.
+using AepParameter = std::pair<std::string, double>;
+Result<const AepParameter*> parameter_at(const Context& at, ads::BytesView in) {
+  return decode_u32(in).and_then([&](std::uint32_t index) -> Result<const AepParameter*> {
+    return index < parameters(at).size() ? Result<const AepParameter*>(&parameters(at)[index])
+                                         : tl::unexpected(ads::ErrorCode::invalid_data);
+  });
+}
+
 }  // namespace
+
+void add_aep_parameters(ObjectTable& table) {
+  constexpr std::uint32_t name_size = 96;
+  table.add(0x60, {.name = "AEP parameter number",
+                   .type = "UNS32",
+                   .length = 4,
+                   .read = [](const Context& at) -> Result<Bytes> {
+                     return encode_u32(static_cast<std::uint32_t>(parameters(at).size()));
+                   }});
+  table.add(0x61, {.name = "AEP-name by index",
+                   .type = "STRING",
+                   .length = name_size,
+                   .exchange = [](const Context& at, ads::BytesView in) {
+                     return parameter_at(at, in).and_then([](const AepParameter* found) {
+                       return encode_buffer(found->first, name_size);
+                     });
+                   }});
+  table.add(0x62, {.name = "AEP-value by name",
+                   .type = "REAL64",
+                   .length = 8,
+                   .exchange = [](const Context& at, ads::BytesView in) -> Result<Bytes> {
+                     return decode_name(in).and_then([&](std::string_view name) -> Result<Bytes> {
+                       const auto found =
+                           std::ranges::find(parameters(at), name, &AepParameter::first);
+                       return found != parameters(at).end()
+                                  ? Result<Bytes>(encode_f64(found->second))
+                                  : tl::unexpected(at.machine.settings().answers.unknown_variable);
+                     });
+                   }});
+  table.add(0x63, {.name = "AEP-value by index",
+                   .type = "REAL64",
+                   .length = 8,
+                   .exchange = [](const Context& at, ads::BytesView in) {
+                     return parameter_at(at, in).map(
+                         [](const AepParameter* found) { return encode_f64(found->second); });
+                   }});
+}
 
 void add_channel_state(ObjectTable& table) {
   table.add(0x1F, value("state", "UNS32", 4, state));

@@ -16,4 +16,10 @@ void add_channel_state(ObjectTable& table);
 /// since the program's start. Units: attribute 0x400 (our choice, except µm/s: open-source client).
 void add_interpolator_state(ObjectTable& table);
 
+/// The AEP parameters of the configuration. Documented is that GEO has their number, their names by
+/// index and their values by index and by name, as SDA has those of P parameters, and that a client
+/// looks the functions up by name, since addresses change (IB/hmiviaads/15685576075, 15685595531).
+/// Names and addresses are not: ours follow those of the P parameters.
+void add_aep_parameters(ObjectTable& table);
+
 }  // namespace millrace::cnc::simulator::objects

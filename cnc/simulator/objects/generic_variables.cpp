@@ -56,12 +56,18 @@ struct Enumeration {
   }
 };
 
+/// An array's name comes without an index, unless that stands in the middle of it (our choice).
+std::string described_name(const Declaration& declaration) {
+  return declaration.behind > 0 && !declaration.dimensions.empty() ? declaration.last_element()
+                                                                   : declaration.name;
+}
+
 Bytes describe(const Store& store, const Variable& variable, NameInDescription with_name) {
   const Declaration& declaration = variable.declaration();
   return variables::encode(
       variables::Description{store.handle(declaration.name).value(), declaration.element.type,
                              declaration.access, declaration.size(), declaration.dimensions,
-                             declaration.name},
+                             described_name(declaration)},
       with_name);
 }
 

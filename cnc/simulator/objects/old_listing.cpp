@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "cnc/simulator/axis_variables.hpp"
 #include "cnc/simulator/objects/answers.hpp"
 #include "cnc/simulator/objects/old_value.hpp"
 
@@ -17,27 +16,17 @@ using ads::BytesView;
 using ads::ErrorCode;
 using ads::Result;
 
-/// The largest index in brackets is how an array is told from a scalar
-/// (IB/hmiviaads/15685595531, documented).
-std::string name_with_largest_index(const Declaration& declaration) {
-  std::string name = declaration.name;
-  for (const std::uint32_t size : declaration.dimensions) {
-    name += fmt::format("[{}]", size - 1);
-  }
-  return name;
-}
-
 template <Kind kind>
 const Variable& variable_at(const VirtualChannel& channel, std::size_t index) {
-  return channel.store().family(kind).at(index);
+  return channel.store().family(kind).listed_at(index);
 }
 
 template <Kind kind>
 Listing list_family() {
-  return {[](const VirtualChannel& channel) { return channel.store().family(kind).size(); },
+  return {[](const VirtualChannel& channel) { return channel.store().family(kind).listed(); },
           variable_at<kind>,
           [](const VirtualChannel& channel, std::size_t index) {
-            return name_with_largest_index(variable_at<kind>(channel, index).declaration());
+            return variable_at<kind>(channel, index).declaration().listed();
           }};
 }
 
@@ -69,21 +58,14 @@ Listing list_externals() {
 }
 
 Listing list_quantities() {
-  // The family has all axes of one quantity in a row.
-  return {[](const VirtualChannel& channel) {
-            return channel.axes().empty() ? 0 : axis_quantities.size();
-          },
-          [](const VirtualChannel& channel, std::size_t index) -> const Variable& {
-            return variable_at<Kind::axis>(channel, index * channel.axes().size());
-          },
-          [](const VirtualChannel& /*channel*/, std::size_t index) {
-            return std::string(axis_quantities.at(index));
-          }};
+  return list_family<Kind::axis>();
 }
 
 Listing list_axes() {
   return {[](const VirtualChannel& channel) { return channel.axes().size(); },
-          variable_at<Kind::axis>,
+          [](const VirtualChannel& channel, std::size_t index) -> const Variable& {
+            return channel.store().family(Kind::axis).at(index);
+          },
           [](const VirtualChannel& channel, std::size_t index) {
             return channel.axes().at(index).name;
           }};

@@ -45,7 +45,12 @@ std::string mode_text(const Declaration& declaration) {
   return declaration.access == Access::read_only ? "READ_ONLY" : "READ_WRITE";
 }
 
+/// What a client appends to the listed name, or replaces in it (IB/hmiviaads/15685595531,
+/// documented).
 std::string node_text(const Declaration& declaration) {
+  if (declaration.axis > 0) {
+    return "V_AXIS_NAME";
+  }
   return declaration.dimensions.empty() ? "V_VALUE" : "V_ARRAY_INDEX";
 }
 
@@ -97,8 +102,8 @@ void add_old_axis_variables(ObjectTable& table) {
 
 void add_axis_names(ObjectTable& table) {
   const Listing axes = list_axes();
-  table.add(0x35, count("number of axes", axes));
-  table.add(0x36, name_by_index("axis name by index", long_text, axes));
+  table.add(0x35, count("Number of axis in channel", axes));
+  table.add(0x36, name_by_index("Name of axis by index", long_text, axes));
 }
 
 void add_old_global_variables(ObjectTable& table) {

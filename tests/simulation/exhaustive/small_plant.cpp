@@ -50,6 +50,7 @@ ServicePlan service_plan(const SmallPlan& plan, const std::string& name) {
   service.name = name;
   service.uuid = uuid;
   service.delivery = plan.delivery;
+  service.awaited = plan.awaited;
   service.habits = {.slow = 0, .fails = 0, .refused = 0, .interim = 0, .stuck = 0};
   service.bug = plan.bug;
   return service;
@@ -74,6 +75,8 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
   habits.uuids = {uuid};
   habits.calls = plan.calls;
   habits.impatient = 0;
+  habits.waits_for_text = plan.awaited == fabric::Awaited::response;
+  habits.services_know = true;
   controller_.add(plan.rules, habits, chance(plan, 5));
   gateway_.plug(controller_, cable_);
 }

@@ -15,6 +15,7 @@ void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Po
     const std::string uuid = fabric::canonical_uuid(call.request.uuid);
     Current& current = current_[call.key];
     current = {call.id, call.request, call.answer, policies_.of(call.key.machine, uuid)};
+    current.awaited = call.awaited;
     for (const gateway::Attempt& attempt : call.attempts) {
       current.asked.insert(attempt.instance);
     }
@@ -53,6 +54,7 @@ void Witness::on_record(const Key& key, const gateway::JournalEntry& entry) {
   if (const auto* dispatched = std::get_if<gateway::DispatchedEntry>(&entry)) {
     if (dispatched->attempt > 0) {
       current_.at(key).asked.insert(dispatched->instance);
+      current_.at(key).awaited = dispatched->awaited;
       given_out(*dispatched);
     }
   } else if (const auto* answer = std::get_if<gateway::AnsweredEntry>(&entry)) {
@@ -119,7 +121,8 @@ void Witness::given_out(const gateway::DispatchedEntry& entry) {
 
 void Witness::on_write(const Key& key, gateway::Variable variable, const gateway::Value& value) {
   const Current& current = current_.at(key);
-  history_.add(WriteAsked{number_, key, current.call, current.request, variable, value});
+  history_.add(
+      WriteAsked{number_, key, current.call, current.request, variable, value, current.awaited});
 }
 
 void Witness::on_reply(const fabric::Reply& reply, const std::function<void()>& take) {
@@ -131,6 +134,7 @@ void Witness::on_reply(const fabric::Reply& reply, const std::function<void()>& 
     const Current& current = found->second;
     fact.awaited = current.call == reply.call && !current.over && !current.answer &&
                    current.asked.contains(reply.instance);
+    fact.program_awaits = current.awaited;
     fact.refused = current.policy.refused;
     fact.before = current.answer;
   }
@@ -150,7 +154,12 @@ AdsWrite Witness::describe(const Key& key, gateway::Variable variable,
                            const gateway::Value& value) const {
   const Current& current = current_.at(key);
   // An interim answer may still be on its way when the final one is there.
-  const bool is_final = current.answer && value == gateway::Value{current.answer->state};
+  const bool text_last = current.awaited == fabric::Awaited::response;
+  const bool releases =
+      variable == (text_last ? gateway::Variable::response : gateway::Variable::response_state);
+  const bool is_final = current.answer && releases &&
+                        value == (text_last ? gateway::Value{current.answer->text}
+                                            : gateway::Value{current.answer->state});
   return {variable, value, current.call, current.request, is_final ? current.answer : std::nullopt};
 }
 

@@ -56,6 +56,7 @@ class Witness {
     /// The instances it was given to.
     std::set<fabric::InstanceId> asked{};
     bool over = false;
+    fabric::Awaited awaited{};
   };
 
   void given_out(const gateway::DispatchedEntry& entry);

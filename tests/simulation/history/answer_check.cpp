@@ -71,13 +71,22 @@ void AnswerCheck::judge_value(const WriteAsked& fact) {
            "what no channel can take");
     expect(!text->starts_with(strange), "the word of a stranger");
     expect(!text->starts_with(unwanted), "what a handler returned that was told to stop");
-  } else if (fact.variable == gateway::Variable::response_state) {
+  } else if (fact.variable == gateway::Variable::response_state &&
+             fact.awaited == fabric::Awaited::response_state) {
     expect(fact.value != gateway::Value{std::uint32_t{0}}, "0, which releases nobody");
   }
 }
 
 void AnswerCheck::on(const WriteAsked& fact, Time) {
   judge_value(fact);
+  if (fact.variable == gateway::Variable::request_state) {
+    clearing_.insert(fact.call);
+  } else if (fact.variable == gateway::Variable::response &&
+             fact.awaited == fabric::Awaited::response && !clearing_.contains(fact.call)) {
+    violations_.push_back(
+        fmt::format("I3: {} releases its program by RESPONSE before REQUEST_STATE is cleared",
+                    fact.call.to_string()));
+  }
   // It may be done, or not; the gateway may never learn.
   channels_[fact.key].cleared |= fact.variable == gateway::Variable::request_state;
   const auto look = looks_.find({fact.gateway, fact.key});
@@ -139,9 +148,7 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     // still stood.
     channel.stretches.push_back({fact.request, now, {}, {}});
   }
-  const auto* state = std::get_if<std::uint32_t>(&fact.value);
-  if (fact.variable != gateway::Variable::response_state || state == nullptr || *state == 0 ||
-      !fact.answer) {
+  if (!fact.answer) {
     return;
   }
   if (fact.response != fact.answer->text && channel.text_by == fact.gateway) {
@@ -167,6 +174,7 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
 
 void AnswerCheck::on(const Resumed& fact, Time) {
   if (fact.clearing) {
+    clearing_.insert(fact.call);
     blur(channels_[fact.key], fact.request);
   }
 }

@@ -1,8 +1,8 @@
 // I1 At most one final answer is written to a channel per call.
 // I2 What is written belongs to the call that stands in the channel: at the last look before the
 //    write, its program still waited for it.
-// I3 RESPONSE is complete before RESPONSE_STATE ≠ 0; a program reads the answer to its own
-//    question.
+// I3 RESPONSE is complete before RESPONSE_STATE ≠ 0, or comes last where the program waits for it
+//    alone; a program reads the answer to its own question.
 // And: what is written is what a channel can take, and no stranger's word.
 #pragma once
 
@@ -72,6 +72,8 @@ class AnswerCheck final : public Check {
   /// When a gateway had the answer of a call.
   std::map<std::pair<GatewayNumber, fabric::CallId>, Time> answered_;
   std::map<fabric::CallId, int> finals_;
+  /// Whose REQUEST_STATE a gateway has set out to clear.
+  std::set<fabric::CallId> clearing_;
   std::vector<std::string> violations_;
 };
 

@@ -61,6 +61,8 @@ struct WriteAsked {
   gateway::PendingRequest request;
   gateway::Variable variable{};
   gateway::Value value;
+  /// What the program waits for, as the gateway knows.
+  fabric::Awaited awaited{};
 };
 /// A gateway has the final answer of this call.
 struct Answered {
@@ -74,7 +76,7 @@ struct WriteDone {
   fabric::CallId call;
   gateway::PendingRequest request;
   gateway::Variable variable{};
-  /// Of the final answer, if the call has one.
+  /// The final answer, if this is its last write, which releases the program.
   std::optional<gateway::Answer> answer;
   gateway::Value value;
   std::string response;
@@ -154,6 +156,8 @@ struct ReplyTaken {
   fabric::Reply reply;
   /// The call stands in its channel, unanswered, and was given to this instance.
   bool awaited = false;
+  /// What its program waits for.
+  fabric::Awaited program_awaits{};
   /// Of the policy under which the call was accepted.
   std::optional<gateway::Rule> refused;
   /// What the call in the channel was answered with before, and is now.

@@ -56,7 +56,8 @@ void ReplyCheck::on(const ReplyTaken& fact) {
            "it is no answer to the call, and changes what becomes of it", reply);
     return;
   }
-  const bool writable = gateway::Response::of(reply.text, reply.state).has_value();
+  const bool writable =
+      gateway::Response::of(reply.text, reply.state, fact.program_awaits).has_value();
   if (!writable || reply.code == fabric::ServiceCode::refused) {
     refused_[fact.gateway].insert(said);
     judge_refused(fact);
@@ -74,7 +75,7 @@ void ReplyCheck::judge_refused(const ReplyTaken& fact) {
     return;
   }
   // If the service itself says that it refuses its answer, what it says instead is the program's.
-  const auto instead = gateway::Response::of(reply.text, reply.state);
+  const auto instead = gateway::Response::of(reply.text, reply.state, fact.program_awaits);
   const std::uint32_t otherwise = instead ? reply.state : gateway::refused_state;
   const std::uint32_t state = fact.refused ? fact.refused->response_state : otherwise;
   const bool right_text =

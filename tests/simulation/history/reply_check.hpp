@@ -1,8 +1,9 @@
 // What instances say, and what comes of it at once.
 //
 // - An answer that can be written is the answer, as it is. One that cannot be (too long, with a
-//   NUL, of state 0) gives the program an error at once: state 500, or what the policy says under
-//   which the call was accepted, which may be to hold it.
+//   NUL, of state 0, or without a text if its program waits for that) gives the program an error at
+//   once: state 500, or what the policy says under which the call was accepted, which may be to
+//   hold it.
 // - What an instance says of a call that it was not given, or that is answered or over, changes
 //   nothing, nor does an interim answer.
 // - What a handler returns after it was told that nobody waits is never sent.

@@ -19,6 +19,9 @@ struct ProgramHabits {
   unsigned repeats_itself = 0;
   /// It waits until RESPONSE, which it empties before, has a text, and looks at no state.
   bool waits_for_text = false;
+  /// All services that it calls know that: then its haste does no harm, but after an answer that no
+  /// service gave.
+  bool services_know = false;
   /// Between two writes, and until RESPONSE_STATE is looked at again.
   Time cycle = 2ms;
   Time pause = 50ms;

@@ -77,7 +77,7 @@ void ScriptedProgram::begin() {
   --left_;
   ++call_;
   // Who looks at no state cannot tell.
-  hasty_ = habits_.waits_for_text && call_ > 1 &&
+  hasty_ = habits_.waits_for_text && (!habits_.services_know || settled_) && call_ > 1 &&
            (channel_.state(Variable::request_state) != 0 ||
             channel_.state(Variable::response_state) == 0 ||
             is_interim(channel_.state(Variable::response_state)));
@@ -149,6 +149,7 @@ void ScriptedProgram::look_at_text() {
 
 void ScriptedProgram::read_response() {
   ++answered_;
+  settled_ = is_settlement(channel_.text(Variable::response));
   history_.add(ProgramReleased{channel_.key(), channel_.standing(), channel_.crossed,
                                channel_.text(Variable::response),
                                channel_.state(Variable::response_state), habits_.waits_for_text});

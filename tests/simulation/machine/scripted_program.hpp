@@ -42,6 +42,8 @@ class ScriptedProgram final : public Program {
   bool looking_ = false;
   bool waiting_ = false;
   bool hasty_ = false;
+  /// Its last answer is one that no service gave.
+  bool settled_ = false;
   std::uint64_t life_ = 0;
   std::uint64_t call_ = 0;
   std::uint32_t wait_at_ = 0;

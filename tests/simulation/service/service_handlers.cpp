@@ -46,7 +46,7 @@ void ServiceProcess::say_meanwhile(const RunPointer& run, const sdk::Response& r
 sdk::Response ServiceProcess::garbage(const std::string& request) {
   switch (random_.below(3)) {
     case 0:
-      return {answer_to(request), 0};
+      return awaited_text() ? sdk::Response{"", 1} : sdk::Response{answer_to(request), 0};
     case 1:
       return {std::string(200, 'x'), 1};
     default:
@@ -70,7 +70,7 @@ sdk::Result ServiceProcess::result_of(const Run& run) {
     }
     garbled_[run.request.call] = response;
   }
-  return sdk::Response{answer_to(text), 1};
+  return sdk::Response{answer_to(text), awaited_text() && random_.chance(50) ? 0U : 1U};
 }
 
 void ServiceProcess::finish(const RunPointer& run) {

@@ -36,6 +36,7 @@ void ServiceProcess::start() {
   identity_.name = plan_.name;
   identity_.channels = plan_.channels;
   identity_.delivery = plan_.delivery;
+  identity_.awaited = plan_.awaited;
   identity_.concurrency = plan_.concurrency;
   if (const auto born = process().agenda().meaning(identity_.id.to_string(), random_.state())) {
     process().agenda().becomes(process().parties() | process().outbox(), *born);
@@ -64,8 +65,10 @@ void ServiceProcess::beat() {
 }
 
 void ServiceProcess::open_desk() {
-  desk_.emplace(sdk::DeskOptions{
-      .instance = identity_.id, .concurrency = plan_.concurrency, .delivery = plan_.delivery});
+  desk_.emplace(sdk::DeskOptions{.instance = identity_.id,
+                                 .concurrency = plan_.concurrency,
+                                 .delivery = plan_.delivery,
+                                 .awaited = plan_.awaited});
 }
 
 void ServiceProcess::kill() {

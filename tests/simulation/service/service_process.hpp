@@ -31,6 +31,8 @@ struct ServicePlan {
   std::string name;
   std::string uuid;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  /// Of those whose programs wait for RESPONSE alone half of the answers have state 0.
+  fabric::Awaited awaited = fabric::Awaited::response_state;
   std::uint32_t concurrency = 1;
   std::vector<fabric::ChannelScope> channels;
   HandlerHabits habits;
@@ -92,6 +94,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   void say_meanwhile(const RunPointer& run, const services::sdk::Response& response);
   void finish(const RunPointer& run);
   [[nodiscard]] services::sdk::Result result_of(const Run& run);
+  [[nodiscard]] bool awaited_text() const { return plan_.awaited == fabric::Awaited::response; }
   /// What no channel can take.
   [[nodiscard]] services::sdk::Response garbage(const std::string& request);
   // service_process.cpp

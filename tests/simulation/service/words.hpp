@@ -44,10 +44,14 @@ inline bool stands_for_a_refused_one(const std::string& answer) {
          answer.starts_with("ERROR: the answer in the journal");
 }
 
+/// The gateway, or an operator, has answered in the service's place.
+inline bool is_settlement(const std::string& answer) {
+  return answer.starts_with("millrace: ") || answer.starts_with("operator: ");
+}
+
 inline bool answers(const std::string& answer, const std::string& request) {
-  return answer.find(answer_to(request)) != std::string::npos || answer.starts_with("millrace: ") ||
-         answer.starts_with("operator: ") || stands_for_a_refused_one(answer) ||
-         answer.starts_with(given_up);
+  return answer.find(answer_to(request)) != std::string::npos || is_settlement(answer) ||
+         stands_for_a_refused_one(answer) || answer.starts_with(given_up);
 }
 
 }  // namespace millrace::tests::simulation

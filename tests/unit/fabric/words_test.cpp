@@ -24,6 +24,9 @@ TEST(Words, OfDeliveryAreReadAsTheyAreWritten) {
   for (const Delivery delivery : {Delivery::at_least_once, Delivery::at_most_once}) {
     EXPECT_EQ(parse_delivery(name_of(delivery)), delivery);
   }
+  for (const Awaited awaited : {Awaited::response_state, Awaited::response}) {
+    EXPECT_EQ(parse_awaited(name_of(awaited)), awaited);
+  }
   EXPECT_EQ(parse_delivery("at most once"), std::nullopt);
   EXPECT_EQ(parse_delivery(""), std::nullopt);
 }

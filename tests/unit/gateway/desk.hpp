@@ -87,7 +87,9 @@ class Desk {
   [[nodiscard]] Assignment assignment(std::uint8_t number = 1, std::uint32_t attempt = 1) const {
     return {{instance(number), attempt},
             delivery,
-            std::make_shared<const std::string>(fmt::format("instance {}", number))};
+            std::make_shared<const std::string>(fmt::format("instance {}", number)),
+            false,
+            awaited};
   }
 
   [[nodiscard]] fabric::Reply reply(const std::string& text, std::uint32_t state,
@@ -128,6 +130,7 @@ class Desk {
   journal::Ledger ledger;
   Moment now;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
+  fabric::Awaited awaited = fabric::Awaited::response_state;
   Policy policy;
   bool served = true;
   bool out_of_patience = false;

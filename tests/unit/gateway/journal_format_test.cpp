@@ -26,7 +26,8 @@ DispatchedEntry dispatched(fabric::CallId call, std::uint16_t channel, std::uint
           fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
           fabric::Delivery::at_most_once,
           attempt,
-          instance(static_cast<std::uint8_t>(attempt))};
+          instance(static_cast<std::uint8_t>(attempt)),
+          fabric::Awaited::response};
 }
 
 std::vector<JournalEntry> one_of_each() {

@@ -32,6 +32,14 @@ TEST(AResponse, SaysWhyAChannelCannotTakeIt) {
   EXPECT_THAT(Response::of("x", 0).error(), HasSubstr("state 0"));
 }
 
+TEST(AResponse, ToAProgramThatWaitsForTheTextHasOneAndAnyState) {
+  EXPECT_TRUE(Response::of("x", 0, fabric::Awaited::response));
+  EXPECT_TRUE(Response::of("x", 99, fabric::Awaited::response));
+  EXPECT_THAT(Response::of("", 1, fabric::Awaited::response).error(),
+              HasSubstr("is empty, which releases no program"));
+  EXPECT_TRUE(Response::of("", 1));
+}
+
 TEST(AResponse, InWordsOfOursAlwaysFits) {
   EXPECT_EQ(Response::in_words(with_nul, 1).text(), "1.4? 14");
   EXPECT_EQ(Response::in_words(too_long, 1).text(), std::string(124, 'x') + "...");

@@ -302,6 +302,46 @@ TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=done", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
 
+// The manual's words have the program wait for RESPONSE, its sample for RESPONSE_STATE
+// (IB/tf5200_service_interface/356533387, documented): a service says which (our choice).
+TEST_F(ChannelAnswer, OfState0ReleasesAProgramThatWaitsForTheText) {
+  desk.awaited = fabric::Awaited::response;
+  desk.dispatched_call();
+  reply(desk.reply("1.414", 0));
+  EXPECT_THAT(desk.writes, ElementsAre("REQUEST_STATE=0", "RESPONSE=1.414"));
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, replied, written));
+  EXPECT_EQ(sut().status().failed, 0U);
+}
+
+TEST_F(ChannelAnswer, OfTheGatewayItselfToAProgramThatWaitsForTheTextEndsWithTheText) {
+  desk.awaited = fabric::Awaited::response;
+  desk.dispatched_call();
+  desk.feed(sut().settle({response("by hand", 7), "an operator"}, desk.now));
+  EXPECT_THAT(desk.writes, ElementsAre("REQUEST_STATE=0", "RESPONSE_STATE=7", "RESPONSE=by hand"));
+}
+
+TEST_F(ChannelAnswer, IsNotPrecededByAnInterimOneIfTheProgramWaitsForTheText) {
+  desk.awaited = fabric::Awaited::response;
+  desk.dispatched_call();
+  reply(desk.interim("half way", 50));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_THAT(desk.said.back(), HasSubstr("would release the program"));
+}
+
+TEST_F(ChannelAnswer, OfState0IsCompletedByARestartedGateway) {
+  desk.awaited = fabric::Awaited::response;
+  desk.dispatched_call();
+  desk.before_action = [&] { desk.stop = desk.channel.values().request_state == 0; };
+  reply(desk.reply("1.414", 0));
+  ASSERT_THAT(desk.writes, ElementsAre("REQUEST_STATE=0"));
+  desk.before_action = [] {};
+  desk.restart();
+  desk.link_up();
+  desk.wait(600ms);
+  EXPECT_EQ(desk.channel.values().response, "1.414");
+  EXPECT_EQ(desk.event_kinds().back(), written);
+}
+
 TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
   desk.dispatched_call();
   reply(desk.interim("half way", 0));

@@ -31,6 +31,8 @@ void set_option(ChannelOptions& options, const std::string& name, const std::str
     options.queue = std::stoul(value);
   } else if (name == "withhold_last_motion") {
     options.withhold_last_motion = value == "on";
+  } else if (name == "flush_continue_waits") {
+    options.flush_continue_waits = value == "on";
   } else if (name == "messages_read_at_once") {
     options.messages_read_at_once = value == "on";
   } else if (name == "optional_stop") {
@@ -42,6 +44,12 @@ void set_option(ChannelOptions& options, const std::string& name, const std::str
     for (const char axis : value) {
       options.axes.emplace_back(1, axis);
     }
+  } else if (name == "axis") {  // one more; the first replaces X, Y and Z
+    static const std::vector<std::string> usual = ChannelOptions{}.axes;
+    if (options.axes == usual) {
+      options.axes.clear();
+    }
+    options.axes.push_back(value);
   } else if (name == "stream_program") {
     options.stream_program = value;
   } else if (name == "time_scale") {

@@ -487,6 +487,21 @@ TEST_F(CallDeskTest, RefusesAnAnswerThatCannotBeSent) {
   }
 }
 
+TEST(ACallDeskForProgramsThatWaitForTheText, SendsState0ButNoEmptyTextAndNothingMeanwhile) {
+  CallDesk sut({.instance = self, .awaited = fabric::Awaited::response});
+  sut.on_request(request(1), now);
+  EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
+  Reply sent =
+      std::get<Send>(sut.on_result(call(1), Response{.text = "x", .state = 0}, now).front()).reply;
+  EXPECT_EQ(sent.code, ServiceCode::ok);
+  EXPECT_EQ(sent.state, 0U);
+  sut.on_request(request(2), now);
+  sent =
+      std::get<Send>(sut.on_result(call(2), Response{.text = "", .state = 1}, now).front()).reply;
+  EXPECT_EQ(sent.code, ServiceCode::refused);
+  EXPECT_THAT(sent.text, HasSubstr("without a text"));
+}
+
 TEST_F(CallDeskTest, SendsInterimRepliesOfACallThatRuns) {
   started(request(1));
   const auto sent = only<Send>(sut.on_interim(call(1), {.text = "half", .state = 50}, now));

@@ -71,10 +71,26 @@ TEST(Configuration, LaysOutExternalVariablesInTheirScope) {
   EXPECT_EQ(sut.externals[2].element.type, Type::uns32);
 }
 
+TEST(Configuration, ReadsTheVariablesThatAreAdded) {
+  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
+  ASSERT_EQ(sut.variables.size(), 3);
+  const SystemVariable& offsets = sut.variables[0];
+  EXPECT_EQ(offsets.declaration.name, "V.G.NP.V");
+  EXPECT_EQ(offsets.declaration.listed(), "V.G.NP[98].V");
+  EXPECT_TRUE(offsets.per_axis);
+  EXPECT_EQ(offsets.declaration.access, Access::read_write);
+  EXPECT_EQ(sut.variables[1].declaration.access, Access::read_only);
+  EXPECT_EQ(sut.variables[1].value, nc::Value{12.5});
+  EXPECT_EQ(sut.variables[2].declaration.size(), 21);
+  EXPECT_EQ(sut.variables[2].value, nc::Value{std::string("drill")});
+  EXPECT_THAT(sut.aep_parameters, ElementsAre(testing::Pair("TEMPERATURE", 21.5)));
+}
+
 TEST(Configuration, ReadsHowProgramsAreExecuted) {
   const nc::ChannelOptions sut = read_settings(good / "every_switch.cnc.textproto").program;
   EXPECT_EQ(sut.queue, 5);
   EXPECT_FALSE(sut.withhold_last_motion);
+  EXPECT_TRUE(sut.flush_continue_waits);
   EXPECT_FALSE(sut.messages_read_at_once);
   EXPECT_TRUE(sut.optional_stop);
   EXPECT_EQ(sut.skipped_levels, 0b10'0000'0001);

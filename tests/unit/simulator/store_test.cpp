@@ -14,9 +14,17 @@ TEST(VariableName, SplitsOffTheIndices) {
   EXPECT_EQ(sut->indices, (std::vector<std::uint32_t>{2, 7}));
 }
 
+TEST(VariableName, KeepsTheMemberBehindTheIndices) {
+  const auto sut = VariableName::parse("V.G.NP[5].V.X_ACHSE");
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->base, "V.G.NP.V.X_ACHSE");
+  EXPECT_EQ(sut->indices, std::vector<std::uint32_t>{5});
+  EXPECT_EQ(sut->behind, std::string_view(".V.X_ACHSE").size());
+}
+
 TEST(VariableName, RefusesWhatIsNoName) {
   for (const char* text : {"", "[1]", "A[", "A[]", "A[x]", "A[-1]", "A[1", "A[1]B", "A[1]]",
-                           "A[4294967296]", "A]1["}) {
+                           "A[4294967296]", "A]1[", "A[1].", "A[1].B[2]", "A[1].B]"}) {
     EXPECT_FALSE(VariableName::parse(text)) << text;
   }
 }

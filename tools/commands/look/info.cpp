@@ -29,6 +29,7 @@ void print_instance(const bus::LiveInstance& instance) {
   line("host", fmt::format("{}, process {}", base::text::safe(identity.host), identity.pid));
   line("channels", channels_text(identity));
   line("delivery", std::string(fabric::name_of(identity.delivery)));
+  line("awaited", std::string(fabric::name_of(identity.awaited)));
   line("concurrency", std::to_string(identity.concurrency));
   line("draining", identity.draining ? "yes" : "no");
   line("started", instance.status ? ago(instance.status->started) : "-");

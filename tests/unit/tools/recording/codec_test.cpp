@@ -87,6 +87,7 @@ TEST(RecordingCodec, KeepsAnInstance) {
                                            .pid = 4711,
                                            .channels = {{"cnc", 1}, {"", 2}, {"cnc", 0}},
                                            .delivery = fabric::Delivery::at_most_once,
+                                           .awaited = fabric::Awaited::response,
                                            .concurrency = 4,
                                            .draining = true}}};
   const Entry got = there_and_back(sent);

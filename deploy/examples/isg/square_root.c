@@ -1,11 +1,17 @@
-/* A service as one writes it with the vendor's SDK: nothing in here knows of millrace. */
+/* A service as one writes it for the vendor's SDK: nothing in here knows of millrace. Form and
+ * names are those of the sample in the vendor's manual
+ * (IB/tf5200_service_interface/356533387.html); it compiles as C and as C++.
+ *
+ *   cc -o square_root square_root.c $(pkg-config --cflags --libs millrace-sdk) -lm
+ *   MILLRACE_DOMAIN=0 ./square_root
+ */
 #include "isg_service.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
-static void squareRoot(ISG_SERVICE* service, char* request, ADS_UINT32 requestState, char* response,
-                       size_t maxResponseSize, ADS_UINT32* responseState) {
+ISG_SERVICE_CODE squareRoot(ISG_SERVICE* service, char* request, ADS_UINT32 requestState,
+                            char* response, size_t maxResponseSize, ADS_UINT32* responseState) {
   double value = atof(request);
 
   (void)service;
@@ -18,6 +24,7 @@ static void squareRoot(ISG_SERVICE* service, char* request, ADS_UINT32 requestSt
     sprintf_s(response, maxResponseSize, "%f", sqrt(value));
     *responseState = 1;
   }
+  return ISG_SERVICE_CODE_OK;
 }
 
 int main(void) {
