@@ -8,17 +8,11 @@ namespace millrace::fabric::observer {
 namespace {
 
 template <typename T>
-constexpr bool has_key = requires(const T& value) {
-  value.key;
-};
+constexpr bool has_key = requires(const T& value) { value.key; };
 template <typename T>
-constexpr bool has_call = requires(const T& value) {
-  value.call;
-};
+constexpr bool has_call = requires(const T& value) { value.call; };
 template <typename T>
-constexpr bool has_text = requires(const T& value) {
-  value.text;
-};
+constexpr bool has_text = requires(const T& value) { value.text; };
 
 /// What the sample says of its own time; zero = nothing.
 struct OriginOf {
@@ -31,6 +25,8 @@ struct OriginOf {
   Time operator()(const MachineStatus& status) const { return status.since; }
   Time operator()(const DataSample& sample) const { return sample.at; }
   Time operator()(const ProgramEvent& event) const { return event.at; }
+  /// That it is over it does not say.
+  Time operator()(const NoticeNews& news) const { return news.over ? Time{} : news.notice.since; }
   Time operator()(const InstanceStatus&) const { return {}; }
   Time operator()(const InstanceNews&) const { return {}; }
   Time operator()(const Withdrawal&) const { return {}; }
@@ -46,8 +42,8 @@ std::string_view name_of(Change change) {
 
 std::string_view kind_of(const Entry& entry) {
   constexpr std::array<std::string_view, std::variant_size_v<Sample>> names{
-      "request", "reply",   "withdrawal", "channel", "instance", "status",
-      "event",   "command", "outcome",    "machine", "data",     "program"};
+      "request", "reply",   "withdrawal", "channel", "instance", "status", "event",
+      "command", "outcome", "machine",    "data",    "program",  "notice"};
   return names.at(entry.sample.index());
 }
 

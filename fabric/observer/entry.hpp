@@ -10,6 +10,7 @@
 #include "fabric/command.hpp"
 #include "fabric/data.hpp"
 #include "fabric/messages.hpp"
+#include "fabric/notice.hpp"
 
 namespace millrace::fabric::observer {
 
@@ -32,8 +33,16 @@ struct InstanceNews {
   InstanceIdentity identity{};
 };
 
-using Sample = std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus,
-                            Event, Command, Outcome, MachineStatus, DataSample, ProgramEvent>;
+/// What a program says of itself; or, `over`, that it does not any more, or is gone: then the
+/// notice is what it said last, or only its key if nobody heard that.
+struct NoticeNews {
+  bool over = false;
+  Notice notice{};
+};
+
+using Sample =
+    std::variant<Request, Reply, Withdrawal, ChannelStatus, InstanceNews, InstanceStatus, Event,
+                 Command, Outcome, MachineStatus, DataSample, ProgramEvent, NoticeNews>;
 
 struct Entry {
   /// When the observer received it.

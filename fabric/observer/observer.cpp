@@ -6,8 +6,10 @@
 #include "fabric/ends/roster.hpp"
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
+#include "fabric/observer/notices.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/data_codec.hpp"
+#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::fabric::observer {
@@ -112,6 +114,19 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     use(outcomes);
     use(data);
     use(programs);
+    use(notices);
+  }
+
+  /// A sample as an entry; nothing if it is no news.
+  template <typename Value>
+  std::optional<Sample> news_of(wire::Taken<Value>&& taken) {
+    return sample_of(std::move(taken));
+  }
+  std::optional<Sample> news_of(wire::Taken<Notice>&& taken) {
+    auto news = taken.presence != Presence::alive ? known_notices.over(taken.value.key)
+                : taken.valid                     ? known_notices.said(std::move(taken.value))
+                                                  : std::nullopt;
+    return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 
   /// One turn of a reader; true if there may be more.
@@ -123,7 +138,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
         return false;
       }
       for (wire::Taken<Value>& taken : batch) {
-        if (auto sample = sample_of(std::move(taken))) {
+        if (auto sample = news_of(std::move(taken))) {
           hand_out(std::move(*sample));
         }
       }
@@ -149,6 +164,8 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   std::optional<wire::Reader<Outcome>> outcomes;
   std::optional<wire::Reader<DataSample>> data;
   std::optional<wire::Reader<ProgramEvent>> programs;
+  Notices known_notices;
+  std::optional<wire::Reader<Notice>> notices;
 };
 
 void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest interest) {
@@ -175,6 +192,7 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
     open(replies, services);
     open(commands, fabric);
     open(outcomes, fabric);
+    open(notices, fabric);
   }
 }
 

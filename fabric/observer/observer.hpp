@@ -31,7 +31,7 @@ enum class Interest : std::uint8_t {
   calls,
   /// Values of machines and what becomes of programs.
   data,
-  /// What the others see, and requests, replies, commands and outcomes.
+  /// What the others see, and requests, replies, commands, outcomes and notices.
   everything
 };
 

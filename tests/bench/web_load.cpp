@@ -1,11 +1,13 @@
 // What `millrace web` costs: browsers that are told of a plant which calls all the time.
 //
-//   web_load [SECONDS [BROWSERS [CALLS_PER_SECOND]]]
+//   web_load [SECONDS [BROWSERS [CALLS_PER_SECOND [WITH_DATA]]]]
 //
-// A gateway's side of the fabric with 20 machines of 10 channels, one service as a process of its
-// own, `millrace web` as another, and as many browsers as are asked for, each of which reads all it
-// is told. Prints what a call takes without and with them, how long after its end a browser is told
-// of a call, and what the web server uses.
+// A gateway's side of the fabric with 20 machines of 10 channels, 100 values of each of 4 of them
+// ten times a second, one service as a process of its own, `millrace web` as another, and as many
+// browsers as are asked for, each of which reads all it is told. WITH_DATA of them (10 unless
+// given) have the view of machine data open: six lines twice a second, all values and the programs
+// of a machine every two seconds. Prints what a call takes without and with them, how long after
+// its end a browser is told of a call, how long lines take, and what the web server uses.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -15,6 +17,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -30,6 +33,7 @@
 
 #include "base/text/times.hpp"
 #include "fabric/ends/call_end.hpp"
+#include "fabric/ends/data_end.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/http_client.hpp"
@@ -46,6 +50,13 @@ using tools::recording::Histogram;
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 constexpr std::uint16_t machines = 20;
 constexpr std::uint16_t channels = 10;
+constexpr std::uint16_t machines_with_data = 4;
+constexpr int variables = 100;
+constexpr int lines_of_a_browser = 6;
+constexpr auto between_samples = std::chrono::milliseconds(100);
+constexpr auto between_lines = std::chrono::milliseconds(500);
+/// The tables come with each fourth answer for the lines.
+constexpr int lines_a_table = 4;
 
 fabric::Time now() {
   return std::chrono::system_clock::now();
@@ -62,7 +73,10 @@ class Load : public fabric::ends::CallEndListener {
       : epoch_(epoch),
         tick_(io_),
         participant_({.domain = domain}),
-        end_(participant_, io_.get_executor(), *this) {
+        end_(participant_, io_.get_executor(), *this),
+        data_(participant_),
+        beat_(io_) {
+    tell_data();
     for (std::uint16_t machine = 1; machine <= machines; ++machine) {
       publish(fabric::MachineStatus{.machine = name_of_machine(machine),
                                     .gateway = gateway_,
@@ -123,6 +137,33 @@ class Load : public fabric::ends::CallEndListener {
     fabric::Request request;
     Clock::time_point begun;
   };
+
+  /// Every value is another one each time.
+  void tell_data() {
+    ++beats_;
+    for (std::uint16_t machine = 1; machine <= machines_with_data; ++machine) {
+      fabric::DataSample sample{.key = {name_of_machine(machine), 1},
+                                .group = "axes",
+                                .at = now(),
+                                .period = between_samples,
+                                .wanted = between_samples};
+      for (int i = 0; i < variables; ++i) {
+        sample.values.push_back({.name = fmt::format("V.A.ACT_POS.X{}", i),
+                                 .type = fabric::ValueType::real64,
+                                 .at = sample.at,
+                                 .elements = std::vector<double>{beats_ * 0.125 + i}});
+      }
+      if (const auto published = data_.publish(sample); !published) {
+        throw std::runtime_error(published.error());
+      }
+    }
+    beat_.expires_after(between_samples);
+    beat_.async_wait([this](const boost::system::error_code& error) {
+      if (!error) {
+        tell_data();
+      }
+    });
+  }
 
   void keep_going() {
     const auto time = Clock::now();
@@ -198,12 +239,25 @@ class Load : public fabric::ends::CallEndListener {
   Clock::time_point stop_at_{};
   fabric::dds::Participant participant_;
   fabric::ends::CallEnd end_;
+  fabric::ends::DataEnd data_;
+  boost::asio::steady_timer beat_;
+  double beats_ = 0;
 };
 
-/// Browsers, each in a thread. The first one takes apart what it is told, the others read.
+/// Browsers, each in a thread. The first one takes apart what it is told, the others read. Those
+/// that show machine data have another thread that asks for it.
 class Browsers {
  public:
-  Browsers(std::uint16_t port, int count) {
+  Browsers(std::uint16_t port, int count, int with_data) {
+    for (int i = 0; i < with_data; ++i) {
+      threads_.emplace_back([this, port, i] {
+        try {
+          show_data(port, i);
+        } catch (const std::exception&) {
+          // The server ends when the measurement does.
+        }
+      });
+    }
     for (int i = 0; i < count; ++i) {
       threads_.emplace_back([this, port, is_first = i == 0] {
         try {
@@ -235,8 +289,37 @@ class Browsers {
   /// From the end of a call to when it was heard of; to be read when they have finished.
   Histogram delays;
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  /// From the question to the answer for the lines of a browser; to be read when they have
+  /// finished.
+  Histogram lines;
 
  private:
+  void show_data(std::uint16_t port, int browser) {
+    tests::HttpClient client(port);
+    const std::string machine = name_of_machine(
+        static_cast<std::uint16_t>(1 + browser % static_cast<int>(machines_with_data)));
+    for (int asked = 0; !over_; ++asked) {
+      const auto since = std::chrono::duration_cast<std::chrono::milliseconds>(
+          now().time_since_epoch() - 2 * between_lines);
+      std::string target = "/api/data/history?machine=" + machine;
+      for (int i = 0; i < lines_of_a_browser; ++i) {
+        target += fmt::format("&variable=1/axes/V.A.ACT_POS.X{}&since={}",
+                              (browser + i) % variables, asked == 0 ? 0 : since.count());
+      }
+      const auto begun = Clock::now();
+      bytes_ += client.get(target).body.size();
+      {
+        const std::scoped_lock lock(lines_mutex_);
+        lines.add(Clock::now() - begun);
+      }
+      if (asked % lines_a_table == 0) {
+        bytes_ += client.get("/api/data?elements=16&machine=" + machine).body.size();
+        bytes_ += client.get("/api/programs/runs?limit=100&machine=" + machine).body.size();
+        bytes_ += client.get("/api/data/machines").body.size();
+      }
+      std::this_thread::sleep_for(between_lines);
+    }
+  }
   void measure(const std::string& data) {
     const fabric::Time heard = now();
     const auto changes = boost::json::parse(data);
@@ -252,6 +335,7 @@ class Browsers {
     }
   }
 
+  std::mutex lines_mutex_;
   std::atomic<bool> over_ = false;
   std::atomic<std::uint64_t> bytes_ = 0;
   std::vector<std::thread> threads_;
@@ -270,7 +354,7 @@ void print(const char* what, const Histogram& times) {
 class BrowserProcess {
  public:
   /// To be made before there are threads.
-  explicit BrowserProcess(int count) {
+  BrowserProcess(int count, int with_data) {
     // The other programs must not keep them open.
     if (::pipe2(to_.data(), O_CLOEXEC) != 0 || ::pipe2(from_.data(), O_CLOEXEC) != 0) {
       throw std::runtime_error("no pipe");
@@ -278,7 +362,7 @@ class BrowserProcess {
     pid_ = ::fork();
     if (pid_ == 0) {
       ::close(to_[1]);
-      serve(count);
+      serve(count, with_data);
       ::_exit(0);
     }
     ::close(to_[0]);
@@ -318,14 +402,14 @@ class BrowserProcess {
     return value;
   }
 
-  void serve(int count) {
+  void serve(int count, int with_data) {
     constexpr int gives_way = 15;
     static_cast<void>(::nice(gives_way));
     std::optional<Browsers> browsers;
     std::uint16_t asked = 0;
     while (::read(to_[0], &asked, sizeof asked) == static_cast<ssize_t>(sizeof asked)) {
       if (asked != 0) {
-        browsers.emplace(asked, count);
+        browsers.emplace(asked, count, with_data);
       } else {
         put(from_[1], browsers->bytes());
       }
@@ -333,6 +417,9 @@ class BrowserProcess {
     if (browsers) {
       browsers->finish();
       print("told to a browser after", browsers->delays);
+      fmt::print("{:<28} {:>7} times  p50 {:8.3f} ms  p99 {:8.3f} ms\n", "lines of machine data",
+                 browsers->lines.count(), ms(browsers->lines.percentile(0.5)),
+                 ms(browsers->lines.percentile(0.99)));
       std::fflush(stdout);
     }
   }
@@ -342,8 +429,8 @@ class BrowserProcess {
   pid_t pid_ = -1;
 };
 
-void measure(double seconds, int count, double rate) {
-  BrowserProcess browsers(count);
+void measure(double seconds, int count, double rate, int with_data) {
+  BrowserProcess browsers(count, with_data);
   const tests::Domain domain;
   const std::string number = std::to_string(domain.number());
   tests::Process service({tests::binary("millrace-square-root"), "--domain", number,
@@ -371,8 +458,10 @@ void measure(double seconds, int count, double rate) {
   web.terminate();
   web.wait();
   browsers.finish();
-  fmt::print("{} browsers: {:.1f} % of a core, {:.1f} MiB, {:.2f} MB/s to each\n", count,
-             100 * used / took.count(), resident, read / took.count() / count / 1e6);
+  fmt::print(
+      "{} browsers, {} of them with machine data: {:.1f} % of a core, {:.1f} MiB, {:.2f} MB/s to "
+      "each\n",
+      count, with_data, 100 * used / took.count(), resident, read / took.count() / count / 1e6);
 }
 
 }  // namespace
@@ -380,7 +469,7 @@ void measure(double seconds, int count, double rate) {
 int main(int argc, char** argv) {
   try {
     measure(argc > 1 ? std::atof(argv[1]) : 10, argc > 2 ? std::atoi(argv[2]) : 50,
-            argc > 3 ? std::atof(argv[3]) : 1000);
+            argc > 3 ? std::atof(argv[3]) : 1000, argc > 4 ? std::atoi(argv[4]) : 10);
   } catch (const std::exception& error) {
     fmt::print(stderr, "web_load: {}\n", error.what());
     return 2;

@@ -170,6 +170,13 @@ test('a service that is killed turns its row, and the channel that calls it', as
   await page.close();
 });
 
+test('where nobody tells of data or programs there is no view of them', async () => {
+  const page = await browser.open(web.url, { view: '#/plant' });
+  await page.waitForSelector('.machine');
+  assert.equal(await page.$eval('[data-tab="data"]', (node) => node.hidden), true);
+  await page.close();
+});
+
 test('without permission to act there is no button that acts, and no login', async () => {
   const page = await browser.open(web.url, { view: '#/services' });
   await awaitText(page, '.service-name', /root one|square/);

@@ -7,6 +7,7 @@
 //   await plant.stop();
 import { execFile, spawn } from 'node:child_process';
 import { chmodSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { connect } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { promisify } from 'node:util';
@@ -122,6 +123,12 @@ export class Plant {
       '--journal', join(this.folder, 'journal'), ...flags]).ready();
   }
 
+  /** A gateway whose machine "cnc" has these parts of a configuration, too. */
+  configuredGateway(parts) {
+    const config = this.file('gateway.textproto', `machine { name: "cnc" host: "127.0.0.1" port: ${this.cncPort} net_id: "127.0.0.1.1.1" ${parts} }\n`);
+    return this.#start('millrace-gateway', [...this.#fabric(), '--config', config, '--journal', join(this.folder, 'journal')]).ready();
+  }
+
   squareRoot(...flags) {
     return this.#start('millrace-square-root', [...this.#fabric(), ...flags]).ready();
   }
@@ -146,6 +153,11 @@ export class Plant {
     return this.#start('millrace', ['record', ...this.#fabric(), '--output', file]);
   }
 
+  /** Sends recorded data again while the test goes on. */
+  replayData(file, ...flags) {
+    return this.#start('millrace', ['replay', '--data', ...this.#fabric(), ...flags, file]);
+  }
+
   /** The command, to its end: what it printed. */
   async millrace(...flags) {
     const { stdout } = await run(join(bin, 'millrace'), flags, { encoding: 'utf8' });
@@ -162,6 +174,48 @@ export class Plant {
     await this.#vars(channel, 'write', '--force', 'V.G.SERVICE.UUID', uuid);
     await this.#vars(channel, 'write', '--force', '--', 'V.G.SERVICE.REQUEST', text);
     await this.#vars(channel, 'write', '--force', 'V.G.SERVICE.REQUEST_STATE', String(state));
+  }
+
+  /** Writes a variable, as an operator does. */
+  write(channel, name, value) {
+    return this.#vars(channel, 'write', '--', name, value);
+  }
+
+  /** What an operator does at the panel of channel 1: automatic mode, this program, and off it goes. */
+  async runProgram(name) {
+    const number = (value) => Buffer.from([value, 0, 0, 0]);
+    await this.#writeObject(0x104, number(2));
+    await this.#writeObject(0x108, Buffer.from(`${name}\0`));
+    await this.#writeObject(0x105, number(3));
+    await this.#writeObject(0x105, number(4));
+  }
+
+  /** An ADS write to an object of the task COM, in a connection of its own. */
+  async #writeObject(offset, data) {
+    const frame = Buffer.alloc(6 + 32 + 12);
+    frame.writeUInt32LE(32 + 12 + data.length, 2);
+    frame.set([127, 0, 0, 1, 1, 1], 6);
+    frame.writeUInt16LE(553, 12);
+    frame.set([127, 0, 0, 1, 1, 2], 14);
+    frame.writeUInt16LE(40000, 20);
+    frame.writeUInt16LE(3, 22);
+    frame.writeUInt16LE(4, 24);
+    frame.writeUInt32LE(12 + data.length, 26);
+    frame.writeUInt32LE(1, 34);
+    frame.writeUInt32LE(0x120101, 38);
+    frame.writeUInt32LE(offset, 42);
+    frame.writeUInt32LE(data.length, 46);
+    const socket = connect(this.cncPort, '127.0.0.1');
+    const answer = await new Promise((resolve, reject) => {
+      socket.once('error', reject);
+      socket.once('data', resolve);
+      socket.write(Buffer.concat([frame, data]));
+    });
+    socket.destroy();
+    const errors = [answer.readUInt32LE(30), answer.length >= 42 ? answer.readUInt32LE(38) : 0];
+    if (errors.some(Boolean)) {
+      throw new Error(`the CNC answered ADS errors ${errors}`);
+    }
   }
 
   /** Takes the request of a channel back. */

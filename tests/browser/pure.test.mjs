@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { assess, concernName, stateOf } from './page/attention.js';
+import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
 import { keptCalls, Model } from './page/model.js';
 import german from './page/texts/de.js';
 import english from './page/texts/en.js';
@@ -235,4 +236,57 @@ test('a service is called what its instances have in common', () => {
   assert.equal(nameOf('gauge 7'), 'gauge 7');
   assert.equal(nameOf('gauge', 'mail'), 'gauge');
   assert.equal(nameOf(''), '');
+});
+
+const series = (times, values, whole = true) => ({ whole, times, values, quality: 'good' });
+
+test('a value holds until the next one, and the last one until now', () => {
+  const sut = new Line('1/axes/X');
+  sut.take(series([1000, 2000], [5, 7]));
+  assert.deepEqual(sut.points(500, 3000), [[1000, 5], [2000, 7], [3000, 7]]);
+  assert.deepEqual(sut.points(1500, 3000), [[1500, 5], [2000, 7], [3000, 7]]);
+  assert.deepEqual(sut.points(2500, 3000), [[2500, 7], [3000, 7]], 'what began before holds, too');
+  assert.deepEqual(sut.points(0, 500), [], 'nothing is known before the first');
+});
+
+test('where nothing is known a line has a gap', () => {
+  const sut = new Line('1/axes/X');
+  sut.take(series([1000, 2000, 3000], [5, null, 6]));
+  assert.deepEqual(sut.points(0, 4000), [[1000, 5], [1999, 5], [2000, null], [3000, 6], [4000, 6]]);
+  assert.deepEqual(sut.points(2500, 4000), [[3000, 6], [4000, 6]]);
+  sut.take(series([1000, 2000], [5, null]));
+  assert.deepEqual(sut.points(2500, 4000), []);
+});
+
+test('a line is put together from what is told piece by piece', () => {
+  const sut = new Line('1/axes/X');
+  assert.equal(sut.ask(), 0);
+  sut.take(series([1000, 2000, 2100], [1, 2, 3]));
+  assert.equal(sut.ask(), 1600);
+  // What was told last has changed since: the server keeps the lowest, the highest and the last of what is fast.
+  sut.take(series([2000, 2200, 2300], [2, 9, 4], false));
+  assert.deepEqual(sut.points(0, 2300), [[1000, 1], [2000, 2], [2200, 9], [2300, 4], [2300, 4]]);
+  sut.take(series([5000], [8]));
+  assert.deepEqual(sut.points(0, 6000), [[5000, 8], [6000, 8]], 'the server began anew');
+  sut.take(series([1000, 2000, 3000], [1, 2, 3]));
+  sut.forget(2500);
+  assert.deepEqual(sut.points(0, 3000), [[2000, 2], [3000, 3], [3000, 3]]);
+});
+
+test('numbers are drawn, texts and arrays are not', () => {
+  assert.ok(isNumber({ type: 'REAL64', value: 1 }));
+  assert.ok(isNumber({ type: 'BOOLEAN', value: true }));
+  assert.ok(!isNumber({ type: 'STRING', value: 'x' }));
+  assert.ok(!isNumber({ type: 'SGN32', value: [1] }));
+  assert.ok(!isNumber({ type: 'UNKNOWN', value: null }));
+  assert.deepEqual(variablesOf([{ channel: 2, group: 'axes', values: [{ name: 'X' }] }]).map(({ id }) => id), ['2/axes/X']);
+  assert.deepEqual([qualityOf(true, 'good'), qualityOf(true, 'refused'), qualityOf(false, 'good')], ['stale', 'refused', 'good']);
+});
+
+test('a run has its place in the time that is shown', () => {
+  assert.deepEqual(placeOf(100, 200, 0, 1000), { left: 0.1, width: 0.1 });
+  assert.deepEqual(placeOf(-500, 500, 0, 1000), { left: 0, width: 0.5 });
+  assert.equal(placeOf(-500, -100, 0, 1000), null);
+  assert.equal(placeOf(2000, 3000, 0, 1000), null);
+  assert.equal(placeOf(NaN, 3000, 0, 1000), null);
 });

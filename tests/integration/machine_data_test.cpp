@@ -92,6 +92,48 @@ TEST(MachineData, IsRecorded) {
   EXPECT_THAT(cat.output(), HasSubstr("data        cnc/1  axes  V.A.ACT_POS.X="));
 }
 
+TEST(MachineData, IsSentAgainMarkedAsReplayedAndTakenBackAtTheEnd) {
+  Chain sut;
+  Process cnc = sut.cnc({"--run", Chain::program(1, moving)});
+  const std::string file = (sut.folder() / "run.mcap").string();
+  Process record = sut.millrace({"record", "-o", file});
+  record.await("^ready: ");
+  Process gateway = sut.configured_gateway(machine(axes));
+  {
+    Process watch = sut.millrace({"data", "--watch", "--count", "10"});
+    ASSERT_EQ(watch.wait(), 0) << watch.error_output();
+  }
+  record.terminate();
+  ASSERT_EQ(record.wait(), 0) << record.error_output();
+
+  // The machine itself is still served, and nothing of it is replaced.
+  Process taken = sut.millrace({"replay", "--data", "--channel", "cnc=cnc", file});
+  EXPECT_EQ(taken.wait(), 2);
+  EXPECT_THAT(taken.error_output(), HasSubstr("a gateway serves machine 'cnc'"));
+
+  Process watch = sut.millrace({"data", "--watch"});
+  watch.await("cnc/1  axes  V.A.ACT_POS.X=");
+  Process replay = sut.millrace({"replay", "--data", "--rate", "4", file});
+  watch.await("replay\\.[0-9a-f]{8}\\.cnc/1  axes  V\\.A\\.ACT_POS\\.X=.*\\(replayed\\)");
+  watch.await("replay\\.[0-9a-f]{8}\\.cnc/1  axes  nobody tells of it any more");
+  ASSERT_EQ(replay.wait(), 0) << replay.error_output();
+  EXPECT_THAT(replay.error_output(), HasSubstr("cnc/1 is replayed as replay."));
+  EXPECT_THAT(replay.output(), HasSubstr("samples and events in "));
+}
+
+TEST(MachineData, IsReplayedOnlyWhereThereIsSome) {
+  Chain sut;
+  Process none = sut.millrace({"replay", "--data", MILLRACE_TEST_DATA "/recordings/demo.mcap"});
+  EXPECT_EQ(none.wait(), 2);
+  EXPECT_THAT(none.error_output(), HasSubstr("has no machine data"));
+  for (const Flags& more : {Flags{"--step"}, Flags{"--verify"}, Flags{"--to-services"}}) {
+    Flags command{"replay", "--data", MILLRACE_TEST_DATA "/recordings/demo.mcap"};
+    command.insert(command.end(), more.begin(), more.end());
+    Process wrong = sut.millrace(command);
+    EXPECT_EQ(wrong.wait(), 2) << more.front();
+  }
+}
+
 TEST(MachineData, IsArchived) {
   Chain sut;
   Process cnc = sut.cnc({"--run", Chain::program(1, moving)});

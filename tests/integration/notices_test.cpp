@@ -96,6 +96,36 @@ TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
   EXPECT_THAT(output_of({"services"}), Not(HasSubstr("records to")));
 }
 
+TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
+  const std::string file = (chain.folder() / "run.mcap").string();
+  Process sut = chain.millrace({"record", "-o", file});
+  sut.await("^ready: ");
+  {
+    const std::filesystem::path other = chain.folder() / "other.mcap";
+    Process another = chain.millrace({"record", "-o", other.string()});
+    another.await("^ready: ");
+    await("word of the other recorder", [&] {
+      return output_of({"services"}).find("records to " + other.string()) != std::string::npos;
+    });
+    another.terminate();
+    EXPECT_EQ(another.wait(), 0);
+  }
+  const auto recorded = [&] {
+    return output_of({"log", "cat", "--kind", "notice", file + ".part"});
+  };
+  await("the end of the other's word",
+        [&] { return recorded().find("over") != std::string::npos; });
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
+  const std::string cat = output_of({"log", "cat", "--kind", "notice", file});
+  EXPECT_THAT(cat, AllOf(HasSubstr("fine  recording"), HasSubstr("over  recording"),
+                         HasSubstr("other.mcap")));
+  // What it says of itself is in its metadata.
+  EXPECT_THAT(cat, Not(HasSubstr("records to " + file)));
+  EXPECT_THAT(output_of({"log", "ls", file}), HasSubstr("program/millrace record/notice"));
+  EXPECT_THAT(output_of({"log", "export", file}), HasSubstr("\"notice\":\"recording\""));
+}
+
 TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
   Process sut = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string(),
                                 "--rotate-size", "1MiB", "--min-free", "1000000GiB"});

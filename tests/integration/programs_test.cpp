@@ -151,6 +151,11 @@ TEST_F(Programs, AreRecordedAndArchived) {
     return archived.find("ended") != std::string::npos;
   });
   EXPECT_THAT(archived, testing::ContainsRegex("\tcnc\t1\tended\t[^\t]*good.nc\t0."));
+
+  Process again = sut.millrace({"replay", "--data", "--fast", "--channel", "cnc=yesterday", file});
+  watch.await("yesterday/1  started  \"[^\"]*good\\.nc\".*\\(replayed\\)");
+  watch.await("yesterday/1  ended  \"[^\"]*good\\.nc\".*\\(replayed\\)");
+  EXPECT_EQ(again.wait(), 0) << again.error_output();
 }
 
 TEST_F(Programs, AreToldOfWithoutTheirNamesWhereTheControllerHasNone) {

@@ -30,6 +30,12 @@ bool Live::add(const recording::Entry& entry) {
       gateways_.insert_or_assign(machine->gateway, *machine);
     }
     return machines_.insert_or_assign({machine->machine, machine->gateway}, *machine).second;
+  } else if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
+    if (said->over) {
+      take_back(said->notice.key);
+    } else {
+      return add(said->notice);
+    }
   }
   return false;
 }

@@ -4,6 +4,7 @@
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
+#include "tools/print/notice_text.hpp"
 
 namespace millrace::tools::print {
 
@@ -69,6 +70,16 @@ class Fields {
   void operator()(const fabric::MachineStatus& status) const { put_machine(out_, status); }
   void operator()(const fabric::DataSample& sample) const { put_data(out_, sample); }
   void operator()(const fabric::ProgramEvent& event) const { put_program(out_, event); }
+  void operator()(const recording::NoticeNews& news) const {
+    // "kind" is what the entry is; which kind of notice, is its name.
+    out_["notice"] = utf8(news.notice.key.kind);
+    for (const auto& field : json_of(news.notice)) {
+      if (field.key() != "kind") {
+        out_[field.key()] = field.value();
+      }
+    }
+    out_["over"] = news.over;
+  }
   void operator()(const fabric::Outcome& outcome) const {
     put_instance("responder", outcome.responder);
     out_["command"] = outcome.command.to_string();

@@ -4,6 +4,7 @@
 #include "fabric/words.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/entry_text.hpp"
+#include "tools/print/notice_text.hpp"
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {
@@ -71,6 +72,13 @@ class Tail {
   }
   std::string operator()(const fabric::DataSample& sample) const { return print::line_of(sample); }
   std::string operator()(const fabric::ProgramEvent& event) const { return print::line_of(event); }
+  std::string operator()(const recording::NoticeNews& news) const {
+    const fabric::Notice& notice = news.notice;
+    return fmt::format("{}  {}{}{}", news.over ? "over" : name_of(notice.level),
+                       safe(notice.key.kind),
+                       notice.key.subject.empty() ? "" : " " + safe(notice.key.subject),
+                       notice.program.empty() ? "" : "  " + what_is_said(notice));
+  }
   std::string operator()(const fabric::Outcome& outcome) const {
     return (outcome.done ? "done" : "refused") + detail_of(outcome.detail);
   }

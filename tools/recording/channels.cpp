@@ -30,6 +30,7 @@ constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
     {"millrace/machine", "millrace::MachineStatus", last_of_each_key},
     {"millrace/data", "millrace::DataSample", last_of_each_key},
     {"millrace/program", "millrace::ProgramEvent", last_of_each_key},
+    {"millrace/notice", "millrace::Notice", last_of_each_key},
 }};
 
 }  // namespace
@@ -41,6 +42,10 @@ std::string topic_of(const Entry& entry) {
   }
   if (const auto* status = std::get_if<fabric::MachineStatus>(&entry.sample)) {
     return fmt::format("machine/{}/status", status->machine);
+  }
+  if (const auto* news = std::get_if<NoticeNews>(&entry.sample)) {
+    const std::string& program = news->notice.program;
+    return fmt::format("program/{}/notice", program.empty() ? "unknown" : program);
   }
   if (const auto* data = std::get_if<fabric::DataSample>(&entry.sample)) {
     return fmt::format("machine/{}/{}/data/{}", data->key.machine, data->key.channel, data->group);

@@ -228,6 +228,18 @@ fabric::ProgramEvent sample_of(const proto::ProgramEvent& message, Entry&) {
   };
 }
 
+NoticeNews sample_of(const proto::Notice& message, Entry&) {
+  return {.over = message.over(),
+          .notice = {.key = {instance_of(message.responder()), message.kind(), message.subject()},
+                     .level = static_cast<fabric::NoticeLevel>(message.level()),
+                     .text = message.text(),
+                     .advice = message.advice(),
+                     .since = time_of(message.since()),
+                     .program = message.program(),
+                     .host = message.host(),
+                     .pid = message.pid()}};
+}
+
 enum class Match : std::uint8_t { other_schema, damaged, decoded };
 
 /// Decodes `bytes` as a `Message` if that is what `schema` names.
@@ -257,11 +269,10 @@ Match match_one_of(std::string_view schema, std::string_view bytes, Entry& entry
 tl::expected<Entry, std::string> decode(std::string_view schema, std::string_view message,
                                         fabric::Time at) {
   Entry entry{.at = at};
-  switch (
-      match_one_of<proto::Request, proto::Reply, proto::Withdrawal, proto::ChannelStatus,
-                   proto::Instance, proto::InstanceStatus, proto::Event, proto::Command,
-                   proto::Outcome, proto::MachineStatus, proto::DataSample, proto::ProgramEvent>(
-          schema, message, entry)) {
+  switch (match_one_of<proto::Request, proto::Reply, proto::Withdrawal, proto::ChannelStatus,
+                       proto::Instance, proto::InstanceStatus, proto::Event, proto::Command,
+                       proto::Outcome, proto::MachineStatus, proto::DataSample, proto::ProgramEvent,
+                       proto::Notice>(schema, message, entry)) {
     case Match::decoded:
       return entry;
     case Match::damaged:

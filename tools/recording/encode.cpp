@@ -240,6 +240,23 @@ class ToMessage {
     return message;
   }
 
+  proto::Notice operator()(const NoticeNews& news) const {
+    const fabric::Notice& notice = news.notice;
+    proto::Notice message;
+    message.set_responder(bytes_of(notice.key.responder));
+    message.set_kind(utf8(notice.key.kind));
+    message.set_subject(utf8(notice.key.subject));
+    message.set_level(static_cast<proto::NoticeLevel>(notice.level));
+    message.set_text(utf8(notice.text));
+    message.set_advice(utf8(notice.advice));
+    message.set_since(nanoseconds(notice.since));
+    message.set_program(utf8(notice.program));
+    message.set_host(utf8(notice.host));
+    message.set_pid(notice.pid);
+    message.set_over(news.over);
+    return message;
+  }
+
  private:
   const Entry& entry_;
 };

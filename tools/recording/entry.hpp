@@ -8,6 +8,7 @@ namespace millrace::tools::recording {
 using fabric::observer::Change;
 using fabric::observer::Entry;
 using fabric::observer::InstanceNews;
+using fabric::observer::NoticeNews;
 using fabric::observer::Sample;
 using fabric::observer::Withdrawal;
 

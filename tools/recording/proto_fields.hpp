@@ -23,6 +23,7 @@ static_assert(static_cast<int>(Change::gone) == proto::INSTANCE_GONE);
 static_assert(static_cast<int>(fabric::ValueType::string) == proto::VALUE_STRING);
 static_assert(static_cast<int>(fabric::Quality::refused) == proto::QUALITY_REFUSED);
 static_assert(static_cast<int>(fabric::ProgramEventKind::resumed) == proto::PROGRAM_RESUMED);
+static_assert(static_cast<int>(fabric::NoticeLevel::problem) == proto::NOTICE_PROBLEM);
 
 inline std::string bytes_of(const fabric::InstanceId& id) {
   return {id.bytes.begin(), id.bytes.end()};

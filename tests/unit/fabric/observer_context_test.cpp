@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/observer/context.hpp"
+#include "fabric/observer/notices.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 
 namespace millrace::fabric::observer {
@@ -132,6 +133,39 @@ TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
   sut.complete(withdrawal);
   EXPECT_EQ(std::get<Withdrawal>(withdrawal.sample).call, (CallId{7, 1}));
   EXPECT_EQ(withdrawal.uuid, square_root);
+}
+
+TEST(TheNotices, AreNewsOnceUntilTheySaySomethingElse) {
+  Notices sut;
+  Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full"};
+  ASSERT_TRUE(sut.said(notice));
+  EXPECT_FALSE(sut.said(notice));
+  notice.text = "disk gone";
+  const auto again = sut.said(notice);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->notice.text, "disk gone");
+  EXPECT_FALSE(again->over);
+}
+
+TEST(TheNotices, AreOverWithWhatWasSaidLast) {
+  Notices sut;
+  const Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full", .program = "a"};
+  sut.said(notice);
+  const auto over = sut.over(notice.key);
+  ASSERT_TRUE(over);
+  EXPECT_TRUE(over->over);
+  EXPECT_EQ(over->notice, notice);
+  EXPECT_EQ(sut.over(notice.key)->notice.text, "");
+  EXPECT_TRUE(sut.said(notice));
+}
+
+TEST(TheNotices, AreRememberedUpToABound) {
+  Notices sut;
+  for (std::size_t i = 0; i <= Notices::most; ++i) {
+    EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(i)}}));
+  }
+  EXPECT_FALSE(sut.said({.key = {instance(1), "kind", "0"}}));
+  EXPECT_TRUE(sut.said({.key = {instance(1), "kind", std::to_string(Notices::most)}}));
 }
 
 }  // namespace

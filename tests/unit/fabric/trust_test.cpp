@@ -76,6 +76,7 @@ TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
 TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
   EXPECT_THAT(of_way(Way::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
               AllOf(Contains(Grant{Way::write, "millrace/v2/request", "hall/*"}),
+                    Contains(Grant{Way::write, "millrace/data", "hall"}),
                     Not(Contains(Field(&Grant::topic, "millrace/machine")))));
 }
 

@@ -68,7 +68,7 @@ void show_table(const Samples& samples) {
                  period_text(sample), base::text::safe(value.name),
                  std::string(fabric::name_of(value.type)), print::text_of(value),
                  std::string(fabric::name_of(value.quality)), look::ago(value.at),
-                 base::text::safe(value.reason)});
+                 why(value.reason, sample.replayed)});
     }
   }
   fmt::print("{}", table.text());

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/arguments.hpp"
@@ -69,6 +70,10 @@ DataOptions::DataOptions(CLI::App& command, const std::string& what)
 
 bool DataOptions::takes(const fabric::ChannelKey& key) const {
   return (machine.empty() || machine == key.machine) && (channel == 0 || channel == key.channel);
+}
+
+std::string why(const std::string& reason, bool replayed) {
+  return base::text::safe(reason) + (replayed ? (reason.empty() ? "replayed" : ", replayed") : "");
 }
 
 void listen(const DataOptions& options, const OnEntry& on_entry) {

@@ -40,4 +40,7 @@ void listen(const DataOptions& options,
 /// more. The exit code.
 int follow(const DataOptions& options, const std::function<bool(const recording::Entry&)>& wanted);
 
+/// The column WHY: the reason, and that it comes from a recording.
+std::string why(const std::string& reason, bool replayed);
+
 }  // namespace millrace::tools::commands::data

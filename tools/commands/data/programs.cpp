@@ -51,7 +51,7 @@ void show_table(const Last& last) {
                look::ago(event.at), event.program.empty() ? "-" : base::text::quoted(event.program),
                lasted(event), event.error != 0 ? std::to_string(event.error) : "-",
                event.parts ? std::to_string(*event.parts) : "-", print::mode_text(event.mode),
-               base::text::safe(event.detail)});
+               why(event.detail, event.replayed)});
   }
   fmt::print("{}", table.text());
 }

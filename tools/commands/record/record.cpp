@@ -133,8 +133,8 @@ void expect_place(const recorder::Options& settings) {
   }
 }
 
-fabric::Notice this_recorder() {
-  return {.key = {.responder = fabric::InstanceId::random()},
+fabric::Notice this_recorder(const fabric::InstanceId& responder) {
+  return {.key = {.responder = responder},
           .program = "millrace record",
           .host = base::posix::host_name(),
           .pid = static_cast<std::uint32_t>(::getpid())};
@@ -151,7 +151,7 @@ class RecordRun : public fabric::observer::ObserverListener {
         timer_(io_),
         signals_(io_, SIGINT, SIGTERM),
         observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything),
-        notices_(participant, io_.get_executor(), this_recorder()) {}
+        notices_(participant, io_.get_executor(), this_recorder(responder_)) {}
 
   /// Begins the file; the error is why that is not possible.
   recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
@@ -164,7 +164,7 @@ class RecordRun : public fabric::observer::ObserverListener {
       io_.run();
     }
     take_the_rest();
-    const fabric::observer::Counts counts = observer_.counts();
+    const fabric::observer::Counts counts = this->counts();
     if (result_) {
       keep(recorder_.finish(counts.delivered, counts.lost, std::chrono::system_clock::now()));
     }
@@ -172,13 +172,25 @@ class RecordRun : public fabric::observer::ObserverListener {
   }
 
   void on_entry(recording::Entry entry) override {
+    // What it says of itself is in the metadata of its file, and does not make it somebody who was
+    // heard.
+    const auto* news = std::get_if<recording::NoticeNews>(&entry.sample);
+    if (news != nullptr && news->notice.key.responder == responder_) {
+      ++own_;
+      return;
+    }
     if (result_) {
       keep(recorder_.on_entry(std::move(entry), Clock::now()));
     }
   }
 
   [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
-  [[nodiscard]] fabric::observer::Counts counts() const { return observer_.counts(); }
+  /// Of what others said.
+  [[nodiscard]] fabric::observer::Counts counts() const {
+    fabric::observer::Counts counts = observer_.counts();
+    counts.delivered -= own_;
+    return counts;
+  }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -274,6 +286,8 @@ class RecordRun : public fabric::observer::ObserverListener {
 
   static constexpr std::chrono::seconds time_to_be_heard{10};
 
+  const fabric::InstanceId responder_ = fabric::InstanceId::random();
+  std::uint64_t own_ = 0;
   /// What does not change of it; the rest is as it was told last.
   recorder::Condition condition_;
   recorder::Recorder recorder_;

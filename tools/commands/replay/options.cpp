@@ -1,5 +1,8 @@
 #include "tools/commands/replay/options.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "base/program/command_line.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
@@ -49,6 +52,9 @@ void add_ways(CLI::App& command, Options& options) {
   command.add_flag("--as-service", options.as_service, "Answer live calls from the recording");
   command.add_flag("--as-cnc", options.as_cnc,
                    "Stand in for the controller: a gateway finds the recorded requests there");
+  command.add_flag(
+      "--data", options.data,
+      "Send the recorded machine data and what became of programs, marked as replayed");
 }
 
 void add_times(CLI::App& command, Options& options) {
@@ -113,15 +119,22 @@ tools::replay::Pace Options::pace() const {
 }
 
 void check(const Options& options) {
-  if ((options.to_services ? 1 : 0) + (options.as_service ? 1 : 0) + (options.as_cnc ? 1 : 0) !=
-      1) {
-    throw UsageError("expected one of --to-services, --as-service and --as-cnc");
+  const std::array<bool, 4> ways{options.to_services, options.as_service, options.as_cnc,
+                                 options.data};
+  if (std::ranges::count(ways, true) != 1) {
+    throw UsageError("expected one of --to-services, --as-service, --as-cnc and --data");
   }
   if ((options.fast ? 1 : 0) + (options.step ? 1 : 0) + (options.rate != 1 ? 1 : 0) > 1) {
     throw UsageError("--rate, --fast and --step exclude each other");
   }
   if (options.as_service && options.step) {
     throw UsageError("--step: with --as-service the live calls decide when to answer");
+  }
+  if (options.data && options.step) {
+    throw UsageError("--step is for calls; with --data use --rate");
+  }
+  if (options.data && options.verify) {
+    throw UsageError("--verify: nobody answers data, so there is nothing to compare");
   }
   if (options.timeout.count() <= 0) {
     throw UsageError("--timeout: expected more than 0");

@@ -27,6 +27,7 @@ struct Options {
   bool to_services = false;
   bool as_service = false;
   bool as_cnc = false;
+  bool data = false;
 
   double rate = 1;
   bool fast = false;

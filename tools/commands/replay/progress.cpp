@@ -10,7 +10,8 @@
 
 namespace millrace::tools::commands::replay {
 
-Progress::Progress(std::size_t total) : total_(total), terminal_(::isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(std::size_t total, const char* what)
+    : total_(total), what_(what), terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 void Progress::show(std::size_t done) {
   const auto now = Clock::now();
@@ -20,7 +21,7 @@ void Progress::show(std::size_t done) {
   next_ = now + std::chrono::milliseconds(200);
   drawn_ = true;
   if (total_ == 0) {
-    fmt::print(stderr, "\r\033[K{} calls", done);
+    fmt::print(stderr, "\r\033[K{} {}", done, what_);
     return;
   }
   constexpr std::size_t width = 40;
@@ -31,8 +32,8 @@ void Progress::show(std::size_t done) {
     left =
         print::duration_text(per_call * static_cast<std::int64_t>(total_ - std::min(done, total_)));
   }
-  fmt::print(stderr, "\r\033[K[{}{}] {} of {} calls, {} left", std::string(filled, '='),
-             std::string(width - filled, ' '), done, total_, left);
+  fmt::print(stderr, "\r\033[K[{}{}] {} of {} {}, {} left", std::string(filled, '='),
+             std::string(width - filled, ' '), done, total_, what_, left);
 }
 
 void Progress::clear() {

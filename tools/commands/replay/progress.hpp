@@ -9,8 +9,8 @@ namespace millrace::tools::commands::replay {
 /// Shows nothing if standard error is no terminal.
 class Progress {
  public:
-  /// `total` 0 = no end is known.
-  explicit Progress(std::size_t total);
+  /// `total` 0 = no end is known; `what` they are.
+  explicit Progress(std::size_t total, const char* what = "calls");
   ~Progress() { clear(); }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -24,6 +24,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
 
   std::size_t total_;
+  const char* what_;
   bool terminal_;
   bool drawn_ = false;
   Clock::time_point start_ = Clock::now();

@@ -29,6 +29,9 @@ void tell_skipped(const Plan& plan) {
 
 int replay(const Options& options) {
   check(options);
+  if (options.data) {
+    return data(options);
+  }
   mcap::FileSource source = log::open(options.file);
   tools::replay::PlanBuilder builder(options.filter);
   const auto read = recording::read_entries(
@@ -51,10 +54,12 @@ int replay(const Options& options) {
 
 void add_replay(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
-      app, "replay", "Replay the calls of a recording: to services, as a service, as a controller",
+      app, "replay",
+      "Replay a recording: its calls to services, as a service, as a controller; its machine data",
       "millrace replay --to-services --verify run.mcap\n"
       "  millrace replay --as-service --channel cnc=test run.mcap\n"
-      "  millrace replay --as-cnc --rate 10 run.mcap");
+      "  millrace replay --as-cnc --rate 10 run.mcap\n"
+      "  millrace replay --data --channel cnc=test run.mcap");
   auto options = std::make_shared<Options>(command);
   command.callback([options, &chosen] { chosen.run = [options] { return replay(*options); }; });
 }

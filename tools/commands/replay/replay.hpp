@@ -14,5 +14,6 @@ void add_replay(CLI::App& app, Chosen& chosen);
 int to_services(const Options& options, const tools::replay::Plan& plan);
 int as_service(const Options& options, const tools::replay::Plan& plan);
 int as_cnc(const Options& options, const tools::replay::Plan& plan);
+int data(const Options& options);
 
 }  // namespace millrace::tools::commands::replay

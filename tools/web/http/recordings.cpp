@@ -11,6 +11,7 @@
 
 #include "base/posix/beneath.hpp"
 #include "tools/print/call_text.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/hop_report.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/survey_json.hpp"
@@ -142,6 +143,29 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
       // The next page has the rest.
     }
     return boost::json::object{{"calls", std::move(list)}, {"more", more}};
+  });
+}
+
+Recordings::Result<boost::json::object> Recordings::notices(const std::string& name,
+                                                            std::size_t most) const {
+  return source(name).map([&](mcap::FileSource file) {
+    boost::json::array list;
+    bool more = false;
+    try {
+      recording::read_entries(file, {.kinds = {"notice"}}, [&](const recording::Entry& entry) {
+        if (*stopped_) {
+          throw Enough();
+        }
+        if (list.size() == most) {
+          more = true;
+          throw Enough();
+        }
+        list.push_back(print::json_of(entry));
+      });
+    } catch (const Enough&) {
+      // Whoever wants the rest reads the file.
+    }
+    return boost::json::object{{"notices", std::move(list)}, {"more", more}};
   });
 }
 

@@ -43,6 +43,10 @@ class Recordings {
   [[nodiscard]] Result<boost::json::object> calls(const std::string& name,
                                                   const plant::CallFilter& filter, std::size_t skip,
                                                   std::size_t most) const;
+  /// {notices, more}: what programs said of themselves, in the order of the file, as `log cat
+  /// --kind notice --json` has it; at most `most`.
+  [[nodiscard]] Result<boost::json::object> notices(const std::string& name,
+                                                    std::size_t most) const;
   /// As `log timeline --json`.
   [[nodiscard]] Result<boost::json::object> timeline(const std::string& name,
                                                      const fabric::CallId& call) const;

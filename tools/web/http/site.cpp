@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <limits>
 
 #include <fmt/format.h>
 
 #include "base/text/number.hpp"
 #include "fabric/call_id_text.hpp"
+#include "tools/print/json.hpp"
 #include "tools/print/timeline_json.hpp"
 
 namespace millrace::tools::web::http {
@@ -15,6 +17,12 @@ namespace {
 
 constexpr std::size_t calls_unless_asked = 200;
 constexpr std::size_t most_calls = 2'000;
+/// Of a recording.
+constexpr std::size_t most_notices = 500;
+constexpr std::size_t runs_unless_asked = 100;
+constexpr std::size_t most_runs = 2'000;
+/// Lines over time in one answer.
+constexpr std::size_t most_lines = 32;
 
 Response not_found(std::string_view what) {
   return error_response(
@@ -39,12 +47,21 @@ std::optional<std::size_t> number_in(const Target& target, const std::string& na
   return text.empty() ? otherwise : base::text::parse_number<std::size_t>(text);
 }
 
-/// The error says what was expected.
-tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
+/// 0 unless the query names one. The error says what was expected.
+tl::expected<std::uint16_t, std::string> channel_of(const Target& target) {
   const std::string channel = target.value("channel");
   const auto number = base::text::parse_number<std::uint16_t>(channel.empty() ? "0" : channel);
   if (!number) {
     return tl::unexpected(fmt::format("channel={} is no number from 1 to 65535", channel));
+  }
+  return *number;
+}
+
+/// The error says what was expected.
+tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
+  const auto number = channel_of(target);
+  if (!number) {
+    return tl::unexpected(number.error());
   }
   return plant::CallFilter{.machine = target.value("machine"),
                            .channel = *number,
@@ -152,6 +169,12 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
   if (what == "calls") {
     return calls(target);
   }
+  if (what == "data") {
+    return data(target, now);
+  }
+  if (what == "programs") {
+    return programs(target);
+  }
   if (path.size() != 1) {
     return not_found("such thing");
   }
@@ -207,6 +230,72 @@ Outcome Site::calls(const Target& target) const {
   return json_response(print::json_of(timeline));
 }
 
+Outcome Site::data(const Target& target, const fabric::Moment& now) const {
+  const plant::DataBook& book = parts_.plant.data();
+  if (target.path.size() == 2) {
+    const auto channel = channel_of(target);
+    const auto elements = number_in(target, "elements", std::numeric_limits<std::size_t>::max());
+    if (!channel || !elements) {
+      return error_response(400, channel ? "elements is no number" : channel.error());
+    }
+    return json_response(book.samples({.machine = target.value("machine"),
+                                       .channel = *channel,
+                                       .group = target.value("group"),
+                                       .most_elements = *elements}));
+  }
+  if (target.path.size() == 3 && target.path[2] == "machines") {
+    std::set<std::string> machines;
+    book.add_machines(machines);
+    parts_.plant.programs().add_machines(machines);
+    boost::json::array names;
+    for (const std::string& machine : machines) {
+      names.emplace_back(print::utf8(machine));
+    }
+    return json_response(names);
+  }
+  if (target.path.size() != 3 || target.path[2] != "history") {
+    return not_found("such thing of machine data");
+  }
+  const std::vector<std::string> variables = target.values("variable");
+  const std::vector<std::string> since = target.values("since");
+  if (variables.size() > most_lines || since.size() > variables.size()) {
+    return error_response(
+        400, fmt::format("expected at most {} times variable=CHANNEL/GROUP/NAME, and since= for "
+                         "none or for each of them",
+                         most_lines));
+  }
+  std::vector<plant::Wanted> wanted;
+  for (std::size_t i = 0; i < variables.size(); ++i) {
+    // Milliseconds since 1970, below what nanoseconds can say.
+    constexpr std::int64_t latest = 9'000'000'000'000;
+    const auto from = i < since.size() && !since[i].empty()
+                          ? base::text::parse_number<std::int64_t>(since[i])
+                          : std::optional<std::int64_t>(0);
+    if (!from || *from < 0 || *from > latest) {
+      return error_response(400, fmt::format("since={} is no time in milliseconds", since[i]));
+    }
+    wanted.push_back({variables[i], fabric::Time(std::chrono::milliseconds(*from))});
+  }
+  return json_response(book.history(target.value("machine"), wanted, now.wall));
+}
+
+Outcome Site::programs(const Target& target) const {
+  const plant::ProgramBook& book = parts_.plant.programs();
+  const auto channel = channel_of(target);
+  const auto limit = number_in(target, "limit", runs_unless_asked);
+  if (!channel || !limit) {
+    return error_response(400, channel ? "limit is no number" : channel.error());
+  }
+  const plant::ProgramFilter filter{.machine = target.value("machine"), .channel = *channel};
+  if (target.path.size() == 2) {
+    return json_response(book.last(filter));
+  }
+  if (target.path.size() == 3 && target.path[2] == "runs") {
+    return json_response(book.runs(filter, std::min(*limit, most_runs)));
+  }
+  return not_found("such thing of programs");
+}
+
 Outcome Site::recordings(const Target& target) const {
   const auto files = parts_.recordings;
   if (!files) {
@@ -224,6 +313,10 @@ Outcome Site::recordings(const Target& target) const {
     auto file = files->download(name);
     return file ? Outcome(std::move(*file))
                 : Outcome(error_response(file.error().status, file.error().what));
+  }
+  if (path.size() == 4 && path[3] == "notices") {
+    return later(Lane::recordings,
+                 [files, name] { return response_of(files->notices(name, most_notices)); });
   }
   if (path[3] != "calls" || path.size() > 5) {
     return not_found("such thing of a recording");

@@ -58,6 +58,8 @@ class Site {
   [[nodiscard]] Outcome api(const Target& target, const Request& request,
                             const fabric::Moment& now) const;
   [[nodiscard]] Outcome calls(const Target& target) const;
+  [[nodiscard]] Outcome data(const Target& target, const fabric::Moment& now) const;
+  [[nodiscard]] Outcome programs(const Target& target) const;
   [[nodiscard]] Outcome recordings(const Target& target) const;
 
   SiteParts parts_;

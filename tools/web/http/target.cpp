@@ -45,7 +45,12 @@ std::string_view cut(std::string_view& text, char end) {
 
 std::string Target::value(const std::string& name) const {
   const auto found = query.find(name);
-  return found == query.end() ? std::string() : found->second;
+  return found == query.end() ? std::string() : found->second.back();
+}
+
+std::vector<std::string> Target::values(const std::string& name) const {
+  const auto found = query.find(name);
+  return found == query.end() ? std::vector<std::string>() : found->second;
 }
 
 std::optional<Target> parse_target(std::string_view text) {
@@ -69,7 +74,7 @@ std::optional<Target> parse_target(std::string_view text) {
     if (!name || !meaning) {
       return std::nullopt;
     }
-    target.query.insert_or_assign(std::move(*name), std::move(*meaning));
+    target.query[std::move(*name)].push_back(std::move(*meaning));
   }
   return target;
 }

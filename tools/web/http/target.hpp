@@ -14,11 +14,13 @@ namespace millrace::tools::web::http {
 struct Target {
   /// Decoded, each one a name: never empty, ".", "..", or with a '/' or NUL in it.
   std::vector<std::string> path{};
-  /// Decoded. Of a name that is there twice the last one counts.
-  std::map<std::string, std::string> query{};
+  /// Decoded; of each name what it was given, in this order.
+  std::map<std::string, std::vector<std::string>> query{};
 
-  /// The value, or an empty text.
+  /// The value, or an empty text. Of a name that is there twice the last one counts.
   [[nodiscard]] std::string value(const std::string& name) const;
+  /// All of them.
+  [[nodiscard]] std::vector<std::string> values(const std::string& name) const;
 };
 
 /// Nothing if it is no path from the root, or what it names could not be told apart from something

@@ -12,7 +12,6 @@
 #include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
 #include "fabric/observer/observer.hpp"
-#include "tools/bus/notice_reader.hpp"
 #include "tools/bus/operator.hpp"
 #include "tools/web/gate/gate.hpp"
 #include "tools/web/live/examiner.hpp"
@@ -51,13 +50,11 @@ std::set<std::string> names_of(const WebOptions& options) {
 
 }  // namespace
 
-struct Web::Impl : fabric::observer::ObserverListener, bus::NoticeListener {
+struct Web::Impl : fabric::observer::ObserverListener {
   Impl(WebOptions wanted, base::program::Log destination);
   ~Impl() override;
 
   void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
-  void on_notice(const fabric::Notice& notice) override { plant.add(notice); }
-  void on_notice_gone(const fabric::NoticeKey& key) override { plant.take_back(key); }
   std::optional<gate::Gate> make_gate();
   void run();
   void await_hangup();
@@ -85,7 +82,6 @@ struct Web::Impl : fabric::observer::ObserverListener, bus::NoticeListener {
   boost::asio::signal_set signals{io, SIGINT, SIGTERM};
   boost::asio::signal_set hangup{io, SIGHUP};
   fabric::observer::Observer observer;
-  bus::NoticeReader notices;
 };
 
 Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
@@ -113,8 +109,7 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
             .desk = gate ? &*gate : nullptr,
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),
-      observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything),
-      notices(participant, io.get_executor(), *this) {
+      observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
   server.on_greeting(
       [this] { return event_text("snapshot", boost::json::serialize(plant.snapshot(now()))); });
 }

@@ -32,6 +32,9 @@ double seconds_of(std::chrono::nanoseconds duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
+/// A gateway tells its last event again to who finds it: what happened before that is not counted.
+constexpr auto late = std::chrono::seconds(10);
+
 std::string result_of(const plant::EndedCall& ended) {
   if (ended.call.last == fabric::EventKind::withdrawn) {
     return "withdrawn";
@@ -60,6 +63,10 @@ std::string Metrics::known(std::set<std::string>& names, const std::string& name
 void Metrics::add(const recording::Entry& entry, const plant::EndedCall* ended) {
   hops_.add(entry);
   completeness_.add(entry);
+  if (const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+    add(*event, entry.at);
+    return;
+  }
   if (const auto* news = std::get_if<recording::InstanceNews>(&entry.sample)) {
     if (news->change != recording::Change::gone &&
         known(services_, news->identity.uuid, most_services) != other) {
@@ -83,6 +90,30 @@ void Metrics::add(const recording::Entry& entry, const plant::EndedCall* ended) 
   ++calls_[{service, machine, result_of(*ended)}];
 }
 
+void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
+  using fabric::ProgramEventKind;
+  if (event.replayed) {
+    return;  // Each replay has machines of its own.
+  }
+  std::string machine = known(machines_, event.key.machine, most_machines);
+  std::uint16_t channel = event.key.channel;
+  if (!runs_.contains({machine, channel, "ended"})) {
+    if (runs_.size() + 3 > most_program_series) {
+      machine = other;
+      channel = 0;
+    }
+    for (const char* result : {"ended", "aborted", "reset"}) {
+      runs_.try_emplace({machine, channel, result});
+    }
+  }
+  const bool is_end = event.kind == ProgramEventKind::ended ||
+                      event.kind == ProgramEventKind::aborted ||
+                      event.kind == ProgramEventKind::reset;
+  if (is_end && event.at > received - late) {
+    ++runs_[{machine, channel, std::string(name_of(event.kind))}];
+  }
+}
+
 std::string Metrics::text(const plant::Plant& plant, const ProgramFigures& program) const {
   Families families;
   put_program(families, program);
@@ -91,6 +122,8 @@ std::string Metrics::text(const plant::Plant& plant, const ProgramFigures& progr
   put_links(families, plant.live());
   put_services(families, plant.live());
   put_notices(families, plant.live());
+  put_data(families, plant.data());
+  put_runs(families);
   return families.text();
 }
 
@@ -305,6 +338,42 @@ void Metrics::put_notices(Families& families, const bus::Live& live) const {
       ++shown;
       notices.add(labels, 1);
     }
+  }
+}
+
+void Metrics::put_data(Families& families, const plant::DataBook& data) const {
+  Family values = families.gauge("millrace_data_values",
+                                 "Sampled values of the machine by quality: good, stale because "
+                                 "the controller has not answered since, refused by it.");
+  std::map<std::pair<std::string, fabric::Quality>, std::size_t> counts;
+  std::set<std::string> machines;
+  for (const auto& [labels, count] : data.qualities()) {
+    const bool has_room = machines.contains(labels.first) || machines.size() < most_machines;
+    const std::string machine = has_room ? labels.first : other;
+    machines.insert(machine);
+    counts[{machine, labels.second}] += count;
+  }
+  for (const std::string& machine : machines) {
+    // All three: an alarm sees a number rise.
+    for (const auto quality :
+         {fabric::Quality::good, fabric::Quality::stale, fabric::Quality::refused}) {
+      const auto count = counts.find({machine, quality});
+      values.add({{"machine", machine}, {"quality", std::string(name_of(quality))}},
+                 count == counts.end() ? 0 : static_cast<double>(count->second));
+    }
+  }
+}
+
+void Metrics::put_runs(Families& families) const {
+  Family runs = families.counter("millrace_programs_total",
+                                 "Runs of NC programs that are over: ended, aborted with an error, "
+                                 "or reset.");
+  for (const auto& [labels, count] : runs_) {
+    const auto& [machine, channel, result] = labels;
+    runs.add({{"machine", machine},
+              {"channel", channel == 0 ? other : std::to_string(channel)},
+              {"result", result}},
+             static_cast<double>(count));
   }
 }
 

@@ -50,6 +50,7 @@ class Metrics {
   static constexpr std::size_t most_call_series = 2'000;
   static constexpr std::size_t most_channels = 2'000;
   static constexpr std::size_t most_notices = 200;
+  static constexpr std::size_t most_program_series = 2'000;
 
   Metrics();
 
@@ -61,13 +62,18 @@ class Metrics {
  private:
   /// Service, machine, result.
   using CallLabels = std::tuple<std::string, std::string, std::string>;
+  /// Machine, channel, result.
+  using ProgramLabels = std::tuple<std::string, std::uint16_t, std::string>;
 
+  void add(const fabric::ProgramEvent& event, fabric::Time received);
   std::string known(std::set<std::string>& names, const std::string& name, std::size_t most);
   void put_calls(Families& families) const;
   void put_channels(Families& families, const bus::Live& live) const;
   void put_links(Families& families, const bus::Live& live) const;
   void put_services(Families& families, const bus::Live& live) const;
   void put_notices(Families& families, const bus::Live& live) const;
+  void put_data(Families& families, const plant::DataBook& data) const;
+  void put_runs(Families& families) const;
   void put_program(Families& families, const ProgramFigures& program) const;
 
   recording::HopStatistics hops_;
@@ -78,6 +84,7 @@ class Metrics {
   std::map<std::string, std::string> names_;
   std::map<CallLabels, std::uint64_t> calls_;
   std::map<std::pair<std::string, recording::Hop>, Buckets> durations_;
+  std::map<ProgramLabels, std::uint64_t> runs_;
 };
 
 }  // namespace millrace::tools::web::metrics

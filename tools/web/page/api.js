@@ -23,9 +23,9 @@ async function ask(path, options) {
   return body;
 }
 
-/** `parts` are segments of the path below /api, encoded here; `query` leaves out what is empty. */
+/** `parts` are segments of the path below /api, encoded here; `query`, an object or pairs, leaves out what is empty. */
 export function get(parts, query = {}) {
-  const filled = Object.entries(query).filter(([, value]) => value !== '' && value !== undefined && value !== null);
+  const filled = (Array.isArray(query) ? query : Object.entries(query)).filter(([, value]) => value !== '' && value !== undefined && value !== null);
   const text = new URLSearchParams(filled).toString();
   return ask(`/api/${parts.map(encodeURIComponent).join('/')}${text ? `?${text}` : ''}`);
 }

@@ -9,6 +9,7 @@ import { language, words } from './words.js';
 import { makeSession } from './session.js';
 import { callView } from './views/call.js';
 import { callsView } from './views/calls.js';
+import { dataView } from './views/data.js';
 import { doctorView } from './views/doctor.js';
 import { plantView } from './views/plant.js';
 import { recordingsView, recordingView } from './views/recordings.js';
@@ -40,7 +41,7 @@ const time = element('time', { class: 'clock' });
 const lost = element('div', { class: 'lost', role: 'alert', hidden: true });
 const again = element('div', { class: 'again', role: 'status', hidden: true });
 const tabs = new Map();
-const nav = element('nav', { class: 'tabs', 'aria-label': words.tabsLabel }, ['plant', 'services', 'calls', 'recordings', 'doctor'].map((name) => {
+const nav = element('nav', { class: 'tabs', 'aria-label': words.tabsLabel }, ['plant', 'services', 'calls', 'data', 'recordings', 'doctor'].map((name) => {
   const count = element('span', { class: 'tab-count', hidden: true });
   const link = element('a', { href: `#/${name}`, 'data-tab': name }, element('span', {}, words.tabs[name]), count);
   tabs.set(name, { link, count });
@@ -97,7 +98,8 @@ function route() {
       return part;
     }
   });
-  const [tab, id, inner] = app.isWall ? ['plant'] : parts;
+  // On a wall there is the plant, or the lines that were chosen elsewhere.
+  const [tab, id, inner] = app.isWall && parts[0] !== 'data' ? ['plant'] : parts;
   switch (tab) {
     case 'services':
       return { tab, view: servicesView(app) };
@@ -112,6 +114,8 @@ function route() {
         return { tab, view: callView(app, inner, ['recordings', id, 'calls', inner], back) };
       }
       return { tab, view: id ? recordingView(app, id, asked) : recordingsView(app) };
+    case 'data':
+      return { tab, view: dataView(app, asked) };
     case 'doctor':
       return { tab, view: doctorView(app) };
     default:
@@ -171,6 +175,7 @@ function update() {
   const { level, counts } = assess(model.plant(), app.now(), model.notices);
   tellState(model.about !== null && !model.isLost ? level : 'unknown', counts.person + counts.machines + counts.programs);
   tabs.get('recordings').link.hidden = !model.about?.recordings;
+  tabs.get('data').link.hidden = !(model.totals?.data_groups > 0 || model.totals?.program_channels > 0 || view?.isData);
   updateAccount();
   view?.update();
 }

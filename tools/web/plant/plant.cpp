@@ -22,6 +22,22 @@ bool goes_by_itself(fabric::ChannelState state) {
 }  // namespace
 
 const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment& now) {
+  if (const auto* sample = std::get_if<fabric::DataSample>(&entry.sample)) {
+    data_.add(*sample, entry.at);
+    return nullptr;
+  }
+  if (const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
+    programs_.add(*event, entry.at);
+    return nullptr;
+  }
+  if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
+    if (said->over) {
+      take_back(said->notice.key);
+    } else {
+      add(said->notice);
+    }
+    return nullptr;
+  }
   live_.add(entry);
   const EndedCall* ended = book_.add(entry);
   if (ended != nullptr) {
@@ -30,7 +46,7 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
   if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
     channels_changed_.insert(channel->key);
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    mark_all_of(machine->machine);
+    add_link(*machine, entry.at);
   } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
     if (live_.instances().contains(status->instance)) {
       services_changed_.insert(status->instance);
@@ -53,6 +69,14 @@ void Plant::add(const fabric::Notice& notice) {
 void Plant::take_back(const fabric::NoticeKey& key) {
   live_.take_back(key);
   notices_changed_ = true;
+}
+
+void Plant::add_link(const fabric::MachineStatus& status, fabric::Time received) {
+  mark_all_of(status.machine);
+  if (link_of(status.machine) == "gone") {
+    data_.silence(status.machine, received);
+    programs_.silence(status.machine);
+  }
 }
 
 void Plant::add_news(const recording::InstanceNews& news) {
@@ -136,6 +160,7 @@ bool Plant::may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) c
 std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
   end_steps(now);
   mark_what_moves(now);
+  data_.forget_old(now.wall);
   boost::json::array machines;
   boost::json::array machines_gone;
   for (const MachineKey& key : machines_changed_) {

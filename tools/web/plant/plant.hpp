@@ -22,8 +22,10 @@
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/live.hpp"
 #include "tools/web/plant/call_book.hpp"
+#include "tools/web/plant/data_book.hpp"
 #include "tools/web/plant/history.hpp"
 #include "tools/web/plant/pace.hpp"
+#include "tools/web/plant/program_book.hpp"
 
 namespace millrace::tools::web::plant {
 
@@ -72,6 +74,9 @@ class Plant {
   [[nodiscard]] boost::json::object history() const { return history_.json(); }
   [[nodiscard]] const bus::Live& live() const { return live_; }
   [[nodiscard]] const CallBook& book() const { return book_; }
+  /// Who looks at them asks for them: a snapshot and changes say how many there are.
+  [[nodiscard]] const DataBook& data() const { return data_; }
+  [[nodiscard]] const ProgramBook& programs() const { return programs_; }
 
   /// As a call is shown wherever it is.
   [[nodiscard]] boost::json::object json_of(const EndedCall& call) const;
@@ -80,6 +85,7 @@ class Plant {
   using MachineKey = bus::Live::Machines::key_type;
 
   void add_news(const recording::InstanceNews& news);
+  void add_link(const fabric::MachineStatus& status, fabric::Time received);
   void add_ended(const EndedCall& ended, const fabric::Moment& now);
   void mark_all_of(const std::string& machine);
   void mark_what_moves(const fabric::Moment& now);
@@ -100,6 +106,8 @@ class Plant {
   About about_;
   bus::Live live_;
   CallBook book_;
+  DataBook data_;
+  ProgramBook programs_;
   History history_;
   /// By UUID: what its last instance was called, for services that have none any more.
   std::map<std::string, std::string> service_names_;

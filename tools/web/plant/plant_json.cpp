@@ -129,7 +129,10 @@ boost::json::object Plant::totals(const fabric::Moment& now) const {
                           {"lost", counts_.lost},
                           {"services", live_.instances().size()},
                           {"machines", live_.machines().size()},
-                          {"channels", live_.channels().size()}};
+                          {"channels", live_.channels().size()},
+                          {"data_groups", data_.groups()},
+                          {"data_left_out", data_.left_out()},
+                          {"program_channels", programs_.channels()}};
   put_duration(out, "p50_ms", figures.p50);
   put_duration(out, "p99_ms", figures.p99);
   return out;

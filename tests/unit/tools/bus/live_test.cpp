@@ -120,5 +120,14 @@ TEST(TheLivePicture, KeepsSoManyNoticesWhoeverSaysMore) {
   EXPECT_THAT(sut.notices(), SizeIs(Live::most_notices));
 }
 
+TEST(TheLivePicture, HasWhatAProgramSaysUntilThatIsOver) {
+  Live sut;
+  const fabric::Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full"};
+  EXPECT_TRUE(sut.add(Entry{.sample = recording::NoticeNews{.notice = notice}}));
+  EXPECT_EQ(sut.notices().at(notice.key), notice);
+  sut.add(Entry{.sample = recording::NoticeNews{.over = true, .notice = notice}});
+  EXPECT_THAT(sut.notices(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace millrace::tools::bus

@@ -26,6 +26,26 @@ TEST(EntryLine, TellsTheSizeOfAWithheldText) {
   EXPECT_NE(line_of(entry).find("(8 bytes, not recorded)"), std::string::npos);
 }
 
+TEST(EntryLine, TellsWhatAProgramSaysAndThatItIsOver) {
+  Entry entry{.at = recording::tests::at(0),
+              .sample = recording::NoticeNews{.notice = {.key = {{}, "archive", "main"},
+                                                         .text = "disk full",
+                                                         .program = "archiver",
+                                                         .host = "vm",
+                                                         .pid = 17}}};
+  EXPECT_EQ(line_of(entry),
+            "2026-03-01T07:00:00.000000Z  notice      problem  archive main  archiver on vm, pid "
+            "17: disk full");
+  std::get<recording::NoticeNews>(entry.sample).over = true;
+  EXPECT_EQ(line_of(entry),
+            "2026-03-01T07:00:00.000000Z  notice      over  archive main  archiver on vm, pid 17: "
+            "disk full");
+  EXPECT_EQ(json_of(entry).at("kind"), "notice");
+  EXPECT_EQ(json_of(entry).at("notice"), "archive");
+  EXPECT_EQ(json_of(entry).at("text"), "disk full");
+  EXPECT_EQ(json_of(entry).at("over"), true);
+}
+
 TEST(EntryJson, NamesEveryField) {
   EXPECT_EQ(boost::json::serialize(json_of(one_call(17, 0)[4])),
             R"({"time":"2026-03-01T07:00:00.005100Z","kind":"event","machine":"cnc","channel":1,)"

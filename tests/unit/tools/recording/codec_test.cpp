@@ -159,6 +159,25 @@ TEST(RecordingCodec, KeepsDataAndProgramEvents) {
   EXPECT_EQ(topic_of(event), "machine/press/2/program");
 }
 
+TEST(RecordingCodec, KeepsWhatAProgramSaysOfItself) {
+  const fabric::Notice notice{.key = {instance(3), "archive", "main"},
+                              .level = fabric::NoticeLevel::warning,
+                              .text = "the disk is almost full",
+                              .advice = "make room",
+                              .since = at(1),
+                              .program = "millrace-archiver",
+                              .host = "cell-7",
+                              .pid = 17};
+  const Entry said{.at = at(2), .sample = NoticeNews{.notice = notice}};
+  EXPECT_EQ(std::get<NoticeNews>(there_and_back(said).sample).notice, notice);
+  EXPECT_FALSE(std::get<NoticeNews>(there_and_back(said).sample).over);
+  EXPECT_EQ(topic_of(said), "program/millrace-archiver/notice");
+  const Entry over{.at = at(3), .sample = NoticeNews{.over = true, .notice = notice}};
+  EXPECT_TRUE(std::get<NoticeNews>(there_and_back(over).sample).over);
+  EXPECT_EQ(origin_of(over), at(3));
+  EXPECT_EQ(origin_of(said), at(1));
+}
+
 TEST(RecordingCodec, KeepsCommandAndOutcome) {
   const Entry command{.at = at(1),
                       .sample = fabric::Command{.id = instance(1),

@@ -175,5 +175,43 @@ TEST_F(TheMetrics, TellThatAJournalIsFullAlsoWhereNoCallWaits) {
   EXPECT_THAT(text(), HasSubstr("millrace_gateway_journal_writable{machine=\"cnc\"} 1\n"));
 }
 
+TEST_F(TheMetrics, CountProgramsThatAreOverButNotThoseOfBeforeOrOfAReplay) {
+  using fabric::ProgramEventKind;
+  const auto tell = [this](ProgramEventKind kind, double ms, bool replayed = false) {
+    add(Entry{.at = at(20'000),
+              .sample = fabric::ProgramEvent{
+                  .key = {"press", 1}, .kind = kind, .at = at(ms), .replayed = replayed}});
+  };
+  tell(ProgramEventKind::ended, 0);
+  EXPECT_THAT(text(), HasSubstr("millrace_programs_total{machine=\"press\",channel=\"1\","
+                                "result=\"ended\"} 0\n"));
+  tell(ProgramEventKind::started, 19'000);
+  tell(ProgramEventKind::aborted, 19'500);
+  tell(ProgramEventKind::aborted, 19'500, true);
+  EXPECT_THAT(text(), HasSubstr("channel=\"1\",result=\"aborted\"} 1\n"));
+}
+
+TEST_F(TheMetrics, CountProgramsOfNoMoreChannelsThanTheyHaveRoomFor) {
+  for (std::uint16_t channel = 1; channel <= 1000; ++channel) {
+    add(Entry{
+        .at = at(0),
+        .sample = fabric::ProgramEvent{
+            .key = {"press", channel}, .kind = fabric::ProgramEventKind::ended, .at = at(0)}});
+  }
+  EXPECT_THAT(text(), HasSubstr("machine=\"other\",channel=\"other\",result=\"ended\"} "));
+  EXPECT_THAT(text(), Not(HasSubstr("channel=\"999\"")));
+}
+
+TEST_F(TheMetrics, CountValuesByQuality) {
+  add(Entry{.at = at(0),
+            .sample = fabric::DataSample{
+                .key = {"press", 1},
+                .group = "axes",
+                .at = at(0),
+                .values = {{.name = "X"}, {.name = "Y", .quality = fabric::Quality::refused}}}});
+  EXPECT_THAT(text(), HasSubstr("millrace_data_values{machine=\"press\",quality=\"refused\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_data_values{machine=\"press\",quality=\"stale\"} 0\n"));
+}
+
 }  // namespace
 }  // namespace millrace::tools::web::metrics

@@ -98,6 +98,58 @@ TEST_F(ASite, TellsOfThePlant) {
   EXPECT_EQ(answer(get("/healthz")).status, 200U);
 }
 
+TEST_F(ASite, TellsOfMachineDataToWhoAsksForIt) {
+  const fabric::Time now = recording::tests::at(0);
+  plant.add({.at = now,
+             .sample = fabric::DataSample{.key = {"press", 1},
+                                          .group = "axes",
+                                          .at = now,
+                                          .values = {{.name = "V.A.X",
+                                                      .type = fabric::ValueType::real64,
+                                                      .at = now,
+                                                      .elements = std::vector<double>{1.5}}}}},
+            {});
+  EXPECT_EQ(json(answer(get("/api/data"))).at(0).at("values").at(0).at("value"), 1.5);
+  EXPECT_THAT(json(answer(get("/api/data?machine=lathe"))).as_array(), IsEmpty());
+  const auto history = json(answer(get("/api/data/history?machine=press&variable=1/axes/V.A.X")));
+  EXPECT_EQ(history.at("series").at(0).at("variable"), "1/axes/V.A.X");
+  EXPECT_EQ(history.at("series").at(0).at("values").at(0), 1.5);
+  EXPECT_EQ(json(answer(get("/api/snapshot"))).at("totals").at("data_groups"), 1);
+  EXPECT_THAT(
+      json(answer(get("/api/data/history?machine=press&variable=x"))).at("series").as_array(),
+      IsEmpty());
+  for (const char* target :
+       {"/api/data?channel=x", "/api/data?elements=x", "/api/data/history?since=1",
+        "/api/data/history?variable=x&since=y", "/api/data/history?variable=x&since=-1",
+        "/api/data/history?variable=x&since=9223372036854775807"}) {
+    EXPECT_EQ(answer(get(target)).status, 400U) << target;
+  }
+  std::string many = "/api/data/history?machine=press";
+  for (int i = 0; i < 33; ++i) {
+    many += "&variable=1/axes/V.A.X";
+  }
+  EXPECT_EQ(answer(get(many)).status, 400U);
+  EXPECT_EQ(answer(get("/api/data/more")).status, 404U);
+  EXPECT_EQ(answer(get("/api/data/history/more")).status, 404U);
+}
+
+TEST_F(ASite, TellsOfPrograms) {
+  const fabric::Time now = recording::tests::at(0);
+  plant.add(
+      {.at = now, .sample = fabric::ProgramEvent{.key = {"press", 2}, .at = now, .started = now}},
+      {});
+  EXPECT_EQ(json(answer(get("/api/programs"))).at(0).at("event"), "started");
+  EXPECT_EQ(json(answer(get("/api/data/machines"))).at(0), "press");
+  EXPECT_EQ(json(answer(get("/api/programs/runs?channel=2"))).at("runs").at(0).at("state"),
+            "running");
+  EXPECT_THAT(json(answer(get("/api/programs/runs?channel=1"))).at("runs").as_array(), IsEmpty());
+  EXPECT_THAT(json(answer(get("/api/programs/runs?limit=0"))).at("runs").as_array(), IsEmpty());
+  EXPECT_EQ(json(answer(get("/api/snapshot"))).at("totals").at("program_channels"), 1);
+  EXPECT_EQ(answer(get("/api/programs/runs?limit=x")).status, 400U);
+  EXPECT_EQ(answer(get("/api/programs?channel=x")).status, 400U);
+  EXPECT_EQ(answer(get("/api/programs/more")).status, 404U);
+}
+
 TEST_F(ASite, IsNotReachedByANameThatSomebodyElseMadeUp) {
   Request request = get("/api/about");
   for (const char* host : {"127.0.0.1", "[::1]:8080", "localhost:8080", "LOCALHOST", "Hall-PC:1"}) {

@@ -22,6 +22,15 @@ TEST(ATarget, IsTakenApart) {
   EXPECT_THAT(parse_target("/a%20b")->path, ElementsAre("a b"));
 }
 
+TEST(ATarget, MayNameOneThingSeveralTimes) {
+  const auto sut = parse_target("/api/data/history?variable=1/a/X&since=&variable=1/a/Y");
+  ASSERT_TRUE(sut);
+  EXPECT_THAT(sut->values("variable"), ElementsAre("1/a/X", "1/a/Y"));
+  EXPECT_EQ(sut->value("variable"), "1/a/Y");
+  EXPECT_THAT(sut->values("since"), ElementsAre(""));
+  EXPECT_THAT(sut->values("x"), IsEmpty());
+}
+
 TEST(ATarget, NamesNothingThatItDoesNotSayPlainly) {
   for (const char* text :
        {"", "*", "api", "http://elsewhere/", "//", "//etc/passwd", "/..", "/a/../b", "/a/%2e%2e/b",

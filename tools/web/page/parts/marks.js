@@ -1,6 +1,6 @@
 // Small things that stand in several views: a state with its shape and word, a text of the fabric, a line of facts.
 import { shapeOf } from '../attention.js';
-import { element, setAttribute, setText } from '../dom.js';
+import { element, replace, setAttribute, setText } from '../dom.js';
 import { shape } from '../shapes.js';
 import { words } from '../words.js';
 
@@ -55,4 +55,33 @@ export function scrolling(label, ...content) {
 export function notice(kind, title, text) {
   return element('div', { class: 'notice', 'data-kind': kind }, element('p', { class: 'notice-title' }, title),
     text && element('p', {}, text));
+}
+
+/**
+ * A choice of one out of several, or of all where `all` is a word for it; { node, show(options), choose(value) } keeps what
+ * is chosen.
+ */
+export function chooser(label, chosen, changed, all = words.calls.all) {
+  let value = chosen;
+  const select = element('select', { onchange: () => { value = select.value; changed(value); } });
+  const node = element('label', {}, element('span', {}, label), select);
+  let shown = '';
+  return {
+    node,
+    show(options) {
+      const each = all ? [['', all], ...options] : [...options];
+      if (value && !options.some(([one]) => one === value)) {
+        each.push([value, visible(value)]);
+      }
+      const fresh = JSON.stringify(each);
+      if (fresh !== shown) {
+        shown = fresh;
+        replace(select, each.map(([one, word]) => element('option', { value: one, selected: one === value }, word)));
+      }
+    },
+    choose(wanted) {
+      value = wanted;
+      shown = '';
+    },
+  };
 }

@@ -25,6 +25,9 @@ const lineColours = ['--line-1', '--line-2'];
 /** The second line is dashed, so that the two are told apart without colours. */
 const patterns = [null, [6, 4]];
 
+/** On a wall letters are larger. */
+const timeAxis = () => (document.documentElement.classList.contains('wall') ? { pixelsPerLabel: 130, axisLabelWidth: 110 } : { pixelsPerLabel: 75, axisLabelWidth: 60 });
+
 /** What a line says, for who cannot see it. */
 function inWords(title, values) {
   const known = values.filter((value) => value !== null && value !== undefined);
@@ -35,19 +38,22 @@ function inWords(title, values) {
 }
 
 /**
- * A plot of one or two lines; { node, update(times, lines) }: times in milliseconds, lines an array of values for each
- * label, null where there is none.
+ * A plot of one or two lines; { node, area, update(times, lines, between), redraw }: times in milliseconds, lines an array
+ * of values for each label, null where there is none; `between` the first and the last time shown. With `step` a value holds
+ * until the next; `side` stands in the place of the legend.
  */
-export function plot(title, labels) {
+export function plot(title, labels, { step = false, side = null } = {}) {
   const area = element('div', { class: 'plot-area', 'aria-hidden': 'true' });
   const says = element('p', { class: 'for-readers' });
-  const legend = element('span', { class: 'plot-legend', 'aria-hidden': 'true' }, labels.map((label, i) => element('span', { 'data-line': i + 1 },
+  const legend = side ?? element('span', { class: 'plot-legend', 'aria-hidden': 'true' }, labels.map((label, i) => element('span', { 'data-line': i + 1 },
     drawing('svg', { viewBox: '0 0 24 6', class: 'plot-key' }, drawing('path', { d: i === 0 ? 'M0 3h24' : 'M0 3h7M10 3h7M20 3h4' })), label)));
   const node = element('figure', { class: 'plot' }, element('figcaption', {}, title, legend), area, says);
   let graph = null;
   let wanted = null;
+  let shown = null;
 
   const options = () => ({
+    dateWindow: shown,
     colors: lineColours.map(colour).slice(0, labels.length),
     gridLineColor: colour('--grid'),
     axisLineColor: colour('--grid'),
@@ -65,8 +71,9 @@ export function plot(title, labels) {
       labels: [words.services.plotLabels.time, ...labels],
       series: Object.fromEntries(labels.map((label, i) => [label, { strokePattern: patterns[i] }])),
       strokeWidth: 1.8,
-      includeZero: true,
-      drawPoints: true,
+      includeZero: !step,
+      stepPlot: step,
+      drawPoints: !step,
       drawPointCallback: alonePoint,
       pointSize: 2,
       highlightCircleSize: 0,
@@ -74,18 +81,22 @@ export function plot(title, labels) {
       interactionModel: {},
       rightGap: 8,
       axes: {
-        x: { axisLabelFormatter: (time) => clock(Number(time)).replace(/:00$/, ''), pixelsPerLabel: 75, axisLabelWidth: 60 },
-        y: { axisLabelFormatter: (value) => number(value, 2), axisLabelWidth: 40, pixelsPerLabel: 26 },
+        x: { axisLabelFormatter: (time) => clock(Number(time)).replace(/:00$/, ''), ...timeAxis() },
+        y: { axisLabelFormatter: (value) => number(value, 2), axisLabelWidth: step ? 64 : 40, pixelsPerLabel: 26 },
       },
       ...options(),
     });
   };
+  const redraw = () => draw().catch(() => setText(area, words.failure.unreachable));
   return {
     node,
-    update(times, lines) {
+    area,
+    redraw,
+    update(times, lines, between = null) {
+      shown = between;
       wanted = times.map((time, i) => [new Date(time), ...lines.map((line) => line[i] ?? null)]);
       setText(says, lines.map((line, i) => inWords(`${title}, ${labels[i]}`, line)).join('. '));
-      draw().catch(() => setText(area, words.failure.unreachable));
+      redraw();
     },
   };
 }

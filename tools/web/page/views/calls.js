@@ -2,8 +2,8 @@
 import { get } from '../api.js';
 import { byName } from '../model.js';
 import { callsTable, countCalls } from '../parts/calls_table.js';
-import { visible } from '../parts/marks.js';
-import { element, replace, setText } from '../dom.js';
+import { chooser, visible } from '../parts/marks.js';
+import { element, setText } from '../dom.js';
 import { words } from '../words.js';
 
 const text = words.calls;
@@ -15,27 +15,6 @@ const betweenMs = 450;
 function fits(call, filter) {
   return (!filter.machine || call.machine === filter.machine) && (!filter.channel || String(call.channel) === filter.channel)
     && (!filter.uuid || call.uuid === filter.uuid) && (!filter.failed || call.failed);
-}
-
-/** A choice of one out of several; { node, show(options) } keeps what is chosen. */
-function chooser(label, value, changed) {
-  const select = element('select', { onchange: () => changed(select.value) });
-  const node = element('label', {}, element('span', {}, label), select);
-  let shown = '';
-  return {
-    node,
-    show(options) {
-      const all = [['', text.all], ...options];
-      if (value && !options.some(([each]) => each === value)) {
-        all.push([value, visible(value)]);
-      }
-      const fresh = JSON.stringify(all);
-      if (fresh !== shown) {
-        shown = fresh;
-        replace(select, all.map(([each, word]) => element('option', { value: each, selected: each === value }, word)));
-      }
-    },
-  };
 }
 
 export function callsView(app, query) {

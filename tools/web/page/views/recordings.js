@@ -64,10 +64,22 @@ function summary(info) {
   ];
 }
 
+/** What programs said of themselves while it was recorded. */
+function noticeTable({ notices, more }) {
+  return notices.length > 0 && [scrolling(text.notices,
+    element('table', { class: 'notices' }, element('caption', {}, text.notices), tableHead(['time', 'program', 'level', 'what'], text.noticeColumns),
+      element('tbody', {}, notices.map((each) => element('tr', {},
+        element('td', {}, moment(milliseconds(each.time))), element('th', { scope: 'row' }, `${visible(each.program || each.responder)} · ${visible(each.host)}`),
+        element('td', {}, each.over ? text.over : words.doctor.severity[each.level] ?? each.level),
+        element('td', { lang: 'en' }, visible(each.text || each.notice), element('span', { class: 'detail' }, visible(each.advice)))))))),
+  more && element('p', { class: 'list-status' }, text.more)];
+}
+
 export function recordingView(app, name, query) {
   const skip = Math.max(0, Number(query.get('skip')) || 0);
   const failed = query.get('failed') ? '1' : '';
   const about = element('div', {}, element('p', {}, words.showing));
+  const said = element('div');
   const status = element('p', { class: 'list-status' });
   const table = callsTable((call) => `#/recordings/${encodeURIComponent(name)}/${encodeURIComponent(call.call)}`, () => NaN);
   const pages = element('nav', { class: 'pages', 'aria-label': text.calls });
@@ -82,7 +94,7 @@ export function recordingView(app, name, query) {
     element('nav', { class: 'back', 'aria-label': text.back }, element('a', { href: '#/recordings' }, `← ${text.back}`)),
     element('h1', { tabindex: '-1' }, visible(name)),
     element('p', {}, element('a', { class: 'act', href: fileOf(name), download: true }, text.download)),
-    about,
+    about, said,
     element('h2', {}, text.calls),
     element('form', { class: 'filter', 'aria-label': words.calls.filter, onsubmit: (event) => event.preventDefault() },
       element('label', { class: 'tick' }, onlyFailed, element('span', {}, words.calls.failed)), status),
@@ -93,6 +105,8 @@ export function recordingView(app, name, query) {
     update() {},
     async enter() {
       get(['recordings', name]).then((info) => replace(about, ...summary(info)), (problem) => replace(about, failure(problem)));
+      // Where it cannot be read the summary says why.
+      get(['recordings', name, 'notices']).then((answer) => replace(said, noticeTable(answer)), () => {});
       try {
         const { calls, more } = await get(['recordings', name, 'calls'], { failed, limit: perPage, skip: skip || '' });
         table.show(calls);

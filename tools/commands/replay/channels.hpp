@@ -1,0 +1,20 @@
+// In which channels a recording is replayed.
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "tools/commands/replay/options.hpp"
+
+namespace millrace::tools::commands::replay {
+
+/// The channel for each recorded one: what --channel names, otherwise one of a machine whose name
+/// is drawn. Throws UsageError if two of them would be one, or a name is too long.
+std::map<fabric::ChannelKey, fabric::ChannelKey> channels_asked(
+    const Options& options, const std::set<fabric::ChannelKey>& recorded);
+
+/// A channel that the user has named must not belong to a live machine: throws UsageError.
+void check_free(const Options& options,
+                const std::map<fabric::ChannelKey, fabric::ChannelKey>& channels);
+
+}  // namespace millrace::tools::commands::replay

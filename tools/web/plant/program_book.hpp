@@ -1,0 +1,84 @@
+// The programs of channels: what was told last of each, and the runs of the last time, put together
+// from events. Pure.
+//
+//   book.add(event, received);                          // each, as it comes
+//   book.last({.machine = "press"})                     // as `millrace programs --json`
+//   book.runs({.machine = "press"}, 100)                // the newest first
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <boost/json/array.hpp>
+#include <boost/json/object.hpp>
+
+#include "fabric/data.hpp"
+
+namespace millrace::tools::web::plant {
+
+/// An empty text, and channel 0, take everything.
+struct ProgramFilter {
+  std::string machine{};
+  std::uint16_t channel = 0;
+};
+
+class ProgramBook {
+ public:
+  struct Limits {
+    /// Whoever is on the fabric can tell what he likes.
+    std::size_t channels = 1'000;
+    /// Of each, and of one run so many times that it was held.
+    std::size_t runs = 200;
+    std::size_t holds = 20;
+  };
+
+  ProgramBook() : ProgramBook(Limits{}) {}
+  explicit ProgramBook(Limits limits) : limits_(limits) {}
+
+  void add(const fabric::ProgramEvent& event, fabric::Time received);
+  /// No gateway of the machine is heard: what becomes of the runs that are under way nobody knows.
+  void silence(const std::string& machine);
+
+  /// The last event of each channel, with the fields of `millrace programs --json`.
+  [[nodiscard]] boost::json::array last(const ProgramFilter& filter) const;
+  /// {runs, more}: the newest first, at most `most`.
+  [[nodiscard]] boost::json::object runs(const ProgramFilter& filter, std::size_t most) const;
+  /// Adds the machines that programs are told of.
+  void add_machines(std::set<std::string>& names) const;
+  /// Channels of which a program was told.
+  [[nodiscard]] std::size_t channels() const { return channels_.size(); }
+
+ private:
+  struct Hold {
+    fabric::Time from{};
+    std::optional<fabric::Time> to{};
+  };
+  struct Run {
+    /// As told last.
+    fabric::ProgramEvent event{};
+    std::optional<fabric::Time> ended{};
+    bool is_unknown = false;
+    std::deque<Hold> holds{};
+  };
+  struct Channel {
+    fabric::ProgramEvent last{};
+    fabric::Time received{};
+    /// The oldest in front.
+    std::deque<Run> runs{};
+  };
+
+  Run& run_of(Channel& channel, const fabric::ProgramEvent& event) const;
+  [[nodiscard]] static bool takes(const ProgramFilter& filter, const fabric::ChannelKey& key);
+  [[nodiscard]] static boost::json::object json_of(const Run& run);
+
+  Limits limits_;
+  std::map<fabric::ChannelKey, Channel> channels_;
+};
+
+}  // namespace millrace::tools::web::plant
