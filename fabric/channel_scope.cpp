@@ -29,7 +29,8 @@ tl::expected<ChannelScope, std::string> parse_channel_scope(std::string_view tex
   }
   if ((machine != "*" && !is_machine_name(machine)) || (channel != "*" && scope.channel == 0)) {
     return tl::unexpected(
-        fmt::format("'{}' is no channel; expected MACHINE/N, either of them may be *", text));
+        fmt::format("'{}' is no channel; expected MACHINE/N, either of them may be *",
+                    text.substr(0, 2 * longest_machine_name)));
   }
   return scope;
 }

@@ -30,7 +30,7 @@ inline constexpr std::size_t variables_of_a_page = 64;
 struct VariableRequest {
   /// Who asks; the reply reaches only him.
   InstanceId asker{};
-  /// Drawn for each request.
+  /// Of its own for each request.
   InstanceId token{};
   ChannelKey key{};
   VariableAction action = VariableAction::read;
@@ -42,6 +42,8 @@ struct VariableRequest {
   std::uint32_t first = 0;
   /// How long who asks waits.
   std::chrono::nanoseconds patience{};
+  /// Since it was said for the first time.
+  std::chrono::nanoseconds age{};
   std::string issuer{};
   Time at{};
   /// What it has too much of, in words; then names and values are left out. Only of one that was

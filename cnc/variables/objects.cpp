@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "cnc/variables/addresses.hpp"
 #include "cnc/variables/text.hpp"
 #include "cnc/variables/type.hpp"
 

@@ -1,12 +1,12 @@
 #include "fabric/ends/call_end.hpp"
 
-#include <iterator>
-#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "fabric/complaints.hpp"
 #include "fabric/dds/match_queue.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/ends/channel_board.hpp"
@@ -16,6 +16,14 @@
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::ends {
+
+namespace {
+
+SteadyTime steady_now() {
+  return std::chrono::steady_clock::now();
+}
+
+}  // namespace
 
 struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   Impl(dds::Participant& own_participant, boost::asio::any_io_executor own_executor,
@@ -67,8 +75,8 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   Of kind;
   /// What discovery has told and nobody was told yet.
   std::vector<std::string> ignored;
-  /// Writers that have spoken in the name of an instance that is not theirs: said once of each.
-  std::set<registry::EndpointHandle> strangers;
+  /// What a stranger may do ten thousand times a second is said once.
+  Complaints complaints;
   std::optional<wire::Reader<Reply>> replies;
   std::optional<Mailboxes> mailboxes;
   std::optional<ChannelBoard> channels;
@@ -152,8 +160,11 @@ void CallEnd::Impl::look_around() {
       mailboxes->on_vanished(instance);
     }
   }
-  ignored.insert(ignored.end(), std::make_move_iterator(news.ignored.begin()),
-                 std::make_move_iterator(news.ignored.end()));
+  for (const Discovery::Ignored& one : news.ignored) {
+    if (auto line = complaints.note(one.kind, one.about, one.reason, steady_now())) {
+      ignored.push_back(*std::move(line));
+    }
+  }
 }
 
 void CallEnd::Impl::announce() {
@@ -161,6 +172,9 @@ void CallEnd::Impl::announce() {
     return;
   }
   const registry::Registry::Changes changes = roster.changes();
+  for (std::string& line : complaints.due(steady_now())) {
+    ignored.push_back(std::move(line));
+  }
   for (const std::string& reason : std::exchange(ignored, {})) {
     tell([&] { listener->on_ignored(reason); });
   }
@@ -209,12 +223,9 @@ void CallEnd::Impl::take(const wire::Taken<Reply>& taken) {
 }
 
 void CallEnd::Impl::ignore(registry::EndpointHandle stranger, const std::string& reason) {
-  constexpr std::size_t most_remembered = 256;
-  if (strangers.size() >= most_remembered) {
-    strangers.clear();
-  }
-  if (strangers.insert(stranger).second) {
-    listener->on_ignored(reason);
+  if (const auto line =
+          complaints.note("stranger", std::to_string(stranger), reason, steady_now())) {
+    listener->on_ignored(*line);
   }
 }
 

@@ -10,6 +10,19 @@ namespace millrace::fabric::ends {
 namespace {
 
 using Endpoint = dds_builtintopic_endpoint_t;
+using Seen = registry::Registry::Seen;
+
+/// What is said of a name that a stranger may have made 60 KiB long.
+std::string fit(const std::string& uuid) {
+  return uuid.size() <= max_text ? uuid : uuid.substr(0, max_text) + "...";
+}
+
+Discovery::Ignored full(std::string_view what) {
+  return {"full", std::string(what),
+          fmt::format("more than {} {} are announced on this fabric; those that come now are left "
+                      "out until they announce themselves anew",
+                      registry::Registry::most_endpoints, what)};
+}
 
 std::string user_data(const Endpoint& endpoint) {
   void* data = nullptr;
@@ -43,7 +56,7 @@ tl::expected<InstanceIdentity, std::string> identity_of(const std::string& text,
   auto identity = registry::parse_identity(text);
   if (identity && identity->uuid != mailbox.uuid) {
     return tl::unexpected(fmt::format("it names UUID {} but reads the partition of {}",
-                                      identity->uuid, mailbox.uuid));
+                                      identity->uuid, fit(mailbox.uuid)));
   }
   if (identity && identity->id != mailbox.instance) {
     return tl::unexpected(fmt::format("it calls itself {} but reads the partition of {}",
@@ -66,7 +79,7 @@ Discovery::Discovery(const dds::Participant& participant, const dds_listener_t* 
 Discovery::News Discovery::drain(registry::Registry& registry, SteadyTime now) {
   News news;
   drain_readers(registry, now, news);
-  drain_writers(registry);
+  drain_writers(registry, news);
   return news;
 }
 
@@ -85,25 +98,42 @@ void Discovery::drain_readers(registry::Registry& registry, SteadyTime now, News
     if (!mailbox || text.empty()) {
       return;
     }
-    if (auto identity = identity_of(text, *mailbox)) {
-      registry.reader_seen(info.instance_handle,
-                           {std::move(*identity), endpoint.participant_instance_handle}, now);
-      news.mailboxes.push_back(*mailbox);
-    } else {
-      news.ignored.push_back(fmt::format("an instance that serves {} is ignored: {}", mailbox->uuid,
-                                         identity.error()));
+    auto identity = identity_of(text, *mailbox);
+    if (!identity) {
+      news.ignored.push_back({"identity", mailbox->instance.to_string(),
+                              fmt::format("an instance that serves {} is ignored: {}",
+                                          fit(mailbox->uuid), identity.error())});
+      return;
+    }
+    switch (registry.reader_seen(
+        info.instance_handle, {std::move(*identity), endpoint.participant_instance_handle}, now)) {
+      case Seen::taken:
+        news.mailboxes.push_back(*mailbox);
+        break;
+      case Seen::second:
+        news.ignored.push_back(
+            {"second", mailbox->instance.to_string(),
+             fmt::format("instance {} of {} is announced by two processes; what the second one "
+                         "says is dropped while the first is there",
+                         mailbox->instance.to_string(), fit(mailbox->uuid))});
+        break;
+      case Seen::full:
+        news.ignored.push_back(full("request readers"));
+        break;
     }
   };
   while (wire::take_lent<Endpoint>(readers_.handle(), seen) > 0) {
   }
 }
 
-void Discovery::drain_writers(registry::Registry& registry) {
+void Discovery::drain_writers(registry::Registry& registry, News& news) {
   const auto seen = [&](const Endpoint& endpoint, const dds_sample_info_t& info) {
     if (info.valid_data && endpoint.topic_name == std::string_view(wire::reply_topic.name)) {
       if (const auto instance = registry::parse_instance(user_data(endpoint))) {
-        registry.writer_seen(info.instance_handle,
-                             {*instance, endpoint.participant_instance_handle});
+        if (registry.writer_seen(info.instance_handle,
+                                 {*instance, endpoint.participant_instance_handle}) == Seen::full) {
+          news.ignored.push_back(full("reply writers"));
+        }
       }
     }
     if (info.valid_data && endpoint.topic_name == std::string_view(wire::beat_topic.name)) {

@@ -18,18 +18,24 @@ class Discovery {
   /// `listener` is called in Cyclone's thread when there is something to drain.
   Discovery(const dds::Participant& participant, const dds_listener_t* listener);
 
+  struct Ignored {
+    /// What is wrong in a word, and whose: what is said of it is limited by these.
+    std::string kind;
+    std::string about;
+    std::string reason;
+  };
   struct News {
     /// Whose request readers were seen, new or not.
     std::vector<wire::Mailbox> mailboxes;
-    /// Request readers that look like instances but are none, and why.
-    std::vector<std::string> ignored;
+    /// Endpoints that look like an instance's but do not count, and why.
+    std::vector<Ignored> ignored;
   };
   /// Feeds the registry with what is new.
   News drain(registry::Registry& registry, SteadyTime now);
 
  private:
   void drain_readers(registry::Registry& registry, SteadyTime now, News& news);
-  void drain_writers(registry::Registry& registry);
+  void drain_writers(registry::Registry& registry, News& news);
 
   std::string fabric_;
   dds::Entity readers_;

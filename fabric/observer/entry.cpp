@@ -8,11 +8,17 @@ namespace millrace::fabric::observer {
 namespace {
 
 template <typename T>
-constexpr bool has_key = requires(const T& value) { value.key; };
+constexpr bool has_key = requires(const T& value) {
+  value.key;
+};
 template <typename T>
-constexpr bool has_call = requires(const T& value) { value.call; };
+constexpr bool has_call = requires(const T& value) {
+  value.call;
+};
 template <typename T>
-constexpr bool has_text = requires(const T& value) { value.text; };
+constexpr bool has_text = requires(const T& value) {
+  value.text;
+};
 
 /// What the sample says of its own time; zero = nothing.
 struct OriginOf {

@@ -4,8 +4,18 @@
 
 namespace millrace::fabric::registry {
 
-void Registry::reader_seen(EndpointHandle handle, Reader reader, SteadyTime now) {
-  forget_reader(handle);
+Registry::Seen Registry::reader_seen(EndpointHandle handle, Reader reader, SteadyTime now) {
+  const auto known = readers_.find(handle);
+  const bool again = known != readers_.end() && known->second.identity.id == reader.identity.id &&
+                     known->second.participant == reader.participant;
+  if (!again) {
+    forget_reader(handle);
+    if (readers_.size() >= most_endpoints) {
+      return Seen::full;
+    }
+    // Who changes what it says of itself keeps its place.
+    readers_of_[reader.identity.id].push_back(handle);
+  }
   Process& process = processes_[reader.participant];
   process.readers.insert(handle);
   if (reader.identity.lease > process.lease) {
@@ -16,21 +26,28 @@ void Registry::reader_seen(EndpointHandle handle, Reader reader, SteadyTime now)
     process.lease = reader.identity.lease;
     check_at_ = std::min(check_at_.value_or(SteadyTime::max()), silent_at(process));
   }
-  touched_.insert(reader.identity.id);
-  readers_of_[reader.identity.id].insert(handle);
+  const InstanceId id = reader.identity.id;
+  const EndpointHandle participant = reader.participant;
+  touched_.insert(id);
   readers_.insert_or_assign(handle, std::move(reader));
+  return home_of(id) == participant ? Seen::taken : Seen::second;
 }
 
-void Registry::writer_seen(EndpointHandle handle, Writer writer) {
+Registry::Seen Registry::writer_seen(EndpointHandle handle, Writer writer) {
   forget_writer(handle);
+  if (writers_.size() >= most_endpoints) {
+    return Seen::full;
+  }
   ++processes_[writer.participant].writers;
   touched_.insert(writer.instance);
   writers_of_[writer.instance].insert(handle);
   writers_.insert_or_assign(handle, writer);
+  return Seen::taken;
 }
 
 void Registry::beat_writer_seen(EndpointHandle handle, EndpointHandle participant) {
-  if (beat_writers_.try_emplace(handle, participant).second) {
+  if (beat_writers_.size() < most_endpoints &&
+      beat_writers_.try_emplace(handle, participant).second) {
     ++processes_[participant].writers;
   }
 }
@@ -59,7 +76,7 @@ void Registry::forget_reader(EndpointHandle handle) {
   const InstanceId& id = reader.mapped().identity.id;
   touched_.insert(id);
   const auto home = readers_of_.find(id);
-  home->second.erase(handle);
+  std::erase(home->second, handle);
   if (home->second.empty()) {
     readers_of_.erase(home);
     vanished_.push_back(id);
@@ -173,19 +190,18 @@ bool Registry::speaks_for(EndpointHandle handle, const InstanceId& instance) con
   if (writer == nullptr || writer->instance != instance) {
     return false;
   }
-  const auto home = readers_of_.find(instance);
-  return home == readers_of_.end() || std::ranges::any_of(home->second, [&](EndpointHandle reader) {
-           return readers_.at(reader).participant == writer->participant;
-         });
+  const EndpointHandle home = home_of(instance);
+  return home == 0 || home == writer->participant;
+}
+
+EndpointHandle Registry::home_of(const InstanceId& id) const {
+  const auto readers = readers_of_.find(id);
+  return readers == readers_of_.end() ? 0 : readers_.at(readers->second.front()).participant;
 }
 
 bool Registry::beats_for(EndpointHandle handle, const InstanceId& instance) const {
   const auto writer = beat_writers_.find(handle);
-  const auto home = readers_of_.find(instance);
-  return writer != beat_writers_.end() && home != readers_of_.end() &&
-         std::ranges::any_of(home->second, [&](EndpointHandle reader) {
-           return readers_.at(reader).participant == writer->second;
-         });
+  return writer != beat_writers_.end() && home_of(instance) == writer->second;
 }
 
 bool Registry::can_answer(const InstanceId& id, EndpointHandle participant) const {
@@ -203,8 +219,8 @@ const InstanceIdentity* Registry::ready_now(const InstanceId& id) const {
   }
   for (const EndpointHandle handle : readers->second) {
     const Reader& reader = readers_.at(handle);
-    if (is_matched(handle) && !processes_.at(reader.participant).silent &&
-        can_answer(id, reader.participant)) {
+    if (reader.participant == home_of(id) && is_matched(handle) &&
+        !processes_.at(reader.participant).silent && can_answer(id, reader.participant)) {
       return &reader.identity;
     }
   }

@@ -46,10 +46,22 @@ class Registry {
     std::vector<InstanceId> gone;
   };
 
+  /// Far more endpoints of a kind than a fabric has. Whoever comes then is not taken in: a stranger
+  /// can announce any number. Nobody hears of it again until it announces itself anew.
+  static constexpr std::size_t most_endpoints = 16'384;
+
+  enum class Seen : std::uint8_t {
+    taken,
+    /// Another process announced this instance before, and is there: an id is drawn at random, so
+    /// this one is mistaken or lies. It counts once the other one is gone.
+    second,
+    /// There are too many.
+    full
+  };
   /// A request reader with an identity; again when its identity changed.
-  void reader_seen(EndpointHandle handle, Reader reader, SteadyTime now);
+  Seen reader_seen(EndpointHandle handle, Reader reader, SteadyTime now);
   /// A reply writer.
-  void writer_seen(EndpointHandle handle, Writer writer);
+  Seen writer_seen(EndpointHandle handle, Writer writer);
   /// A writer of beats, and whose.
   void beat_writer_seen(EndpointHandle handle, EndpointHandle participant);
   void endpoint_gone(EndpointHandle handle);
@@ -82,7 +94,8 @@ class Registry {
   std::vector<InstanceId> take_vanished() { return std::exchange(vanished_, {}); }
 
   /// What is different since the last call. An instance is ready when a request reader and a reply
-  /// writer of its id, both of one participant, are matched, and that participant is not silent.
+  /// writer of its id, both of the participant that announced it first, are matched, and that
+  /// participant is not silent.
   Changes changes();
 
  private:
@@ -107,6 +120,8 @@ class Registry {
   [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
   [[nodiscard]] bool can_answer(const InstanceId& id, EndpointHandle participant) const;
   [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
+  /// The participant that announced the instance first of those that are there; 0 if none.
+  [[nodiscard]] EndpointHandle home_of(const InstanceId& id) const;
   [[nodiscard]] static SteadyTime silent_at(const Process& process);
   void forget_reader(EndpointHandle handle);
   void forget_writer(EndpointHandle handle);
@@ -117,8 +132,8 @@ class Registry {
   std::unordered_map<EndpointHandle, Reader> readers_;
   std::unordered_map<EndpointHandle, Writer> writers_;
   std::unordered_map<EndpointHandle, EndpointHandle> beat_writers_;
-  /// By instance: where its requests are read, and where its replies are written.
-  std::map<InstanceId, std::set<EndpointHandle>> readers_of_;
+  /// By instance: where its requests are read, as they came, and where its replies are written.
+  std::map<InstanceId, std::vector<EndpointHandle>> readers_of_;
   std::map<InstanceId, std::set<EndpointHandle>> writers_of_;
   /// By participant.
   std::map<EndpointHandle, Process> processes_;

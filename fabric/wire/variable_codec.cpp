@@ -98,6 +98,7 @@ Encoded<VariableRequestSample> Codec<VariableRequest>::encode(const VariableRequ
   filler.sample.action = convert<millrace_VariableAction>(value.action);
   filler.sample.first = value.first;
   filler.sample.patience_ns = static_cast<std::uint64_t>(value.patience.count());
+  filler.sample.age_ns = static_cast<std::uint64_t>(value.age.count());
   filler.sample.at = put(value.at);
   const auto plain = filler.result();
   if (!plain) {
@@ -125,6 +126,7 @@ VariableRequest Codec<VariableRequest>::decode(const millrace_VariableRequest& s
       .action = convert<VariableAction>(sample.action),
       .first = sample.first,
       .patience = std::chrono::nanoseconds(sample.patience_ns),
+      .age = std::chrono::nanoseconds(sample.age_ns),
       .issuer = sample.issuer,
       .at = get(sample.at),
       .excess = excess_of(sample),

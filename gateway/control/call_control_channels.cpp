@@ -99,7 +99,13 @@ void CallControl::inherit(const fabric::ChannelKey& key, Inheritance inheritance
   if (inheritance.call.epoch != epoch_) {
     predecessors_[key] = inheritance.call.epoch;
   }
-  inherited_[key].insert_or_assign(uuid, std::move(inheritance));
+  // A channel has one call at a time; a stranger may tell of any number, which only makes those
+  // wait for an operator that are called next.
+  constexpr std::size_t most_inherited = 64;
+  auto& of_channel = inherited_[key];
+  if (of_channel.size() < most_inherited || of_channel.contains(uuid)) {
+    of_channel.insert_or_assign(uuid, std::move(inheritance));
+  }
 }
 
 std::vector<std::uint16_t> CallControl::channels_of(const std::string& machine) const {

@@ -62,8 +62,7 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       variables(
           executor, participant, [this] { return now(); },
           {.begin_event = [this] { begin_event(); },
-           .written = [this](const auto& written) { tell(written); },
-           .expect = [this] { spin.expect(); }},
+           .written = [this](const auto& written) { tell(written); }},
           log),
       machines(own, *this, *this) {
   static_cast<void>(
@@ -125,9 +124,20 @@ void Gateway::Impl::tell_load() {
     if (!error) {
       begin_event();
       machines.tell_load();
+      tell_left_out();
       tell_load();
     }
   });
+}
+
+void Gateway::Impl::tell_left_out() {
+  for (const std::string& line : complaints.due(now().steady)) {
+    log->warn("{}", line);
+  }
+  if (const auto left_out = instance_lines.due(now().steady)) {
+    log->warn("instances came, changed or went {} times more in {} s than is told one by one",
+              *left_out, instance_lines.window().count());
+  }
 }
 
 void Gateway::Impl::after(std::chrono::nanoseconds delay, std::function<void()> act) {

@@ -1,6 +1,8 @@
 // What happens on machines and fabric, and what operators want: into the call control with it.
 #include <string_view>
 
+#include <fmt/format.h>
+
 #include "gateway/live/gateway_impl.hpp"
 #include "gateway/words.hpp"
 
@@ -115,21 +117,27 @@ void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
 
 void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
   begin_event();
-  log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(), instance.uuid,
-            instance.name, instance.host, instance.pid);
+  if (instance_lines.admit(now().steady)) {
+    log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(),
+              instance.uuid, instance.name, instance.host, instance.pid);
+  }
   carry_out(control.on_instance_ready(instance, now()));
 }
 
 void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance) {
   begin_event();
-  log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
-            instance.draining ? ": it is draining" : "");
+  if (instance_lines.admit(now().steady)) {
+    log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
+              instance.draining ? ": it is draining" : "");
+  }
   carry_out(control.on_instance_ready(instance, now()));
 }
 
 void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
   begin_event();
-  log->info("instance {} is gone", instance.to_string());
+  if (instance_lines.admit(now().steady)) {
+    log->info("instance {} is gone", instance.to_string());
+  }
   carry_out(control.on_instance_gone(instance, now()));
 }
 
@@ -165,9 +173,16 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
     return;
   }
   const control::Verdict verdict = obey(command);
-  log->log(command.kind == fabric::CommandKind::ping ? spdlog::level::debug : spdlog::level::info,
-           "{}: {} by {}: {}", to_us ? "this gateway" : command.key.to_string(),
-           word_for(command.kind), command.issuer, verdict.detail);
+  const std::string line =
+      fmt::format("{}: {} by {}: {}", to_us ? "this gateway" : command.key.to_string(),
+                  word_for(command.kind), command.issuer, verdict.detail);
+  if (command.kind == fabric::CommandKind::ping) {
+    log->debug("{}", line);
+  } else if (verdict.done) {
+    log->info("{}", line);
+  } else if (const auto first = complaints.note("command", command.issuer, line, now().steady)) {
+    log->info("{}", *first);
+  }
   const fabric::Outcome outcome{own.id, command.id, verdict.done, fit_reason(verdict.detail),
                                 now().wall};
   if (command.kind != fabric::CommandKind::ping) {

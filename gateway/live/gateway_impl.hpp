@@ -13,6 +13,7 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "fabric/channel_key_hash.hpp"
+#include "fabric/complaints.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/ends/call_end.hpp"
 #include "fabric/ends/command_end.hpp"
@@ -54,6 +55,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_stall(std::chrono::nanoseconds late);
   void beat();
   void tell_load();
+  /// How often what was said once has happened since.
+  void tell_left_out();
   void notice_journal(const std::string& trouble);
   void arm_timer();
 
@@ -139,6 +142,9 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::ends::CommandEnd command_end;
   fabric::ends::NoticeEnd notices;
   DoneCommands done_commands;
+  /// What strangers may do ten thousand times a second is not told each time.
+  fabric::Complaints complaints;
+  fabric::Throttle instance_lines{1000, std::chrono::seconds(10)};
   fabric::ends::GatewayWatch watch;
   /// Before the machines, whose links it uses.
   PlantData data;

@@ -32,10 +32,6 @@ struct MachineVariables::Impl : std::enable_shared_from_this<Impl> {
     for (const auto& answer : news.answers) {
       outlet.answer(answer.asker, answer.reply);
     }
-    if (!news.answers.empty()) {
-      // Who reads one thing after the other asks again at once.
-      outlet.expect();
-    }
     for (const auto& written : news.written) {
       outlet.written(written);
     }
@@ -75,7 +71,6 @@ struct MachineVariables::Impl : std::enable_shared_from_this<Impl> {
       asking = true;
       asio::co_spawn(executor, carry_out(shared_from_this(), way, std::move(*step)),
                      base::program::rethrow_from_loop);
-      outlet.expect();
     }
     tell();
     wait_for_next(moment);
@@ -204,17 +199,20 @@ void MachineVariables::connect(std::weak_ptr<cnc::ads::Client> client,
   impl_->way.reset();
 }
 
-void MachineVariables::on_up() {
+void MachineVariables::on_up(const std::vector<std::uint16_t>& channels) {
   const auto client = impl_->client.lock();
   const auto location = impl_->location.lock();
-  if (!client || !location || impl_->way) {
+  if (!client || !location) {
+    return;
+  }
+  impl_->desk.on_up(channels, impl_->now());
+  if (impl_->way) {
     return;
   }
   impl_->break_off();
   impl_->way = std::make_shared<Way>(client, *location);
   const auto& counters = client->counters();
   impl_->never_answered = counters.requests - counters.answered - counters.timeouts;
-  impl_->desk.on_up();
 }
 
 void MachineVariables::on_down(const std::string& reason) {

@@ -3,13 +3,14 @@
 //
 //   MachineVariables variables(executor, "press", settings, now, outlet, log);
 //   variables.connect(link.client(), link.location());
-//   variables.on_up();
+//   variables.on_up({1, 2});
 //   variables.on_request(request);                → outlet.answer(asker, reply)
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <boost/asio/any_io_executor.hpp>
 
@@ -25,9 +26,6 @@ struct VariableOutlet {
   std::function<void(const fabric::InstanceId& asker, const fabric::VariableReply&)> answer;
   /// What became of a variable that was to be written.
   std::function<void(const variables::News::Written&)> written;
-  /// The controller was asked something, or somebody has his answer: what comes of it, may come at
-  /// once.
-  std::function<void()> expect;
 };
 
 class MachineVariables {
@@ -44,8 +42,9 @@ class MachineVariables {
   /// keeps its variables, once it is up.
   void connect(std::weak_ptr<cnc::ads::Client> client,
                std::weak_ptr<const cnc::variables::Location> location);
-  /// To be told before anything is asked of the link.
-  void on_up();
+  /// The link is up, and these of its channels are served; also when there are more. To be told
+  /// before anything is asked of the link.
+  void on_up(const std::vector<std::uint16_t>& channels);
   void on_down(const std::string& reason);
   /// The channel is not ours any more; 0 = none is.
   void on_over(std::uint16_t channel);

@@ -22,8 +22,7 @@ PlantVariables::Machine& PlantVariables::machine(const std::string& name) {
         executor_, name, settings_[name], now_,
         VariableOutlet{
             .answer = [this](const auto& asker, const auto& reply) { answer(asker, reply); },
-            .written = outlet_.written,
-            .expect = outlet_.expect},
+            .written = outlet_.written},
         log_);
   }
   return one;
@@ -45,7 +44,7 @@ void PlantVariables::on_up(const std::string& name, const std::vector<std::uint1
   Machine& one = machine(name);
   one.channels.insert(channels.begin(), channels.end());
   one.down = false;
-  one.variables->on_up();
+  one.variables->on_up(channels);
 }
 
 void PlantVariables::on_down(const std::string& name, const std::string& reason) {

@@ -1,6 +1,6 @@
 // Questions about variables of all machines: who answers them, and how the answers get out.
 //
-//   PlantVariables variables(executor, participant, now, {.written = …, .expect = …}, log);
+//   PlantVariables variables(executor, participant, now, {.written = …}, log);
 //   variables.set(settings.machines);                    // again when the configuration changes
 //   variables.connect("press", link.client(), link.location());
 //   variables.on_up("press", {1, 2});
@@ -27,7 +27,6 @@ class PlantVariables {
     /// An event begins.
     std::function<void()> begin_event;
     std::function<void(const variables::News::Written&)> written;
-    std::function<void()> expect;
   };
   /// `participant` outlives it.
   PlantVariables(boost::asio::any_io_executor executor, const fabric::dds::Participant& participant,

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "gateway/settings/settings.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::gateway::machines {
@@ -16,17 +17,68 @@ bool covers(const fabric::MachineStatus& gateway, std::uint16_t channel) {
          std::ranges::find(gateway.claims, channel) != gateway.claims.end();
 }
 
+/// The NetId of an address as a gateway tells it; empty if there is none, and for that by which
+/// each host means itself, which says nothing about which controller it is.
+std::string net_id_of(const std::string& address) {
+  const auto comma = address.rfind(", ");
+  if (comma == std::string::npos) {
+    return {};
+  }
+  const auto id = cnc::ads::NetId::parse(address.substr(comma + 2));
+  return id && *id != settings::MachineSettings{}.net_id ? id->to_string() : std::string();
+}
+
 }  // namespace
 
-void Claims::set(const fabric::MachineStatus& status) {
-  if (status.gateway != self_) {
-    machines_[status.machine].insert_or_assign(status.gateway, status);
+fabric::Time plausible(fabric::Time now) {
+  return std::clamp(now, Claims::earliest, Claims::latest);
+}
+
+void Claims::expect(const std::string& machine, const std::string& address) {
+  controllers_.insert_or_assign(machine, net_id_of(address));
+}
+
+Claims::Heard Claims::set(const fabric::MachineStatus& status) {
+  if (status.gateway == self_) {
+    return Heard::taken;
   }
+  if (status.claimed < earliest || status.claimed > latest) {
+    // Nor does its older word count any more.
+    remove(status.machine, status.gateway);
+    return Heard::implausible;
+  }
+  const auto known = machines_.find(status.machine);
+  // Ours have room whatever strangers make up.
+  const bool ours = controllers_.contains(status.machine);
+  if (known == machines_.end()
+          ? !ours && machines_.size() >= most_machines
+          : known->second.size() >= most_gateways && !known->second.contains(status.gateway)) {
+    return Heard::full;
+  }
+  machines_[status.machine].insert_or_assign(status.gateway, status);
+  return counts(status) ? Heard::taken : Heard::another_controller;
+}
+
+bool Claims::counts(const fabric::MachineStatus& gateway) const {
+  const auto ours = controllers_.find(gateway.machine);
+  if (ours == controllers_.end() || ours->second.empty()) {
+    return true;
+  }
+  const std::string theirs = net_id_of(gateway.address);
+  return theirs.empty() || theirs == ours->second;
+}
+
+bool Claims::is_elsewhere(const std::string& machine, std::uint64_t epoch) const {
+  const auto* const gateway = of_epoch(machine, epoch);
+  return gateway != nullptr && !counts(*gateway);
 }
 
 void Claims::remove(const std::string& machine, const fabric::InstanceId& gateway) {
   if (const auto found = machines_.find(machine); found != machines_.end()) {
     found->second.erase(gateway);
+    if (found->second.empty()) {
+      machines_.erase(found);
+    }
   }
 }
 
@@ -49,7 +101,7 @@ const fabric::MachineStatus* Claims::of_epoch(const std::string& machine,
 
 const fabric::MachineStatus* Claims::ahead(const fabric::ChannelKey& key, fabric::Time ours) const {
   for (const auto& [id, gateway] : of(key.machine)) {
-    if (before(gateway, ours) && covers(gateway, key.channel)) {
+    if (counts(gateway) && before(gateway, ours) && covers(gateway, key.channel)) {
       return &gateway;
     }
   }
@@ -64,7 +116,7 @@ const fabric::MachineStatus* Claims::ahead_of_all(const std::string& machine,
                      (!wanted.empty() && std::ranges::all_of(wanted, [&](std::uint16_t channel) {
                        return covers(gateway, channel);
                      }));
-    if (all && before(gateway, ours)) {
+    if (all && counts(gateway) && before(gateway, ours)) {
       return &gateway;
     }
   }
@@ -72,13 +124,13 @@ const fabric::MachineStatus* Claims::ahead_of_all(const std::string& machine,
 }
 
 bool Claims::contested(const std::string& machine) const {
-  return !of(machine).empty();
+  return std::ranges::any_of(of(machine), [&](const auto& one) { return counts(one.second); });
 }
 
 fabric::Time Claims::behind_those_that_serve(const std::string& machine, fabric::Time ours) const {
   for (const auto& [id, gateway] : of(machine)) {
-    if (gateway.connected && gateway.claimed >= ours) {
-      ours = gateway.claimed + std::chrono::nanoseconds(1);
+    if (counts(gateway) && gateway.connected && gateway.claimed >= ours) {
+      ours = std::min(gateway.claimed + std::chrono::nanoseconds(1), latest);
     }
   }
   return ours;

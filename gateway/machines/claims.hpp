@@ -1,11 +1,14 @@
 // Who serves a channel when several gateways are set up for it: the one that claimed it first.
-// Pure: takes what the gateways say of themselves.
+// Pure: takes what the gateways say of themselves, and believes what can be.
 //
 //   Claims claims(our_id);
 //   claims.set(status);                               // another gateway's millrace/machine
 //   if (const auto* other = claims.ahead({"cnc", 1}, our_claim)) …   // theirs, until it is gone
 #pragma once
 
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,10 +19,32 @@ namespace millrace::gateway::machines {
 
 class Claims {
  public:
+  /// No gateway has claimed anything before 2020, nor will one after 2199: not even one whose clock
+  /// was never set, since each claims within these (plausible()). A sample that says so is a
+  /// mistake or a lie, and would stop a machine, or take it away from whoever comes.
+  static constexpr fabric::Time earliest{std::chrono::sys_days{std::chrono::year{2020} / 1 / 1}};
+  static constexpr fabric::Time latest{std::chrono::sys_days{std::chrono::year{2200} / 1 / 1}};
+  /// Machines of a fabric, and gateways of one of them: far more than there are.
+  static constexpr std::size_t most_machines = 1024;
+  static constexpr std::size_t most_gateways = 64;
+
   /// What `self` says is not listened to.
   explicit Claims(const fabric::InstanceId& self) : self_(self) {}
 
-  void set(const fabric::MachineStatus& status);
+  /// Our machine of this name is the controller at this address ("HOST:PORT, NETID"). Who claims a
+  /// machine of the name at another AMS NetId means another controller: it takes nothing from us.
+  void expect(const std::string& machine, const std::string& address);
+
+  enum class Heard : std::uint8_t {
+    taken,
+    /// It is said to be claimed at a time at which nobody did. Not listened to.
+    implausible,
+    /// Another controller goes by the name of one of ours. Remembered, and in nobody's way.
+    another_controller,
+    /// There are too many. Not listened to.
+    full
+  };
+  Heard set(const fabric::MachineStatus& status);
   void remove(const std::string& machine, const fabric::InstanceId& gateway);
 
   /// What another gateway said last of the machine; nullptr if nothing.
@@ -36,6 +61,8 @@ class Claims {
   [[nodiscard]] const fabric::MachineStatus* ahead_of_all(const std::string& machine,
                                                           const std::vector<std::uint16_t>& wanted,
                                                           fabric::Time ours) const;
+  /// Whether the calls of this epoch are of another controller that goes by the machine's name.
+  [[nodiscard]] bool is_elsewhere(const std::string& machine, std::uint64_t epoch) const;
   /// Whether any other gateway claims channels of this machine.
   [[nodiscard]] bool contested(const std::string& machine) const;
   /// Whether the other gateway's claim comes before ours of time `ours`.
@@ -48,10 +75,17 @@ class Claims {
  private:
   using Gateways = std::map<fabric::InstanceId, fabric::MachineStatus>;
   [[nodiscard]] const Gateways& of(const std::string& machine) const;
+  /// Whether it means our controller of that name.
+  [[nodiscard]] bool counts(const fabric::MachineStatus& gateway) const;
 
   fabric::InstanceId self_;
   std::map<std::string, Gateways> machines_;
+  /// Of our machines, by name: the NetId.
+  std::map<std::string, std::string> controllers_;
 };
+
+/// The time of a claim of ours that is made now, whatever our clock says.
+fabric::Time plausible(fabric::Time now);
 
 /// "gateway 5f3a9c0112d4 (pid 4711 on host7)": its epoch, which its call ids carry.
 std::string name_of(const fabric::MachineStatus& gateway);

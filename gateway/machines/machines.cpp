@@ -23,6 +23,9 @@ bool same_way(const settings::MachineSettings& a, const settings::MachineSetting
          a.groups == b.groups;
 }
 
+/// Of others' channels: far more than a fabric has.
+constexpr std::size_t most_channels = 16'384;
+
 /// Whether `more` claims a channel that `less` does not; none = all.
 bool claims_more(const Channels& more, const Channels& less) {
   return !less.empty() && (more.empty() || std::ranges::any_of(more, [&](std::uint16_t channel) {
@@ -60,9 +63,10 @@ MachineState& Machines::Impl::add(const settings::MachineSettings& settings) {
   fabric::MachineStatus status;
   status.machine = settings.name;
   status.gateway = own.id;
-  status.claimed = hands.now().wall;
+  status.claimed = plausible(hands.now().wall);
   status.claims = settings.channels;
   status.address = address_of(settings);
+  claims.expect(settings.name, status.address);
   status.poll = settings.pace.idle;
   status.host = own.host;
   status.pid = own.pid;
@@ -79,12 +83,14 @@ void Machines::Impl::change(MachineState& one, const settings::MachineSettings& 
   one.leaving = false;
   one.report.set_poll(settings.pace.idle);
   one.report.set_address(address_of(settings));
+  claims.expect(settings.name, one.report.status().address);
   if (same && !more) {
     carry_out(one, one.watch.set_mode(settings.watch));
     publish(one);
     return;
   }
-  one.report.claim(more ? hands.now().wall : one.report.status().claimed, settings.channels);
+  one.report.claim(more ? plausible(hands.now().wall) : one.report.status().claimed,
+                   settings.channels);
   say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
   drop_link(one, "the configuration has changed");
   for (const std::uint16_t channel : listener.channels_of(settings.name)) {
@@ -132,7 +138,11 @@ void Machines::set(const std::vector<settings::MachineSettings>& machines) {
 }
 
 void Machines::on_machine(const fabric::MachineStatus& status) {
-  impl_->claims.set(status);
+  if (!impl_->take(status)) {
+    // What it had said before may have stood in our way.
+    impl_->review(status.machine);
+    return;
+  }
   if (const auto found = impl_->machines.find(status.machine); found != impl_->machines.end()) {
     impl_->listener.on_contested();
     MachineReport& ours = found->second.report;
@@ -146,7 +156,9 @@ void Machines::on_machine(const fabric::MachineStatus& status) {
 }
 
 void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  if (const auto* gone = impl_->claims.find(machine, gateway)) {
+  const auto* const gone = impl_->claims.find(machine, gateway);
+  if (gone != nullptr && (impl_->predecessors.size() < Claims::most_machines ||
+                          impl_->predecessors.contains(machine))) {
     impl_->predecessors[machine] = name_of(*gone);
   }
   impl_->claims.remove(machine, gateway);
@@ -158,6 +170,16 @@ void Machines::on_channel(const fabric::ChannelStatus& status) {
   // need not know of another one's, unless the channel is idle.
   if (status.call.epoch == impl_->own.epoch ||
       (status.call == fabric::CallId{} && status.state != fabric::ChannelState::idle)) {
+    return;
+  }
+  if (impl_->claims.is_elsewhere(status.key.machine, status.call.epoch)) {
+    return;
+  }
+  if (impl_->last_seen.size() >= most_channels && !impl_->last_seen.contains(status.key)) {
+    impl_->complain("channels", "",
+                    fmt::format("other gateways speak of more than {} channels; what goes on in "
+                                "the others is not remembered",
+                                most_channels));
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.
@@ -190,6 +212,9 @@ bool Machines::stood_still() {
 }
 
 void Machines::tell_load() {
+  for (const std::string& line : impl_->complaints.due(impl_->hands.now().steady)) {
+    impl_->say(Level::warn, line);
+  }
   for (auto& [name, one] : impl_->machines) {
     one.report.on_load(one.link ? one.link->load() : LinkLoad{}, impl_->hands.now().steady);
     impl_->publish(one);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "gateway/machines/machines_impl.hpp"
+#include "gateway/words.hpp"
 
 namespace millrace::gateway::machines {
 
@@ -62,6 +63,45 @@ void Machines::Impl::listened(MachineState& one) {
     one.report.claim(claimed, one.settings.channels);
   }
   review(machine);
+}
+
+bool Machines::Impl::take(const fabric::MachineStatus& status) {
+  const std::string who = name_of(status);
+  const std::string machine = printable(status.machine);
+  switch (claims.set(status)) {
+    case Claims::Heard::taken:
+      return true;
+    case Claims::Heard::implausible:
+      complain("implausible", machine,
+               fmt::format("{}: {} claims it since a time at which there was no gateway "
+                           "(claimed={}); that is not listened to. Who says so is no gateway of "
+                           "ours, or speaks out of turn: see docs/trust.md",
+                           machine, who, status.claimed.time_since_epoch().count()));
+      return false;
+    case Claims::Heard::another_controller:
+      if (machines.contains(status.machine)) {
+        complain("another", machine,
+                 fmt::format("{}: {} has a machine of this name too, but of another controller "
+                             "({}); both are served, and tools cannot tell them apart: give one "
+                             "of them another name",
+                             machine, who, printable(status.address)));
+      }
+      return false;
+    case Claims::Heard::full:
+      complain("claims", "",
+               fmt::format("{} is not listened to, who claims {}: more than {} machines, or {} "
+                           "gateways of one, are announced on this fabric",
+                           who, machine, Claims::most_machines, Claims::most_gateways));
+      return false;
+  }
+  return true;
+}
+
+void Machines::Impl::complain(const std::string& kind, const std::string& about,
+                              const std::string& text) {
+  if (const auto line = complaints.note(kind, about, text, hands.now().steady)) {
+    say(Level::warn, *line);
+  }
 }
 
 void Machines::Impl::review_soon(const std::string& machine) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "fabric/complaints.hpp"
 #include "gateway/machines/claims.hpp"
 #include "gateway/machines/machine_report.hpp"
 #include "gateway/machines/machines.hpp"
@@ -107,6 +108,9 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   void set(const std::vector<settings::MachineSettings>& wanted);
   MachineState& add(const settings::MachineSettings& settings);
   void change(MachineState& one, const settings::MachineSettings& settings);
+  /// What another gateway says of a machine; false if it does not count for ours.
+  bool take(const fabric::MachineStatus& status);
+  void complain(const std::string& kind, const std::string& about, const std::string& text);
   void listen(MachineState& one);
   void listened(MachineState& one);
   void review(const std::string& machine);
@@ -132,6 +136,8 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   std::map<std::string, MachineState> machines;
   /// What channels of contested machines showed last, while others served them.
   std::map<fabric::ChannelKey, fabric::ChannelStatus> last_seen;
+  /// What a stranger may say ten thousand times a second is said once.
+  fabric::Complaints complaints;
   /// The gateway that left each machine last.
   std::map<std::string, std::string> predecessors;
 };

@@ -41,8 +41,11 @@ void Desk::change(const VariableSettings& settings) {
   settings_ = settings;
 }
 
-void Desk::on_up() {
+void Desk::on_up(const std::vector<std::uint16_t>& channels, Moment now) {
   up_ = true;
+  for (const std::uint16_t channel : channels) {
+    served_.try_emplace(channel, now.steady);
+  }
 }
 
 void Desk::on_down(const std::string& reason, Moment now) {
@@ -84,7 +87,9 @@ void Desk::on_over(std::uint16_t channel, Moment now) {
     }
     open = close(open);
   }
+  served_.erase(channel);
   if (channel == 0) {
+    served_.clear();
     up_ = false;
     down_reason_ = "another gateway serves it";
     let_go_of_step();
@@ -119,7 +124,7 @@ void Desk::on_request(const VariableRequest& request, Moment now) {
   }
   std::string reason = wrong(request);
   if (reason.empty() && request.action == VariableAction::write) {
-    reason = unwritable(request);
+    reason = unwritable(request, now);
   }
   if (reason.empty()) {
     reason =

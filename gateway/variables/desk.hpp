@@ -3,7 +3,7 @@
 // also when there is nothing to ask. Pure.
 //
 //   Desk desk("press", settings);
-//   desk.on_up();
+//   desk.on_up({1, 2}, now);
 //   desk.on_request(request, now);
 //   if (auto step = desk.next(now)) …          // nothing more until its answer
 //   desk.on_read(answers, 1, true, now);
@@ -92,8 +92,8 @@ class Desk {
 
   /// From now on.
   void change(const VariableSettings& settings);
-  /// The controller answers.
-  void on_up();
+  /// The controller answers, and these of its channels are served; also when there are more.
+  void on_up(const std::vector<std::uint16_t>& channels, Moment now);
   /// It does not: `reason` says why. Who waits is told.
   void on_down(const std::string& reason, Moment now);
   /// The channel is not ours any more; 0 = none is. Who waits asks again, and somebody else
@@ -143,7 +143,7 @@ class Desk {
   bool said_before(const fabric::VariableRequest& request);
   [[nodiscard]] std::string wrong(const fabric::VariableRequest& request) const;
   [[nodiscard]] std::string too_much(const fabric::VariableRequest& request) const;
-  [[nodiscard]] std::string unwritable(const fabric::VariableRequest& request) const;
+  [[nodiscard]] std::string unwritable(const fabric::VariableRequest& request, Moment now) const;
   void open(const fabric::VariableRequest& request, Moment now);
   Opens::iterator close(Opens::iterator open);
 
@@ -175,6 +175,8 @@ class Desk {
   std::size_t at_once_ = data::Sampler::most_together;
   bool up_ = false;
   std::string down_reason_ = "the controller has not answered yet";
+  /// Since when each channel is served, also while the link is down.
+  std::map<std::uint16_t, SteadyTime> served_;
   Opens opens_;
   std::uint64_t last_number_ = 0;
   std::size_t names_ = 0;

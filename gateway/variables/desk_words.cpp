@@ -106,7 +106,14 @@ std::string Desk::wrong(const VariableRequest& request) const {
   return "the request is of a kind that this gateway does not know";
 }
 
-std::string Desk::unwritable(const VariableRequest& request) const {
+std::string Desk::unwritable(const VariableRequest& request, Moment now) const {
+  const auto served = served_.find(request.key.channel);
+  if (served != served_.end() && request.age > now.steady - served->second) {
+    return fmt::format(
+        "it was asked of another gateway before this one served {}: nobody knows "
+        "whether it was written, so read it",
+        request.key.to_string());
+  }
   for (const std::string& name : request.names) {
     if (std::string reason = objection(settings_.writable, request.key.channel, name);
         !reason.empty()) {

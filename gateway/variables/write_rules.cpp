@@ -72,6 +72,10 @@ std::string objection(const WriteRules& rules, std::uint16_t channel, std::strin
         "answer' and 'millrace retry' act on a pending call",
         printable(name));
   }
+  if (cnc::variables::family_of(name).empty()) {
+    return fmt::format("{} may not be written: only variables of {} are; the rest is only read",
+                       printable(name), fmt::join(cnc::variables::families, ", "));
+  }
   if (std::ranges::any_of(rules, [&](const WriteRule& one) { return lets(one, channel, name); })) {
     return {};
   }

@@ -21,8 +21,8 @@
 #include <variant>
 #include <vector>
 
+#include "fabric/complaints.hpp"
 #include "fabric/moment.hpp"
-#include "services/lcm/complaints.hpp"
 #include "services/lcm/received.hpp"
 #include "services/lcm/rules.hpp"
 #include "services/sdk/call_memory.hpp"
@@ -179,7 +179,7 @@ class Bridge {
   std::map<Registration, Key> registered_;
   Registration last_registration_ = 0;
   std::optional<fabric::SteadyTime> last_time_{};
-  Complaints complaints_;
+  fabric::Complaints complaints_;
 };
 
 }  // namespace millrace::services::lcm

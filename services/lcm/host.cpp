@@ -11,6 +11,7 @@
 
 #include "base/program/barrier.hpp"
 #include "base/program/supervisor.hpp"
+#include "fabric/complaints.hpp"
 #include "services/lcm/bridge.hpp"
 #include "services/sdk/instance.hpp"
 
@@ -81,7 +82,7 @@ struct Host::Impl final : SocketListener {
   std::mutex lock;
   // With the lock:
   Bridge bridge;
-  Complaints complaints;
+  fabric::Complaints complaints;
   std::map<Registration, std::unique_ptr<Hosted>> hosted;
   // On the loop:
   asio::io_context loop{1};

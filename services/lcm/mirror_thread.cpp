@@ -7,9 +7,9 @@
 #include <spdlog/spdlog.h>
 
 #include "base/program/barrier.hpp"
+#include "fabric/complaints.hpp"
 #include "fabric/lcm/mirror.hpp"
 #include "fabric/observer/observer.hpp"
-#include "services/lcm/complaints.hpp"
 
 namespace millrace::services::lcm {
 
@@ -52,7 +52,7 @@ struct MirrorThread::Impl final : fabric::observer::ObserverListener {
   const Mirror mirror;
   Socket& socket;
   const base::program::Log log;
-  Complaints complaints;
+  fabric::Complaints complaints;
   boost::asio::io_context context{1};
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work{
       context.get_executor()};

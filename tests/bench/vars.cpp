@@ -130,10 +130,14 @@ class Plant {
   }
 
   void through_gateway(const Names& names) {
-    const fabric::VariableRequest request{.asker = asking_->id(),
-                                          .token = fabric::InstanceId::random(),
-                                          .key = {"cnc", 1},
-                                          .names = names};
+    // Not drawn anew each time: on some virtual machines that takes longer than the question.
+    for (std::uint8_t& byte : next_token_.bytes) {
+      if (++byte != 0) {
+        break;
+      }
+    }
+    const fabric::VariableRequest request{
+        .asker = asking_->id(), .token = next_token_, .key = {"cnc", 1}, .names = names};
     token_ = request.token;
     reply_.reset();
     const auto end = Clock::now() + std::chrono::seconds(5);
@@ -179,6 +183,7 @@ class Plant {
   std::optional<variables::Readings> readings_;
   std::optional<fabric::dds::Participant> participant_;
   fabric::InstanceId token_{};
+  fabric::InstanceId next_token_ = fabric::InstanceId::random();
   std::optional<fabric::VariableReply> reply_;
   std::optional<fabric::ends::VariableAskEnd> asking_;
 };

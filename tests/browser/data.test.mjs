@@ -170,7 +170,7 @@ test('without its gateway the values are stale and the lines have a gap', async 
   await page.waitForSelector(`${line('fast/V.E.LEVEL')}[data-quality="good"]`);
   await gateway.stop('SIGKILL');
   await page.waitForSelector(`${line('fast/V.E.LEVEL')}[data-quality="stale"]`, { timeout: 10_000 });
-  await awaitText(page, `${row('fast/V.E.LEVEL')} .cell-quality`, /stale/);
+  await awaitText(page, `${row('fast/V.E.LEVEL')} .cell-quality`, /stale.*nobody tells of it any more/);
   const last = await page.evaluate(async () => (await (await fetch('/api/data/history?machine=cnc&variable=1/fast/V.E.LEVEL')).json()).series[0].values.at(-1));
   assert.equal(last, null);
   await picture(page, 'data-stale');

@@ -1,5 +1,6 @@
 // A fabric with trust, as a plant engineer sets it up: real processes, each with what `millrace
 // trust` has made for it.
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -9,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "base/openssl/signed_text.hpp"
+#include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "tests/integration/chain.hpp"
 
@@ -210,6 +212,69 @@ TEST_F(Trust, EndsWithARevocation) {
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("is served by nobody");
   EXPECT_THAT(sut.ask({"services"}, sut.as("office")), Not(HasSubstr(root_uuid)));
+}
+
+// Cyclone takes a participant whose certificate is over for gone, and its own, without being asked.
+TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
+  namespace openssl = base::openssl;
+  const fs::path plant = sut.plant();
+  const fs::path folder = plant / "square-root";
+  const auto read = [](const fs::path& certificate, const fs::path& key) {
+    return std::pair(openssl::Certificate::read(content_of(certificate)).value(),
+                     openssl::Key::read(content_of(key)).value());
+  };
+  const fs::path authorities = plant / "authorities";
+  const auto [identity, identity_key] =
+      read(authorities / "identity.pem", authorities / "identity.key");
+  const auto [authority, authority_key] =
+      read(authorities / "permissions.pem", authorities / "permissions.key");
+  const auto [old, key] = read(folder / "certificate.pem", folder / "key.pem");
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const auto until = now + std::chrono::seconds(20);
+  const auto brief = openssl::issue(key,
+                                    {.organisation = old.organisation(),
+                                     .common_name = old.common_name(),
+                                     .from = now - std::chrono::minutes(1),
+                                     .until = until},
+                                    identity, identity_key);
+  std::ofstream(folder / "certificate.pem") << brief.pem();
+  const fabric::trust::Member member{
+      .name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}};
+  std::ofstream(folder / "permissions.p7s") << openssl::sign_text(
+      fabric::trust::permissions_document(fabric::trust::grants_of(member, "millrace"),
+                                          brief.subject(), brief.from(), brief.until()),
+      authority, authority_key);
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("instance (\\S+) of " + root_uuid + " is ready: square_root");
+  gateway.await_error("instance \\S+ is gone", std::chrono::seconds(60));
+  EXPECT_GE(std::chrono::system_clock::now(), until);
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), Not(HasSubstr(root_uuid)));
+  EXPECT_THAT(sut.ask({"services"}, sut.as("square-root"), 2), HasSubstr("expired on"));
+}
+
+// Operators are who their certificates say, and so it is told.
+TEST_F(Trust, NamesWhoCommandsByHisCertificate) {
+  Process service = sut.square_root(sut.as("square-root"));
+  static_cast<void>(sut.ask({"drain", root_uuid}, sut.as("office")));
+  service.await_error("office \\(.* asks this instance to leave");
+}
+
+TEST_F(Trust, IsExplainedByTheDoctor) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process stranger = sut.square_root();
+  const std::string report = [&] {
+    Flags flags{"doctor"};
+    const Flags who = sut.as("screen");
+    flags.insert(flags.end(), who.begin(), who.end());
+    Process process = sut.millrace(std::move(flags));
+    process.wait();
+    return process.output() + process.error_output();
+  }();
+  EXPECT_THAT(report,
+              AllOf(HasSubstr("this program is trusted as screen until"),
+                    HasSubstr("believed here: square_root on"), HasSubstr("shows no certificate")));
 }
 
 TEST_F(Trust, IsRenewedOneInstanceAfterTheOtherWithoutACallLost) {

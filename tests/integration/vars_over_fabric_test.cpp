@@ -13,6 +13,7 @@
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 #include "tests/support/run_until.hpp"
+#include "tools/bus/variables.hpp"
 
 namespace millrace::tests::integration {
 namespace {
@@ -194,6 +195,28 @@ TEST_F(VariablesOverTheFabric, AreAnsweredByTheGatewayThatTakesTheMachineOver) {
   EXPECT_THAT(vars({"read", "V.E.LIMIT", "--timeout", "10s"}), HasSubstr(" 1\n")) << errors;
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(second.error_output(), HasSubstr("link up"));
+}
+
+TEST_F(VariablesOverTheFabric, AreGivenUpWhenTheGatewayHangsOrDiesUnderTheQuestion) {
+  Process cnc = start_cnc();
+  Process gateway = start_gateway();
+  fabric::dds::Participant participant({.domain = chain.domain()});
+  tools::bus::VariableAsker asker(participant, {"press", 1}, std::chrono::seconds(1));
+  ASSERT_TRUE(asker.ask({.names = {"V.E.LIMIT"}}));
+  const VariableRequest write{
+      .action = fabric::VariableAction::write, .names = {"V.E.LIMIT"}, .values = {{"1"}}};
+  gateway.signal(SIGSTOP);
+  const auto hung = asker.ask({.names = {"V.E.LIMIT"}});
+  ASSERT_FALSE(hung);
+  EXPECT_THAT(hung.error(), AllOf(HasSubstr("has answered for press/1 within 1000 ms"),
+                                  HasSubstr("or hangs"), Not(HasSubstr("nobody knows"))));
+  const auto unknown = asker.ask(write);
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error(), HasSubstr("nobody knows whether it was written, so read it"));
+  gateway.kill();
+  const auto dead = asker.ask(write);
+  ASSERT_FALSE(dead);
+  EXPECT_THAT(dead.error(), HasSubstr("nobody knows whether it was written, so read it"));
 }
 
 /// HMIs: programs that ask by themselves.

@@ -93,6 +93,7 @@ tl::expected<fabric::VariableReply, std::string> VariableAsker::ask(
   request.issuer = issuer_here();
   request.at = std::chrono::system_clock::now();
   const auto end = Clock::now() + self.patience;
+  std::optional<Clock::time_point> first_said;
   auto next_sending = Clock::now();
   // Of those who may have heard it, the most at once.
   std::size_t most = 0;
@@ -102,6 +103,8 @@ tl::expected<fabric::VariableReply, std::string> VariableAsker::ask(
     if (there > most || (there > 0 && now >= next_sending)) {
       most = std::max(most, there);
       next_sending = now + ask_again_after;
+      request.age = now - first_said.value_or(now);
+      first_said = first_said.value_or(now);
       if (const auto said = self.end.publish(request); !said) {
         return tl::unexpected(said.error());
       }

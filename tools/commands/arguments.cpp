@@ -85,8 +85,9 @@ void add_filter(CLI::App& command, recording::Filter& filter) {
 void add_recording_filter(CLI::App& command, recording::Filter& filter) {
   add_filter(command, filter);
   command.add_option("--kind", filter.kinds, "Only entries of this kind, as `log cat` names them")
-      ->check(CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status",
-                             "event", "command", "outcome", "machine", "data", "program"}));
+      ->check(
+          CLI::IsMember({"request", "reply", "withdrawal", "channel", "instance", "status", "event",
+                         "command", "outcome", "machine", "data", "program", "notice"}));
   add_time_filter(command, filter);
 }
 

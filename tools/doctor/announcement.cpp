@@ -22,6 +22,7 @@ constexpr std::uint8_t pl_cdr_le = 0x03;
 constexpr std::uint16_t pid_sentinel = 0x0001;
 constexpr std::uint16_t pid_property_list = 0x0059;
 constexpr std::uint16_t pid_entity_name = 0x0062;
+constexpr std::uint16_t pid_identity_token = 0x1001;
 
 /// Bounded reading from the front; after a read beyond the end ok() is false for good.
 class Reader {
@@ -78,6 +79,10 @@ void read_properties(Reader in, Announcement& found) {
       found.process = std::move(value);
     } else if (name == "__Pid") {
       found.pid = std::move(value);
+    } else if (name == "dds.cert.sn") {
+      found.certificate = std::move(value);
+    } else if (name == "dds.ca.sn") {
+      found.authority = std::move(value);
     }
   }
 }
@@ -95,6 +100,11 @@ bool read_parameters(Reader& in, bool little, Announcement& found) {
       read_properties(value, found);
     } else if (id == pid_entity_name) {
       found.name = Reader(value).text();
+    } else if (id == pid_identity_token) {
+      found.shows_certificate = true;
+      Reader token(value);
+      token.text();  // What kind it is.
+      read_properties(token, found);
     }
   }
   return false;

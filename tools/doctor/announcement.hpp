@@ -1,5 +1,6 @@
 // What a DDS participant says of itself by multicast before anybody knows it: one RTPS packet with
-// its SPDP data (OMG DDSI-RTPS 2.2, 8.5.3 and 9.6.2.2). Pure; reads foreign bytes.
+// its SPDP data (OMG DDSI-RTPS 2.2, 8.5.3 and 9.6.2.2; its identity token: OMG DDS Security 1.1,
+// 7.4.1.4 and 9.3.2.1). Pure; reads foreign bytes.
 //
 //   auto who = parse_announcement(packet);
 //   who->host, who->process
@@ -24,6 +25,11 @@ struct Announcement {
   std::string host{};
   std::string process{};
   std::string pid{};
+  /// It has a certificate to show. Nobody has looked yet whether that counts.
+  bool shows_certificate = false;
+  /// The subject of that and of its authority ("CN=square-root"), where it says; Cyclone does not.
+  std::string certificate{};
+  std::string authority{};
 };
 
 /// Nothing if the packet is no RTPS, or holds no such data.

@@ -21,6 +21,7 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
     return std::move(report).take();
   }
   look::who_is_there(findings, report);
+  look::at_trust(findings, report);
   look::at_peers(findings, report);
   look::at_endpoints(findings, report);
   look::at_machines(findings, report);

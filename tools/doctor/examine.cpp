@@ -125,7 +125,9 @@ class Visit {
       }
       directory_.drain();
       const auto news = discovery_.drain(registry_, Clock::now());
-      found_.ignored.insert(found_.ignored.end(), news.ignored.begin(), news.ignored.end());
+      for (const auto& one : news.ignored) {
+        found_.ignored.push_back(one.reason);
+      }
       if (hearing != nullptr) {
         hearing->take();
       }

@@ -1,6 +1,7 @@
 // What an examination of a fabric found. Plain values: what follows from them is in diagnose.hpp.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <optional>
 #include <set>
@@ -27,6 +28,11 @@ struct Joining {
   bool cyclone_uri = false;
   /// Of millrace.
   std::string version{};
+  /// The name in the certificate that it shows, and how long that is valid; empty without trust.
+  std::string trusted_as{};
+  std::chrono::sys_seconds trusted_until{};
+  /// When this was looked at.
+  std::chrono::sys_seconds now{};
 };
 
 /// A program that takes part in the domain, of whatever fabric.

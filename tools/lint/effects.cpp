@@ -28,11 +28,13 @@ bool is_state(const syntax::Expression& expression) {
   return variable != nullptr && service_part(*variable) == "RESPONSE_STATE";
 }
 
-/// X, Y1, C
+/// X, Y1, X_ACHSE
 bool is_axis(std::string_view address) {
   constexpr std::string_view axes = "XYZABCUVW";
   return !address.empty() && axes.find(cnc::nc::upper(address.front())) != std::string_view::npos &&
-         std::ranges::all_of(address.substr(1), &base::text::is_digit);
+         std::ranges::all_of(address.substr(1), [](char c) {
+           return base::text::is_digit(c) || cnc::nc::is_letter(c);
+         });
 }
 
 class Reader {
@@ -121,12 +123,17 @@ class Reader {
   void wait(const syntax::WaitFor& wait) {
     const std::size_t before = effects_.size();
     read(wait.condition);
-    const bool for_answer =
-        std::any_of(effects_.begin() + static_cast<std::ptrdiff_t>(before), effects_.end(),
-                    [](const Effect& effect) { return effect.kind == Kind::response_state_read; });
-    if (for_answer) {
+    const auto reads = [&](Kind kind) {
+      return std::any_of(effects_.begin() + static_cast<std::ptrdiff_t>(before), effects_.end(),
+                         [kind](const Effect& effect) { return effect.kind == kind; });
+    };
+    const bool for_state = reads(Kind::response_state_read);
+    // Its service has no states that mean anything.
+    const bool for_text = !for_state && reads(Kind::response_read);
+    if (for_state || for_text) {
       effects_.resize(before);
-      effects_.push_back({.kind = Kind::wait, .judged = asks_for_one_state(wait.condition)});
+      effects_.push_back(
+          {.kind = Kind::wait, .judged = for_text || asks_for_one_state(wait.condition)});
     }
   }
 

@@ -9,7 +9,7 @@ namespace {
 
 using enum Severity;
 
-constexpr std::array<RuleInfo, 15> all_rules{{
+constexpr std::array<RuleInfo, 16> all_rules{{
     {Rule::syntax, "syntax", error, "The program cannot be read"},
     {Rule::unknown_uuid, "unknown-uuid", error, "V.G.SERVICE.UUID is served by nobody"},
     {Rule::malformed_uuid, "malformed-uuid", warning, "V.G.SERVICE.UUID is nearly a UUID"},
@@ -30,6 +30,7 @@ constexpr std::array<RuleInfo, 15> all_rules{{
      "Programs of several channels use the same timer"},
     {Rule::missing_subprogram, "missing-subprogram", hint,
      "A subprogram is not there, so what it does is not known"},
+    {Rule::misprinted_end, "misprinted-end", warning, "M30/ stands for M30"},
     {Rule::unknown_rule, "unknown-rule", warning, "A comment switches off a rule that is none"},
 }};
 

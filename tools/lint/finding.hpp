@@ -30,6 +30,7 @@ enum class Rule : std::uint8_t {
   timer_missing,
   shared_timer,
   missing_subprogram,
+  misprinted_end,
   unknown_rule,
 };
 

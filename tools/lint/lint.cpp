@@ -126,6 +126,14 @@ class Linter {
 
   void check_texts(const Program& program, const Routine& routine) {
     for (const Operation& operation : routine.operations) {
+      const auto* const words = std::get_if<cnc::nc::syntax::Words>(&operation.statement);
+      if (words != nullptr && words->misprinted_end) {
+        note({{program.file, operation.line, operation.column},
+              Rule::misprinted_end,
+              "M30/ is a misprint of the manual's sample; the virtual CNC reads it as M30, and "
+              "what a controller does "
+              "with it is not documented: remove the /"});
+      }
       for (const Effect& effect : effects_of(operation.statement)) {
         if (effect.text) {
           const Place place{program.file, operation.line, operation.column};

@@ -202,5 +202,49 @@ TEST_F(RegistryTest, SaysOfWhomThereIsNothingLeft) {
   EXPECT_FALSE(sut.is_seen(identity.id));
 }
 
+// Whoever announced an instance's id after it could say that it drains, or answer its calls.
+TEST_F(RegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirst) {
+  using Seen = registry::Registry::Seen;
+  see_both();
+  match();
+  EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
+  constexpr registry::EndpointHandle false_reader = 0;
+  constexpr registry::EndpointHandle false_writer = 8;
+  InstanceIdentity forged = identity;
+  forged.draining = true;
+  EXPECT_EQ(sut.reader_seen(false_reader, {forged, other_participant}, start), Seen::second);
+  sut.writer_seen(false_writer, {identity.id, other_participant});
+  sut.matched(false_reader, true);
+  sut.matched(false_writer, true);
+  const auto changes = sut.changes();
+  EXPECT_THAT(changes.changed, IsEmpty());
+  EXPECT_THAT(changes.gone, IsEmpty());
+  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  EXPECT_FALSE(sut.speaks_for(false_writer, identity.id));
+  // What the first one says of itself anew does not put it behind the other.
+  InstanceIdentity renamed = identity;
+  renamed.name = "renamed";
+  EXPECT_EQ(sut.reader_seen(reader, {renamed, participant}, start), Seen::taken);
+  EXPECT_THAT(sut.changes().changed, ElementsAre(renamed));
+  sut.endpoint_gone(reader);
+  EXPECT_THAT(sut.changes().changed, ElementsAre(forged)) << "it is there alone now";
+}
+
+TEST_F(RegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
+  using Seen = registry::Registry::Seen;
+  constexpr registry::EndpointHandle first = 100;
+  std::size_t readers = 0;
+  std::size_t writers = 0;
+  for (std::size_t i = 0; i < registry::Registry::most_endpoints + 10; ++i) {
+    InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather"};
+    readers += sut.reader_seen(first + 2 * i, {one, participant}, start) == Seen::taken ? 1U : 0U;
+    writers += sut.writer_seen(first + 2 * i + 1, {one.id, participant}) == Seen::taken ? 1U : 0U;
+  }
+  EXPECT_EQ(readers, registry::Registry::most_endpoints);
+  EXPECT_EQ(writers, registry::Registry::most_endpoints);
+  sut.endpoint_gone(first);
+  EXPECT_EQ(sut.reader_seen(reader, {identity, participant}, start), Seen::taken);
+}
+
 }  // namespace
 }  // namespace millrace::fabric

@@ -35,6 +35,7 @@ VariableRequest some_request() {
           .values = {{"1", "-2"}, {std::string("Ma\xDF\0x", 5)}},
           .first = 7,
           .patience = std::chrono::milliseconds(250),
+          .age = std::chrono::milliseconds(20),
           .issuer = "she@panel",
           .at = at(1)};
 }

@@ -17,7 +17,7 @@ fabric::InstanceId gateway(std::uint8_t number) {
 }
 
 fabric::Time at(std::chrono::seconds time) {
-  return fabric::Time(time);
+  return machines::Claims::earliest + time;
 }
 
 fabric::MachineStatus claim(std::uint8_t number, std::chrono::seconds since,
@@ -92,6 +92,87 @@ TEST_F(ClaimsTest, ComeAfterThoseThatServeWhateverTheClocksSay) {
   sut.set(serving);
   EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), at(50s) + 1ns);
   EXPECT_EQ(sut.behind_those_that_serve("cnc", at(55s)), at(55s));
+}
+
+// One such sample stopped a machine, and the other made whoever came next wait for ever.
+TEST_F(ClaimsTest, OfTimesWithoutGatewaysAreNotListenedTo) {
+  using Heard = machines::Claims::Heard;
+  for (const auto time : {fabric::Time(1ns), fabric::Time::min(), fabric::Time::max()}) {
+    auto liar = claim(1, 10s);
+    EXPECT_EQ(sut.set(liar), Heard::taken);
+    liar.claimed = time;
+    liar.connected = true;
+    EXPECT_EQ(sut.set(liar), Heard::implausible);
+    EXPECT_THAT(sut.ahead({"cnc", 1}, at(11s)), IsNull());
+    EXPECT_THAT(sut.ahead_of_all("cnc", {}, at(11s)), IsNull());
+    EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), at(5s));
+    EXPECT_FALSE(sut.contested("cnc"));
+  }
+}
+
+TEST_F(ClaimsTest, AreMadeAtTimesThatOthersBelieveWhateverOurClockSays) {
+  EXPECT_EQ(machines::plausible(fabric::Time(1h)), machines::Claims::earliest);
+  EXPECT_EQ(machines::plausible(fabric::Time::max()), machines::Claims::latest);
+  EXPECT_EQ(machines::plausible(at(7s)), at(7s));
+  auto last = claim(1, 0s);
+  last.claimed = machines::Claims::latest;
+  last.connected = true;
+  sut.set(last);
+  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(5s)), machines::Claims::latest);
+}
+
+TEST_F(ClaimsTest, OfAnotherControllerOfTheSameNameTakeNothing) {
+  using Heard = machines::Claims::Heard;
+  sut.expect("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
+  auto namesake = claim(1, 1s);
+  namesake.address = "10.0.0.8:48898, 10.0.0.8.1.1";
+  namesake.connected = true;
+  EXPECT_EQ(sut.set(namesake), Heard::another_controller);
+  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), IsNull());
+  EXPECT_THAT(sut.ahead_of_all("cnc", {1}, at(9s)), IsNull());
+  EXPECT_FALSE(sut.contested("cnc"));
+  EXPECT_EQ(sut.behind_those_that_serve("cnc", at(0s)), at(0s));
+  EXPECT_TRUE(sut.is_elsewhere("cnc", namesake.epoch));
+  namesake.address = "gate:48898, 10.0.0.7.1.1";
+  EXPECT_EQ(sut.set(namesake), Heard::taken) << "another way to the same controller";
+  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
+}
+
+// By its own host's, and where none is told, it may be the same one.
+TEST_F(ClaimsTest, CountWhereItIsNotKnownWhichControllerIsMeant) {
+  sut.expect("cnc", "10.0.0.7:48898, 10.0.0.7.1.1");
+  for (const char* address : {"", "nonsense", "127.0.0.1:48898, 127.0.0.1.1.1", "a, b"}) {
+    auto other = claim(1, 1s);
+    other.address = address;
+    sut.set(other);
+    EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull()) << address;
+  }
+}
+
+TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {
+  using Heard = machines::Claims::Heard;
+  sut.expect("cnc", "");
+  std::size_t taken = 0;
+  for (int i = 0; i < 3000; ++i) {
+    auto one = claim(1, 1s);
+    one.machine = "machine" + std::to_string(i);
+    taken += sut.set(one) == Heard::taken ? 1U : 0U;
+  }
+  EXPECT_EQ(taken, machines::Claims::most_machines);
+  taken = 0;
+  for (int i = 0; i < 3000; ++i) {
+    auto one = claim(1, 1s);
+    one.gateway.bytes[0] = static_cast<std::uint8_t>(i);
+    one.gateway.bytes[1] = static_cast<std::uint8_t>(i / 256);
+    taken += sut.set(one) == Heard::taken ? 1U : 0U;
+  }
+  EXPECT_EQ(taken, machines::Claims::most_gateways) << "ours have room for others all the same";
+  // Room for one more is there when one is gone, and one for ours.
+  sut.remove("machine0", gateway(1));
+  sut.remove("machine1", gateway(1));
+  auto next = claim(1, 1s);
+  next.machine = "next";
+  EXPECT_EQ(sut.set(next), Heard::taken);
 }
 
 TEST_F(ClaimsTest, NameTheirGateway) {

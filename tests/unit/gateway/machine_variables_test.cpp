@@ -46,11 +46,10 @@ class MachineVariablesTest : public testing::Test {
         },
         live::VariableOutlet{
             .answer = [this](const auto&, const VariableReply& one) { replies.push_back(one); },
-            .written = [this](const auto& one) { written.push_back(one.detail); },
-            .expect = [] {}},
+            .written = [this](const auto& one) { written.push_back(one.detail); }},
         base::program::no_log());
     sut->connect(client, location);
-    sut->on_up();
+    sut->on_up({1});
   }
 
   VariableReply ask(VariableRequest request) {
@@ -154,7 +153,7 @@ TEST_F(MachineVariablesTest, SayThatTheLinkIsDownAndGoOnWithTheNext) {
   sut->on_down("the cable is out");
   EXPECT_EQ(ask({.names = {"V.E.A"}}).reason, "the link to press is down: the cable is out");
   sut->connect(client, location);
-  sut->on_up();
+  sut->on_up({1});
   EXPECT_TRUE(ask({.names = {"V.E.A"}}).done);
 }
 

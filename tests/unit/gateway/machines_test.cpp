@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/machines/claims.hpp"
+
 namespace millrace::gateway {
 namespace {
 
@@ -59,7 +61,7 @@ class MachinesTest : public testing::Test,
     linked = true;
     return std::make_unique<NoLink>(watched, unwatched);
   }
-  void say(Level, const std::string&) override {}
+  void say(Level, const std::string& text) override { said.push_back(text); }
   // Listener.
   void on_link_up(const std::string&, const std::vector<std::uint16_t>& channels) override {
     EXPECT_TRUE(linked);
@@ -103,7 +105,7 @@ class MachinesTest : public testing::Test,
     fabric::MachineStatus status;
     status.machine = "cnc";
     status.gateway = gateway(9);
-    status.claimed = fabric::Time(since);
+    status.claimed = machines::Claims::earliest + since;
     status.connected = true;
     status.host = "host7";
     status.pid = 1;
@@ -120,7 +122,7 @@ class MachinesTest : public testing::Test,
     return status;
   }
 
-  Moment time{SteadyTime(1h), fabric::Time(1h)};
+  Moment time{SteadyTime(1h), machines::Claims::earliest + 1h};
   std::vector<std::function<void()>> waiting;
   machines::LinkEvents* link = nullptr;
   bool linked = false;
@@ -132,6 +134,7 @@ class MachinesTest : public testing::Test,
   std::vector<Channels> unwatched;
   std::map<std::uint16_t, bool> pushed;
   std::vector<std::uint16_t> changed;
+  std::vector<std::string> said;
   machines::Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
 };
 
@@ -308,6 +311,37 @@ TEST_F(MachinesTest, InheritsNothingFromItself) {
   sut.on_machine_gone("cnc", gateway(9));
   serve();
   EXPECT_THAT(inherited, IsEmpty());
+}
+
+TEST_F(MachinesTest, AreNotStoppedByAClaimThatNobodyCanHaveMade) {
+  serve();
+  const std::size_t before = said.size();
+  for (int i = 0; i < 10'000; ++i) {
+    auto liar = claim(0s);
+    liar.gateway = fabric::InstanceId::random();
+    liar.claimed = i % 2 == 0 ? fabric::Time(1ns) : fabric::Time::max();
+    sut.on_machine(liar);
+  }
+  EXPECT_TRUE(linked);
+  EXPECT_THAT(served, ElementsAre(1, 2));
+  ASSERT_EQ(said.size(), before + 1) << "said once";
+  EXPECT_THAT(said.back(), testing::HasSubstr("claimed=1"));
+}
+
+TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
+  settings::MachineSettings machine;
+  machine.name = "cnc";
+  machine.net_id = cnc::ads::NetId{{10, 0, 0, 7, 1, 1}};
+  sut.set({machine});
+  time_passes();
+  auto namesake = claim(1s);
+  namesake.address = "10.0.0.8:48898, 10.0.0.8.1.1";
+  sut.on_machine(namesake);
+  serve();
+  sut.on_channel(call(other_epoch, running, 1));
+  EXPECT_THAT(served, ElementsAre(1, 2));
+  EXPECT_THAT(inherited, IsEmpty());
+  EXPECT_THAT(said, testing::Contains(testing::HasSubstr("another controller")));
 }
 
 class WatchedMachine : public MachinesTest {

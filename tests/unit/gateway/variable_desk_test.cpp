@@ -39,7 +39,7 @@ class VariableDesk : public testing::Test {
 
   void begin(VariableSettings settings = {.writable = {{"V.E.*"}}, .requests_per_second = 1000}) {
     sut.emplace("press", std::move(settings));
-    sut->on_up();
+    sut->on_up({1}, now);
   }
 
   void pass(std::chrono::nanoseconds time) {
@@ -293,7 +293,7 @@ TEST_F(VariableDesk, AsksNothingWhileTheLinkIsDown) {
   }
   EXPECT_FALSE(sut->next(now));
   EXPECT_EQ(sut->next_time(now.steady), std::nullopt);
-  sut->on_up();
+  sut->on_up({1}, now);
   ask(request({"V.E.A"}));
   settle();
   EXPECT_TRUE(answers[2].reply.done);
@@ -416,6 +416,25 @@ TEST_F(VariableDesk, SaysThatAWriteIsUnknownWhenTheLinkEndsUnderIt) {
   ASSERT_THAT(answers, SizeIs(1));
   EXPECT_THAT(answers[0].reply.reason, HasSubstr("nobody knows whether V.E.A was written"));
   EXPECT_THAT(written, ElementsAre(Field(&News::Written::done, false)));
+}
+
+TEST_F(VariableDesk, WritesNothingThatWasAskedOfAnotherGatewayBefore) {
+  pass(1s);
+  VariableRequest late = write({"V.E.A"}, {{"1"}});
+  late.age = 1001ms;
+  ask(late);
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_THAT(answers[0].reply.reason, HasSubstr("it was asked of another gateway before"));
+  // What is only read may be read here, too.
+  VariableRequest read = request({"V.E.A"});
+  read.age = 1h;
+  ask(read);
+  late = write({"V.E.A"}, {{"1"}});
+  late.age = 999ms;
+  ask(late);
+  settle();
+  EXPECT_TRUE(answers[1].reply.done);
+  EXPECT_TRUE(answers[2].reply.done) << answers[2].reply.reason;
 }
 
 TEST_F(VariableDesk, AnswersWithWhatIsThereAfterAWrite) {

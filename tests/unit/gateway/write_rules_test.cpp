@@ -27,6 +27,12 @@ TEST(WriteRules, LetWhatAPatternMatchesBeWritten) {
   }
 }
 
+TEST(WriteRules, LetNoObjectBeWritten) {
+  for (const char* name : {"state", "mc_command_override_w", "V.CYC.A", "x"}) {
+    EXPECT_THAT(objection({{"*"}}, 1, name), HasSubstr("the rest is only read")) << name;
+  }
+}
+
 TEST(WriteRules, HoldInTheirChannels) {
   const WriteRules sut{{"V.E.*", {2, 4}}};
   EXPECT_THAT(objection(sut, 2, "V.E.A"), IsEmpty());

@@ -221,8 +221,7 @@ TEST_F(AReading, ListsAPageOfAFamilyInTwoRequests) {
     EXPECT_TRUE(behind->variables.empty());
   }
   // One that the controller lists by its old functions, which this one has not.
-  EXPECT_EQ(tests::wait_for(io, sut->list_page(1, "V.P", 0, 2)).error(),
-            ErrorCode::invalid_offset);
+  EXPECT_EQ(tests::wait_for(io, sut->list_page(1, "V.P", 0, 2)).error(), ErrorCode::invalid_offset);
 }
 
 TEST(ADirectoryRecord, IsReadAsFarAsItGoes) {

@@ -1,8 +1,11 @@
 #include "tools/commands/doctor/joining.hpp"
 
+#include <chrono>
 #include <cstdlib>
+#include <filesystem>
 
 #include "base/configuration/config_file.hpp"
+#include "fabric/trust/folder.hpp"
 #include "idl/fabric.pb.h"
 
 namespace millrace::tools::commands::doctor {
@@ -21,6 +24,20 @@ tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
     joining.interface = profile->interface();
     joining.multicast = profile->multicast();
     joining.peers.assign(profile->peers().begin(), profile->peers().end());
+    if (profile->has_trust()) {
+      using fabric::trust::Protection;
+      joining.now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+      const auto credentials = fabric::trust::read_folder(
+          std::filesystem::path(flags.file()).parent_path() / profile->trust().folder(),
+          profile->trust().protection() == config::Trust::ENCRYPT ? Protection::encrypt
+                                                                  : Protection::sign,
+          joining.now);
+      if (!credentials) {
+        throw base::program::UsageError(credentials.error());
+      }
+      joining.trusted_as = credentials->name;
+      joining.trusted_until = credentials->until;
+    }
   }
   return joining;
 }

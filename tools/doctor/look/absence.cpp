@@ -69,12 +69,51 @@ void blame_the_network(const Findings& found, Report& report) {
 
 }  // namespace
 
+namespace {
+
+/// Why somebody who is heard is not believed, or does not believe us; false if trust explains
+/// nothing.
+bool blame_trust(const Findings& found, const Heard& each, Report& report) {
+  const bool ours = !found.joining.trusted_as.empty();
+  const std::string who = fmt::format("{} ({})", program_text(each.who), each.from);
+  const std::string certificate =
+      each.who.certificate.empty()
+          ? "a certificate"
+          : fmt::format("the certificate {} of {}", safe(each.who.certificate),
+                        safe(each.who.authority));
+  if (ours && !each.who.shows_certificate) {
+    report.warning(who + " shows no certificate: nobody who has trust believes or answers it",
+                   "if it belongs to this plant, name its folder in its fabric file: trust { "
+                   "folder: \"…\" } (`millrace trust issue` makes it)");
+  } else if (ours) {
+    report.problem(
+        fmt::format("{} shows {} and is not believed here", who, certificate),
+        "it is of another plant, has expired or been revoked, has the other protection (SIGN here, "
+        "ENCRYPT there), or its packets do not come through: the log of that program and "
+        "`millrace trust list` say more");
+  } else if (each.who.shows_certificate) {
+    report.problem(
+        fmt::format("{} shows {} and hears nobody who shows none, as this program does", who,
+                    certificate),
+        "name what this host got from `millrace trust issue` in the fabric file: trust { folder: "
+        "\"…\" }");
+  } else {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 /// Multicast comes through, but what is sent to one of us alone does not.
 void for_half_deaf(const Findings& found, Report& report) {
+  const bool trusted = !found.joining.trusted_as.empty();
   for (const Heard& each : found.heard) {
-    const bool known = std::ranges::any_of(
-        found.programs, [&](const Program& program) { return program.prefix == each.who.prefix; });
-    if (each.domain == found.joining.domain && !known) {
+    // Cyclone shows participants whom it does not believe too, but none of their endpoints.
+    const bool known = std::ranges::any_of(found.programs, [&](const Program& program) {
+      return program.prefix == each.who.prefix && (!trusted || !program.fabrics.empty());
+    });
+    if (each.domain == found.joining.domain && !known && !blame_trust(found, each, report)) {
       report.problem(
           fmt::format("{} ({}) announces itself on this domain but does not answer",
                       program_text(each.who), each.from),

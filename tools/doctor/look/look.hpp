@@ -12,6 +12,8 @@ void at_the_interface(const Findings& found, Report& report);
 void who_is_there(const Findings& found, Report& report);
 /// Is each peer that is named there, and if not: why?
 void at_peers(const Findings& found, Report& report);
+/// As what is this program trusted, until when, and whom of the others does it believe?
+void at_trust(const Findings& found, Report& report);
 /// Endpoints and instances that fit no millrace program.
 void at_endpoints(const Findings& found, Report& report);
 /// Is each machine connected to a gateway?

@@ -29,8 +29,26 @@ TEST(AnAnnouncement, OfTheOtherByteOrderWithInlineQosIsRead) {
   EXPECT_EQ(sut->host, "");
 }
 
+TEST(AnAnnouncement, TellsThatACertificateIsShownWithoutSayingWhose) {
+  const auto sut = parse_announcement(packet("trusted_cyclone"));
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->name, "square_root");
+  EXPECT_TRUE(sut->shows_certificate);
+  EXPECT_EQ(sut->certificate, "");
+  EXPECT_FALSE(parse_announcement(packet("cyclone"))->shows_certificate);
+}
+
+TEST(AnAnnouncement, TellsWhoseCertificateIsShown) {
+  const auto sut = parse_announcement(packet("trusted"));
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->name, "other");
+  EXPECT_TRUE(sut->shows_certificate);
+  EXPECT_EQ(sut->certificate, "CN=gateway-1");
+  EXPECT_EQ(sut->authority, "CN=plant identity");
+}
+
 TEST(AnAnnouncement, ThatIsCutAnywhereIsNone) {
-  for (const char* name : {"cyclone", "big_endian"}) {
+  for (const char* name : {"cyclone", "big_endian", "trusted", "trusted_cyclone"}) {
     const auto whole = packet(name);
     for (std::size_t size = 0; size < whole.size(); ++size) {
       EXPECT_FALSE(parse_announcement({whole.data(), size})) << name << " cut at " << size;

@@ -120,6 +120,54 @@ TEST_F(TheDoctor, BlamesThePacketFilterIfMulticastAloneComesThrough) {
                                  "7400 to 7649")));
 }
 
+TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
+  be_healthy();
+  found.joining.now = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
+  found.joining.trusted_as = "office";
+  found.joining.trusted_until = found.joining.now + std::chrono::days(31);
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "is trusted as office until 2026-04-01")));
+  found.joining.trusted_until = found.joining.now + std::chrono::days(30);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 30 days", "trust renew")));
+}
+
+TEST_F(TheDoctor, NamesWhomItBelieves) {
+  be_healthy();
+  hear(2, 0);
+  found.heard.back().who.shows_certificate = true;
+  found.joining.trusted_as = "office";
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on hall")));
+  // As another vendor's DDS says.
+  found.heard.back().who.certificate = "CN=gateway-1";
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on hall as CN=gateway-1")));
+}
+
+TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
+  be_healthy();
+  hear(9, 0);
+  found.joining.trusted_as = "office";
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "shows no certificate", "trust issue")));
+  found.heard.back().who.shows_certificate = true;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "shows a certificate and is not believed")));
+  found.heard.back().who.certificate = "CN=square-root";
+  found.heard.back().who.authority = "CN=elsewhere identity";
+  EXPECT_THAT(sut(), Contains(is(Severity::problem,
+                                 "shows the certificate CN=square-root of CN=elsewhere identity "
+                                 "and is not believed",
+                                 "revoked")));
+  found.joining.trusted_as.clear();
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hears nobody who shows none", "trust {")));
+}
+
+// Cyclone shows them among its participants, without endpoints.
+TEST_F(TheDoctor, BelievesNobodyWhoseEndpointsAreNotShown) {
+  be_healthy();
+  add_program(9, "square_root").fabrics = {};
+  hear(9, 0);
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::warning, "shows no certificate"))));
+  found.joining.trusted_as = "office";
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "shows no certificate")));
+}
+
 TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
   found.joining.multicast = false;
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "multicast is off and no peers", "peers")));

@@ -243,6 +243,7 @@ export default {
     leftOut: (n) => `${n === 1 ? '1 Gruppe von Werten wird' : `${n} Gruppen von Werten werden`} nicht gezeigt: für mehr ist kein Platz.`,
     tooMany: (n) => `Höchstens ${n} Variablen werden gezeichnet: erst eine abwählen.`,
     quality: { good: 'gut', stale: 'veraltet', refused: 'verweigert' },
+    gone: 'niemand meldet es mehr',
     noName: 'Programm',
     ago: (age) => `vor ${age}`,
     elements: (n) => ` … ${n} Elemente`,

@@ -245,6 +245,7 @@ export default {
     leftOut: (n) => `${n === 1 ? '1 group of values is' : `${n} groups of values are`} not shown: there is no room for more.`,
     tooMany: (n) => `At most ${n} variables are drawn: take one off first.`,
     quality: { good: 'good', stale: 'stale', refused: 'refused' },
+    gone: 'nobody tells of it any more',
     noName: 'program',
     ago: (age) => `${age} ago`,
     elements: (n) => ` … ${n} elements`,

@@ -27,6 +27,9 @@ const outcomes = {
 
 const mark = ([form, level], word) => element('span', { class: 'result', 'data-level': level }, shape(form), word);
 const replayed = (is) => is && element('span', { class: 'replayed' }, ` ${words.calls.replayed}`);
+/** Why it is not good; a gateway's words are English. */
+const why = (gone, reason) => (gone ? element('span', { class: 'detail' }, text.gone)
+  : reason && element('span', { class: 'detail', lang: 'en' }, visible(reason)));
 const beginOf = (run) => milliseconds(run.started ?? run.told);
 
 /** A value as people read it. */
@@ -54,13 +57,13 @@ function lineCard(app, id) {
       const { now: value } = line;
       const quality = value ? qualityOf(value.gone, value.quality) : 'stale';
       const lasting = value?.at ? age(now - milliseconds(value.at)) : '';
-      const fresh = JSON.stringify([value?.text, quality, value?.reason, value?.replayed, quality === 'stale' && lasting]);
+      const fresh = JSON.stringify([value?.text, quality, value?.reason, value?.gone, value?.replayed, quality === 'stale' && lasting]);
       if (fresh !== told) {
         told = fresh;
         setAttribute(node, 'data-quality', quality);
         replace(state, element('strong', {}, value?.array ? visible(value.text) : shown(value?.value)), replayed(value?.replayed),
           quality !== 'good' && mark(marks[quality], `${text.quality[quality]}${quality === 'stale' && lasting ? ` ${lasting}` : ''}`),
-          quality !== 'good' && value?.reason && element('span', { class: 'detail', lang: 'en' }, visible(value.reason)));
+          value && why(value.gone, value.reason));
       }
       const isLine = !value || isNumber(value);
       list.hidden = isLine;
@@ -135,12 +138,12 @@ function variableRow(choose) {
       setText(cells.read, value.at ? text.ago(age(now - milliseconds(value.at))) : words.services.noValue);
       setText(cells.group, `${visible(sample.group)} · ${words.plant.channel(sample.channel)}`);
       setText(cells.every, sample.period_ms > sample.wanted_ms ? text.slow(duration(sample.period_ms), duration(sample.wanted_ms)) : duration(sample.wanted_ms));
-      const fresh = quality + value.reason + sample.replayed;
+      const fresh = quality + value.reason + sample.gone + sample.replayed;
       if (fresh !== told) {
         told = fresh;
         setAttribute(node, 'data-quality', quality);
         replace(cells.quality, mark(marks[quality], text.quality[quality]), replayed(sample.replayed),
-          value.reason && element('span', { class: 'detail', lang: 'en' }, visible(value.reason)));
+          why(sample.gone, value.reason));
       }
     },
   };

@@ -1,11 +1,11 @@
-#include "services/lcm/complaints.hpp"
+#include "fabric/complaints.hpp"
 
 #include <fmt/format.h>
 
-namespace millrace::services::lcm {
+namespace millrace::fabric {
 
 std::optional<std::string> Complaints::note(const std::string& kind, const std::string& about,
-                                            const std::string& text, fabric::SteadyTime now) {
+                                            const std::string& text, SteadyTime now) {
   const auto place = heard_.find({kind, about});
   if (place != heard_.end()) {
     ++place->second.more;
@@ -24,7 +24,7 @@ std::optional<std::string> Complaints::note(const std::string& kind, const std::
   return fmt::format("{}; more is wrong than is told one by one", text);
 }
 
-std::vector<std::string> Complaints::due(fabric::SteadyTime now) {
+std::vector<std::string> Complaints::due(SteadyTime now) {
   std::vector<std::string> lines;
   for (auto place = heard_.begin(); place != heard_.end();) {
     Heard& heard = place->second;
@@ -49,4 +49,20 @@ std::vector<std::string> Complaints::due(fabric::SteadyTime now) {
   return lines;
 }
 
-}  // namespace millrace::services::lcm
+bool Throttle::admit(SteadyTime now) {
+  if (!since_) {
+    since_ = now;
+    asked_ = 0;
+  }
+  return ++asked_ <= most_;
+}
+
+std::optional<std::uint64_t> Throttle::due(SteadyTime now) {
+  if (!since_ || now - *since_ < window_) {
+    return std::nullopt;
+  }
+  since_.reset();
+  return asked_ > most_ ? std::optional(asked_ - most_) : std::nullopt;
+}
+
+}  // namespace millrace::fabric

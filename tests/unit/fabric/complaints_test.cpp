@@ -1,16 +1,16 @@
-#include "services/lcm/complaints.hpp"
+#include "fabric/complaints.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace millrace::services::lcm {
+namespace millrace::fabric {
 namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-const fabric::SteadyTime start{1h};
+const SteadyTime start{1h};
 
 TEST(Complaints, AreSaidOnceAndThenCounted) {
   Complaints sut;
@@ -42,5 +42,19 @@ TEST(Complaints, OfTooManyKindsAreCountedTogether) {
   EXPECT_THAT(sut.due(start + 60s), ElementsAre("1 messages were wrong in other ways in 60 s"));
 }
 
+TEST(Throttle, LetsSoManyThroughInAWindowAndCountsTheOthers) {
+  Throttle sut(3, 10s);
+  int admitted = 0;
+  for (int i = 0; i < 10; ++i) {
+    admitted += sut.admit(start + 1s) ? 1 : 0;
+  }
+  EXPECT_EQ(admitted, 3);
+  EXPECT_EQ(sut.due(start + 2s), std::nullopt);
+  EXPECT_EQ(sut.due(start + 11s), 7U);
+  EXPECT_EQ(sut.due(start + 12s), std::nullopt);
+  EXPECT_TRUE(sut.admit(start + 12s));
+  EXPECT_EQ(sut.due(start + 30s), std::nullopt) << "all of them were told";
+}
+
 }  // namespace
-}  // namespace millrace::services::lcm
+}  // namespace millrace::fabric

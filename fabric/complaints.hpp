@@ -17,7 +17,7 @@
 
 #include "fabric/moment.hpp"
 
-namespace millrace::services::lcm {
+namespace millrace::fabric {
 
 class Complaints {
  public:
@@ -28,13 +28,13 @@ class Complaints {
 
   /// The line to log, if this is the first of its kind, about this. Otherwise it is counted.
   std::optional<std::string> note(const std::string& kind, const std::string& about,
-                                  const std::string& text, fabric::SteadyTime now);
+                                  const std::string& text, SteadyTime now);
   /// How many more there were, of each kind whose pause is over.
-  std::vector<std::string> due(fabric::SteadyTime now);
+  std::vector<std::string> due(SteadyTime now);
 
  private:
   struct Heard {
-    fabric::SteadyTime since{};
+    SteadyTime since{};
     std::uint64_t more = 0;
     /// The last one.
     std::string text{};
@@ -45,4 +45,27 @@ class Complaints {
   std::optional<Heard> others_;
 };
 
-}  // namespace millrace::services::lcm
+/// Lines that are each of something else: as many as people read, and how many more there were.
+///
+///   Throttle lines(1000, 10s);
+///   if (lines.admit(now)) log->info(…);
+///   if (auto left_out = lines.due(now)) log->warn("{} more …", *left_out);
+class Throttle {
+ public:
+  Throttle(std::size_t most, std::chrono::seconds window) : most_(most), window_(window) {}
+
+  /// Whether there is room for one more in this window.
+  bool admit(SteadyTime now);
+  /// How many had none, when their window is over and there were any.
+  std::optional<std::uint64_t> due(SteadyTime now);
+  [[nodiscard]] std::size_t most() const { return most_; }
+  [[nodiscard]] std::chrono::seconds window() const { return window_; }
+
+ private:
+  std::size_t most_;
+  std::chrono::seconds window_;
+  std::optional<SteadyTime> since_;
+  std::uint64_t asked_ = 0;
+};
+
+}  // namespace millrace::fabric

@@ -1,0 +1,230 @@
+#include "tests/failures/hostile.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/sample_fields.hpp"
+#include "idl/millrace.h"
+
+namespace millrace::tests::failures {
+
+namespace {
+
+using namespace fabric;
+
+constexpr std::uint32_t any_value = 0x7FFFFFFF;
+
+/// The operations of the type, in which each enumeration may have any value (dds_opcodes.h).
+std::vector<std::uint32_t> without_limits(const dds_topic_descriptor_t& type) {
+  // The keys stand last, an instruction of two words each.
+  const std::size_t size = type.m_keys[type.m_nkeys - 1].m_offset + 2;
+  std::vector<std::uint32_t> ops(type.m_ops, type.m_ops + size);
+  for (std::uint32_t& op : ops) {
+    constexpr std::uint32_t type_mask = 0x007F0000;
+    if ((op & 0xFF000000) == DDS_OP_ADR && (op & type_mask) == DDS_OP_TYPE_ENU) {
+      (&op)[2] = any_value;
+    }
+  }
+  return ops;
+}
+
+/// Without what it says of itself in XTypes: else it would be seen to be another type.
+dds_topic_descriptor_t lawless(const std::vector<std::uint32_t>& ops) {
+  const dds_topic_descriptor_t& type = millrace_Reply_desc;
+  return {.m_size = type.m_size,
+          .m_align = type.m_align,
+          .m_flagset = type.m_flagset & ~static_cast<std::uint32_t>(DDS_TOPIC_XTYPES_METADATA),
+          .m_nkeys = type.m_nkeys,
+          .m_typename = type.m_typename,
+          .m_keys = type.m_keys,
+          .m_nops = type.m_nops,
+          .m_ops = ops.data(),
+          .m_meta = type.m_meta,
+          .type_information = {},
+          .type_mapping = {},
+          .restrict_data_representation = 0};
+}
+
+}  // namespace
+
+LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::string& partition,
+                             const std::string& user_data)
+    : ops_(without_limits(millrace_Reply_desc)),
+      type_(lawless(ops_)),
+      topic_(dds::check(
+          dds_create_topic(participant.handle(), &type_, wire::reply_topic.name, nullptr, nullptr),
+          "create a lawless topic")),
+      publisher_(wire::create_publisher(participant, partition)),
+      writer_(dds::check(
+          dds_create_writer(publisher_.handle(), topic_.handle(),
+                            wire::writer_qos(wire::reply_topic, user_data).get(), nullptr),
+          "write lawless replies")) {}
+
+void LawlessWriter::write(Reply reply, std::uint32_t kind) {
+  const std::string text = std::exchange(reply.text, "");
+  auto sample = wire::Codec<Reply>::encode(reply).value();
+  // Only read; see Filler::text.
+  sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
+  sample.text._length = static_cast<std::uint32_t>(text.size());
+  sample.text._maximum = sample.text._length;
+  sample.kind = static_cast<millrace_ReplyKind>(kind);
+  dds::check(dds_write(writer_, &sample), "write a lawless reply");
+}
+
+Hostile::Hostile(std::uint32_t domain, std::string uuid)
+    : participant_({.domain = domain}),
+      second_({.domain = domain}),
+      uuid_(std::move(uuid)),
+      requests_(participant_, wire::all_services("millrace"), wire::Keep::all),
+      machines_(participant_, "millrace"),
+      channels_(participant_, "millrace"),
+      commands_(participant_, "millrace"),
+      replies_(participant_, wire::service_partition("millrace", uuid_),
+               registry::format_instance(InstanceId::random())) {}
+
+void Hostile::overhear() {
+  for (const wire::Taken<Request>& taken : requests_.take()) {
+    // Not what it has asked itself.
+    if (taken.valid && taken.value.key.machine == "cnc") {
+      last_ = taken.value;
+      heard_ = true;
+    }
+  }
+}
+
+void Hostile::forge_reply() {
+  replies_.write({.key = last_.key,
+                  .instance = last_.assigned,
+                  .call = last_.call,
+                  .attempt = last_.attempt,
+                  .text = "forged",
+                  .state = 7},
+                 millrace_final_reply);
+}
+
+void Hostile::forge_bad_reply() {
+  constexpr std::uint32_t unknown_kind = 77;
+  Reply reply{.key = last_.key,
+              .instance = last_.assigned,
+              .call = last_.call,
+              .attempt = last_.attempt,
+              .text = "bad",
+              .state = 7};
+  std::uint32_t kind = millrace_final_reply;
+  switch (++count_ % 4) {
+    case 0:
+      reply.text = std::string("1\0 4", 4);
+      break;
+    case 1:
+      reply.state = 0;
+      break;
+    case 2:
+      reply.text.assign(200, 'x');
+      break;
+    default:
+      kind = unknown_kind;
+      break;
+  }
+  replies_.write(std::move(reply), kind);
+}
+
+void Hostile::answer_nothing() {
+  constexpr std::uint64_t epochs = 64;
+  ++count_;
+  replies_.write({.key = {"cnc", static_cast<std::uint16_t>(1 + count_ % 8)},
+                  .instance = last_.assigned,
+                  .call = {.epoch = count_ % epochs, .number = count_},
+                  .text = "nobody asked",
+                  .state = 1},
+                 millrace_final_reply);
+}
+
+void Hostile::ask(bool astray) {
+  auto mailbox = mailboxes_.find(last_.assigned);
+  if (mailbox == mailboxes_.end()) {
+    mailbox = mailboxes_
+                  .try_emplace(last_.assigned, participant_,
+                               wire::mailbox_partition("millrace", last_.uuid, last_.assigned))
+                  .first;
+  }
+  ++count_;
+  static_cast<void>(
+      mailbox->second.write({.key = {"nobodys", static_cast<std::uint16_t>(1 + count_ % 8)},
+                             .call = {.epoch = 99, .number = count_},
+                             .assigned = astray ? InstanceId::random() : last_.assigned,
+                             .uuid = last_.uuid,
+                             .text = "for nobody",
+                             .state = 1}));
+}
+
+void Hostile::claim(const std::string& machine, Time since, bool connected) {
+  MachineStatus status;
+  status.machine = machine;
+  status.gateway = InstanceId::random();
+  status.claimed = since;
+  status.connected = connected;
+  status.address = "\x1b[31mnowhere";
+  status.host = "\x1b[2J\nforged line";
+  status.epoch = ++count_;
+  static_cast<void>(machines_.write(status));
+}
+
+void Hostile::show_channel(const std::string& machine) {
+  ++count_;
+  ChannelStatus status;
+  status.key = {machine, static_cast<std::uint16_t>(count_ % 50'000)};
+  status.state = ChannelState::running;
+  status.call = {.epoch = 98, .number = count_};
+  status.uuid = "\x1b]0;owned\x07" + std::to_string(count_);
+  static_cast<void>(channels_.write(status));
+}
+
+void Hostile::command() {
+  Command command;
+  command.id = InstanceId::random();
+  command.kind = CommandKind::answer;
+  command.key = last_.key;
+  command.call = {.epoch = 97, .number = ++count_};
+  command.text = "not I";
+  command.state = 1;
+  command.issuer = "root@\x1b[2Jconsole";
+  static_cast<void>(commands_.write(command));
+}
+
+void Hostile::impersonate() {
+  const InstanceId victim = last_.assigned;
+  auto& writer = false_writers_[victim];
+  if (!writer) {
+    writer = std::make_unique<LawlessWriter>(second_, wire::service_partition("millrace", uuid_),
+                                             registry::format_instance(victim));
+    const InstanceIdentity forged{
+        .id = victim, .uuid = uuid_, .name = "impostor", .concurrency = 256, .draining = true};
+    announced_.emplace_back(second_, wire::mailbox_partition("millrace", uuid_, victim),
+                            wire::Keep::last,
+                            wire::EndpointOptions{.user_data = registry::format_identity(forged)});
+  }
+  writer->write({.key = last_.key,
+                 .instance = victim,
+                 .call = last_.call,
+                 .attempt = last_.attempt,
+                 .text = "impostor",
+                 .state = 7},
+                millrace_final_reply);
+}
+
+void Hostile::announce(const InstanceId& instance, const std::string& uuid,
+                       const std::string& identity) {
+  announced_.emplace_back(participant_, wire::mailbox_partition("millrace", uuid, instance),
+                          wire::Keep::last, wire::EndpointOptions{.user_data = identity});
+}
+
+void Hostile::join(const std::string& uuid) {
+  const InstanceIdentity who{.id = InstanceId::random(), .uuid = uuid, .name = "passer-by"};
+  joined_.emplace_back(participant_, wire::service_partition("millrace", uuid),
+                       wire::EndpointOptions{.user_data = registry::format_instance(who.id)});
+  announce(who.id, uuid, registry::format_identity(who));
+}
+
+}  // namespace millrace::tests::failures

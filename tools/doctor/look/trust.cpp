@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+#include "tools/doctor/look/look.hpp"
+#include "tools/doctor/look/words.hpp"
+
+namespace millrace::tools::doctor::look {
+
+namespace {
+
+using base::text::safe;
+
+/// Time enough to renew a member and to go to its host.
+constexpr std::chrono::days soon{30};
+
+void at_our_own(const Joining& joining, Report& report) {
+  const std::string text = fmt::format("this program is trusted as {} until {:%F %R} UTC",
+                                       safe(joining.trusted_as), joining.trusted_until);
+  if (joining.trusted_until - joining.now > soon) {
+    report.fine(text);
+    return;
+  }
+  report.warning(
+      fmt::format(
+          "{}, which is in {} days", text,
+          std::chrono::floor<std::chrono::days>(joining.trusted_until - joining.now).count()),
+      fmt::format("`millrace trust renew PLANT {}` where the plant's authorities are, "
+                  "then copy the folder anew and start the programs again",
+                  safe(joining.trusted_as)));
+}
+
+}  // namespace
+
+void at_trust(const Findings& found, Report& report) {
+  if (found.joining.trusted_as.empty()) {
+    return;
+  }
+  at_our_own(found.joining, report);
+  // Whose endpoints discovery shows here has proved what he announces.
+  std::set<std::string> believed;
+  for (const Heard& each : found.heard) {
+    const auto program = std::ranges::find(found.programs, each.who.prefix, &Program::prefix);
+    if (program != found.programs.end() && !program->self && !program->fabrics.empty() &&
+        each.who.shows_certificate) {
+      believed.insert(program_text(each.who) +
+                      (each.who.certificate.empty() ? "" : " as " + safe(each.who.certificate)));
+    }
+  }
+  if (!believed.empty()) {
+    report.fine("believed here: " + list_of(believed));
+  }
+}
+
+}  // namespace millrace::tools::doctor::look
