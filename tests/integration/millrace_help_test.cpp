@@ -146,11 +146,10 @@ TEST(TheHelp, OfEverySubcommandShowsAnExample) {
 }
 
 TEST(TheHelp, OfEverySubcommandThatPrintsHasJson) {
-  // A script for a shell; an export whose format is chosen otherwise; what is told over HTTP; what writes files, and
-  // says where.
-  const std::set<std::string> others{"completion",   "log export",   "web",
-                                     "trust export", "trust init",   "trust issue",
-                                     "trust renew",  "trust revoke"};
+  // A script for a shell; an export whose format is chosen otherwise; what is told over HTTP; what
+  // writes files, and says where.
+  const std::set<std::string> others{"completion", "log export",  "web",         "trust export",
+                                     "trust init", "trust issue", "trust renew", "trust revoke"};
   for (const auto& [words, help] : all_help()) {
     if (help.subcommands.empty() && !others.contains(words)) {
       EXPECT_THAT(help.options, Contains("--json")) << words;
