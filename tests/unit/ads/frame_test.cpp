@@ -12,12 +12,12 @@ using testing::HasSubstr;
 
 constexpr std::size_t max_frame = 1000;
 
-Bytes vector(const std::string& name) {
+Bytes frame_vector(const std::string& name) {
   return tests::hex_vector("ads/frames.hex", name);
 }
 
-const Address client{{{127, 0, 0, 1, 2, 1}}, 32750};
-const Address controller{{{127, 0, 0, 1, 1, 1}}, 552};
+const Address sender{{{127, 0, 0, 1, 2, 1}}, 32750};
+const Address receiver{{{127, 0, 0, 1, 1, 1}}, 552};
 
 std::string error_of(const Bytes& bytes) {
   FrameReader sut(max_frame);
@@ -28,7 +28,7 @@ std::string error_of(const Bytes& bytes) {
 
 TEST(FrameReader, HandsOutAWholeFrame) {
   FrameReader sut(max_frame);
-  sut.feed(vector("read_request"));
+  sut.feed(frame_vector("read_request"));
   const auto frame = sut.next();
   ASSERT_TRUE(frame && *frame);
   EXPECT_EQ((*frame)->kind, FrameKind::ads);
@@ -39,7 +39,7 @@ TEST(FrameReader, HandsOutAWholeFrame) {
 
 TEST(FrameReader, WaitsForTheLastByte) {
   FrameReader sut(max_frame);
-  const auto bytes = vector("read_request");
+  const auto bytes = frame_vector("read_request");
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     ASSERT_FALSE(*sut.next()) << i;
     sut.feed(BytesView(bytes).subspan(i, 1));
@@ -50,7 +50,7 @@ TEST(FrameReader, WaitsForTheLastByte) {
 TEST(FrameReader, HandsOutAHundredFramesOfOneSegment) {
   FrameReader sut(max_frame);
   Bytes segment;
-  const auto one = vector("read_request");
+  const auto one = frame_vector("read_request");
   for (int i = 0; i < 100; ++i) {
     segment.insert(segment.end(), one.begin(), one.end());
   }
@@ -63,29 +63,29 @@ TEST(FrameReader, HandsOutAHundredFramesOfOneSegment) {
 }
 
 TEST(FrameReader, RefusesALengthAboveItsLimitWithoutWaitingForTheBytes) {
-  EXPECT_THAT(error_of(vector("announces_4_gib")),
+  EXPECT_THAT(error_of(frame_vector("announces_4_gib")),
               HasSubstr("announces 4294967295 bytes, at most 1000"));
 }
 
 TEST(FrameReader, AcceptsALengthAtItsLimit) {
   FrameReader sut(44);
-  sut.feed(vector("read_request"));
+  sut.feed(frame_vector("read_request"));
   EXPECT_TRUE(*sut.next());
 }
 
 TEST(FrameReader, RefusesAnAdsFrameWithoutRoomForItsHeader) {
-  EXPECT_THAT(error_of(vector("too_short_for_ams")), HasSubstr("31 bytes is too short"));
+  EXPECT_THAT(error_of(frame_vector("too_short_for_ams")), HasSubstr("31 bytes is too short"));
 }
 
 TEST(FrameReader, RefusesWhatIsNoAmsTcp) {
-  EXPECT_THAT(error_of(vector("http")), HasSubstr("at most 1000"));
+  EXPECT_THAT(error_of(frame_vector("http")), HasSubstr("at most 1000"));
   EXPECT_THAT(error_of(encode_frame(FrameKind{0x4547}, Bytes(100))),
               HasSubstr("kind 0x4547 with 100 bytes"));
 }
 
 TEST(FrameReader, LetsRouterFramesThrough) {
   FrameReader sut(max_frame);
-  sut.feed(vector("port_connect"));
+  sut.feed(frame_vector("port_connect"));
   const auto frame = sut.next();
   ASSERT_TRUE(frame && *frame);
   EXPECT_EQ((*frame)->kind, FrameKind::port_connect);
@@ -93,18 +93,18 @@ TEST(FrameReader, LetsRouterFramesThrough) {
 }
 
 TEST(Packet, IsDecodedAndEncodedToTheSameBytes) {
-  const auto bytes = vector("read_request");
+  const auto bytes = frame_vector("read_request");
   const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));
   ASSERT_TRUE(packet) << packet.error().message;
   EXPECT_EQ(packet->header,
-            (Header{controller, client, Command::read, flags::ads_command, ErrorCode::none, 7}));
+            (Header{receiver, sender, Command::read, flags::ads_command, ErrorCode::none, 7}));
   EXPECT_EQ(packet->data.size(), 12U);
   EXPECT_EQ(encode_packet(packet->header, packet->data), bytes);
 }
 
 TEST(Packet, OfAResponseHasSwappedAddressesAndFlags5) {
-  const auto request = vector("read_request");
-  const auto response = vector("read_response");
+  const auto request = frame_vector("read_request");
+  const auto response = frame_vector("read_response");
   const auto packet = decode_packet(BytesView(request).subspan(frame_header_size));
   const auto sut = response_header(packet->header);
   EXPECT_TRUE(sut.is_response());
@@ -112,7 +112,7 @@ TEST(Packet, OfAResponseHasSwappedAddressesAndFlags5) {
 }
 
 TEST(Packet, OfARouterErrorHasNoData) {
-  const auto bytes = vector("port_not_found");
+  const auto bytes = frame_vector("port_not_found");
   const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));
   ASSERT_TRUE(packet);
   EXPECT_EQ(packet->header.error, ErrorCode::target_port_not_found);
@@ -120,14 +120,14 @@ TEST(Packet, OfARouterErrorHasNoData) {
 }
 
 TEST(Packet, WithLengthsThatDisagreeIsRefused) {
-  const auto bytes = vector("lengths_disagree");
+  const auto bytes = frame_vector("lengths_disagree");
   const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));
   ASSERT_FALSE(packet);
   EXPECT_THAT(packet.error().message, HasSubstr("announces 240 bytes of data, its frame holds 4"));
 }
 
 TEST(Packet, CutShortIsRefused) {
-  const auto bytes = vector("read_request");
+  const auto bytes = frame_vector("read_request");
   EXPECT_FALSE(decode_packet(BytesView(bytes).subspan(frame_header_size, 31)));
 }
 

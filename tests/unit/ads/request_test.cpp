@@ -13,7 +13,7 @@ using testing::ElementsAre;
 constexpr Index read_by_name{0x122301, 0x48};
 constexpr Index write_by_name{0x122301, 0x4A};
 
-Bytes vector(const std::string& name) {
+Bytes request_vector(const std::string& name) {
   return tests::hex_vector("ads/requests.hex", name);
 }
 
@@ -33,7 +33,7 @@ ErrorCode error_of(Command command, const Bytes& payload) {
 }
 
 TEST(AdsRequest, Read) {
-  const auto payload = vector("read");
+  const auto payload = request_vector("read");
   const auto sut = decode<ReadRequest>(Command::read, payload);
   EXPECT_EQ(sut.index, read_by_name);
   EXPECT_EQ(sut.length, 0xFFFFFFFFU);
@@ -41,7 +41,7 @@ TEST(AdsRequest, Read) {
 }
 
 TEST(AdsRequest, Write) {
-  const auto payload = vector("write");
+  const auto payload = request_vector("write");
   const auto sut = decode<WriteRequest>(Command::write, payload);
   EXPECT_EQ(sut.index, write_by_name);
   EXPECT_THAT(sut.data, ElementsAre(0x0A, 0x0B, 0x0C));
@@ -49,7 +49,7 @@ TEST(AdsRequest, Write) {
 }
 
 TEST(AdsRequest, WriteControl) {
-  const auto payload = vector("write_control");
+  const auto payload = request_vector("write_control");
   const auto sut = decode<WriteControlRequest>(Command::write_control, payload);
   EXPECT_EQ(sut.wanted.ads, 5);
   EXPECT_EQ(sut.wanted.device, 1);
@@ -58,7 +58,7 @@ TEST(AdsRequest, WriteControl) {
 }
 
 TEST(AdsRequest, ReadWrite) {
-  const auto payload = vector("read_write");
+  const auto payload = request_vector("read_write");
   const auto sut = decode<ReadWriteRequest>(Command::read_write, payload);
   EXPECT_EQ(sut.index, read_by_name);
   EXPECT_EQ(sut.read_length, 128U);
@@ -67,7 +67,7 @@ TEST(AdsRequest, ReadWrite) {
 }
 
 TEST(AdsRequest, AddNotification) {
-  const auto payload = vector("add_notification");
+  const auto payload = request_vector("add_notification");
   const auto sut = decode<AddNotificationRequest>(Command::add_notification, payload);
   EXPECT_EQ(sut.index, (Index{0xF005, 0x11}));
   EXPECT_EQ(sut.length, 4U);
@@ -78,7 +78,7 @@ TEST(AdsRequest, AddNotification) {
 }
 
 TEST(AdsRequest, DeleteNotification) {
-  const auto payload = vector("delete_notification");
+  const auto payload = request_vector("delete_notification");
   const auto sut = decode<DeleteNotificationRequest>(Command::delete_notification, payload);
   EXPECT_EQ(sut.handle, 42U);
   EXPECT_EQ(encode(sut), payload);
@@ -91,10 +91,10 @@ TEST(AdsRequest, ForInfoAndStateIsEmpty) {
 }
 
 TEST(AdsRequest, WhoseLengthsDoNotFitIsOfInvalidSize) {
-  EXPECT_EQ(error_of(Command::read, vector("read_cut_short")), ErrorCode::invalid_size);
-  EXPECT_EQ(error_of(Command::write, vector("write_longer_than_its_data")),
+  EXPECT_EQ(error_of(Command::read, request_vector("read_cut_short")), ErrorCode::invalid_size);
+  EXPECT_EQ(error_of(Command::write, request_vector("write_longer_than_its_data")),
             ErrorCode::invalid_size);
-  EXPECT_EQ(error_of(Command::write, vector("write_shorter_than_its_data")),
+  EXPECT_EQ(error_of(Command::write, request_vector("write_shorter_than_its_data")),
             ErrorCode::invalid_size);
 }
 

@@ -11,7 +11,7 @@ namespace {
 using testing::ElementsAre;
 using testing::SizeIs;
 
-Bytes vector(const std::string& name) {
+Bytes response_vector(const std::string& name) {
   return tests::hex_vector("ads/responses.hex", name);
 }
 
@@ -21,14 +21,14 @@ ErrorCode error_of(const Result<T>& result) {
 }
 
 TEST(AdsResponse, ToAWriteIsTheResultAlone) {
-  EXPECT_TRUE(decode_result(vector("result_none")));
-  EXPECT_EQ(error_of(decode_result(vector("result_busy"))), ErrorCode::busy);
-  EXPECT_EQ(encode_result({}), vector("result_none"));
-  EXPECT_EQ(encode_result(tl::make_unexpected(ErrorCode::busy)), vector("result_busy"));
+  EXPECT_TRUE(decode_result(response_vector("result_none")));
+  EXPECT_EQ(error_of(decode_result(response_vector("result_busy"))), ErrorCode::busy);
+  EXPECT_EQ(encode_result({}), response_vector("result_none"));
+  EXPECT_EQ(encode_result(tl::make_unexpected(ErrorCode::busy)), response_vector("result_busy"));
 }
 
 TEST(AdsResponse, ToAReadCarriesData) {
-  const auto payload = vector("data");
+  const auto payload = response_vector("data");
   const auto sut = decode_data(payload, 4);
   ASSERT_TRUE(sut);
   EXPECT_THAT(*sut, ElementsAre(1, 2, 3, 4));
@@ -36,39 +36,43 @@ TEST(AdsResponse, ToAReadCarriesData) {
 }
 
 TEST(AdsResponse, ToAReadMayBeShorterThanAsked) {
-  EXPECT_THAT(*decode_data(vector("data"), 8), SizeIs(4));
+  EXPECT_THAT(*decode_data(response_vector("data"), 8), SizeIs(4));
 }
 
 TEST(AdsResponse, LongerThanAskedBreaksTheProtocol) {
-  EXPECT_EQ(error_of(decode_data(vector("data"), 3)), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_data(response_vector("data"), 3)), ErrorCode::protocol_error);
 }
 
 TEST(AdsResponse, ThatLiesAboutItsLengthBreaksTheProtocol) {
-  EXPECT_EQ(error_of(decode_data(vector("data_that_lies"), 240)), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_data(response_vector("data_that_lies"), 240)),
+            ErrorCode::protocol_error);
 }
 
 TEST(AdsResponse, ToAFailedReadIsSentAs8Bytes) {
-  EXPECT_EQ(encode_data(tl::make_unexpected(ErrorCode::invalid_group)), vector("data_error"));
+  EXPECT_EQ(encode_data(tl::make_unexpected(ErrorCode::invalid_group)),
+            response_vector("data_error"));
 }
 
 TEST(AdsResponse, ToAFailedReadIsUnderstoodWith4Or8Bytes) {
-  EXPECT_EQ(error_of(decode_data(vector("data_error"), 4)), ErrorCode::invalid_group);
-  EXPECT_EQ(error_of(decode_data(vector("data_error_of_4_bytes"), 4)), ErrorCode::invalid_group);
+  EXPECT_EQ(error_of(decode_data(response_vector("data_error"), 4)), ErrorCode::invalid_group);
+  EXPECT_EQ(error_of(decode_data(response_vector("data_error_of_4_bytes"), 4)),
+            ErrorCode::invalid_group);
 }
 
 TEST(AdsResponse, CannotBringAnOutcomeOfOurOwn) {
-  EXPECT_EQ(error_of(decode_data(vector("local_code_on_the_wire"), 4)), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_data(response_vector("local_code_on_the_wire"), 4)),
+            ErrorCode::protocol_error);
 }
 
 TEST(AdsResponse, WithoutResultBreaksTheProtocol) {
   EXPECT_EQ(error_of(decode_result({})), ErrorCode::protocol_error);
-  EXPECT_EQ(error_of(decode_state(vector("result_none"))), ErrorCode::protocol_error);
-  EXPECT_EQ(error_of(decode_info(vector("result_none"))), ErrorCode::protocol_error);
-  EXPECT_EQ(error_of(decode_handle(vector("result_none"))), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_state(response_vector("result_none"))), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_info(response_vector("result_none"))), ErrorCode::protocol_error);
+  EXPECT_EQ(error_of(decode_handle(response_vector("result_none"))), ErrorCode::protocol_error);
 }
 
 TEST(AdsResponse, NamesTheDeviceIn16Bytes) {
-  const auto payload = vector("info");
+  const auto payload = response_vector("info");
   const auto sut = decode_info(payload);
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->major, 3);
@@ -80,7 +84,7 @@ TEST(AdsResponse, NamesTheDeviceIn16Bytes) {
 }
 
 TEST(AdsResponse, TellsTheState) {
-  const auto payload = vector("state");
+  const auto payload = response_vector("state");
   const auto sut = decode_state(payload);
   ASSERT_TRUE(sut);
   EXPECT_EQ(sut->ads, 5);
@@ -89,12 +93,12 @@ TEST(AdsResponse, TellsTheState) {
 }
 
 TEST(AdsResponse, GivesANotificationHandle) {
-  EXPECT_EQ(*decode_handle(vector("handle")), 42U);
-  EXPECT_EQ(encode_handle(42U), vector("handle"));
+  EXPECT_EQ(*decode_handle(response_vector("handle")), 42U);
+  EXPECT_EQ(encode_handle(42U), response_vector("handle"));
 }
 
 TEST(Notification, CarriesSamplesOfOneMoment) {
-  const auto payload = vector("notification");
+  const auto payload = response_vector("notification");
   const auto sut = decode_notification(payload);
   ASSERT_TRUE(sut);
   ASSERT_THAT(*sut, SizeIs(1));
@@ -107,7 +111,7 @@ TEST(Notification, CarriesSamplesOfOneMoment) {
 }
 
 TEST(Notification, WithACountThatLiesBreaksTheProtocol) {
-  EXPECT_EQ(error_of(decode_notification(vector("notification_with_too_many_samples"))),
+  EXPECT_EQ(error_of(decode_notification(response_vector("notification_with_too_many_samples"))),
             ErrorCode::protocol_error);
   EXPECT_EQ(error_of(decode_notification({})), ErrorCode::protocol_error);
 }

@@ -17,8 +17,8 @@ using testing::Pair;
 using testing::SizeIs;
 using namespace std::chrono_literals;
 
-const Address client{{{127, 0, 0, 1, 2, 1}}, 32750};
-const Address controller{{{127, 0, 0, 1, 1, 1}}, 552};
+const Address subscriber{{{127, 0, 0, 1, 2, 1}}, 32750};
+const Address machine{{{127, 0, 0, 1, 1, 1}}, 552};
 constexpr std::uint32_t ms = 10'000;  // on the wire, in 100 ns
 
 class SubscriptionsTest : public testing::Test {
@@ -32,8 +32,8 @@ class SubscriptionsTest : public testing::Test {
     return {{1, 1}, 1, mode, max_delay, cycle};
   }
   Result<std::uint32_t> add(const AddNotificationRequest& wanted) {
-    const Header header{controller,         client,          Command::add_notification,
-                        flags::ads_command, ErrorCode::none, 1};
+    const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
+                        ErrorCode::none, 1};
     return sut.add(header, wanted, now);
   }
   void advance(std::chrono::milliseconds by) {
@@ -82,7 +82,7 @@ TEST_F(SubscriptionsTest, SendsTheFirstValueAtOnce) {
   ASSERT_THAT(sent[0], SizeIs(1));
   EXPECT_EQ(sent[0][0].time, now.filetime);
   EXPECT_EQ(sent[0][0].samples[0].handle, *handle);
-  EXPECT_EQ(headers[0], (Header{client, controller, Command::notification, flags::ads_command,
+  EXPECT_EQ(headers[0], (Header{subscriber, machine, Command::notification, flags::ads_command,
                                 ErrorCode::none, 0}));
 }
 
@@ -135,8 +135,8 @@ TEST_F(SubscriptionsTest, SamplesAllOfACycleTogether) {
 TEST_F(SubscriptionsTest, SamplesInWholeCyclesOfTheTask) {
   limits.task_cycle = 4ms;
   Subscriptions slow(device, limits);
-  const Header header{controller,         client,          Command::add_notification,
-                      flags::ads_command, ErrorCode::none, 1};
+  const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
+                      ErrorCode::none, 1};
   ASSERT_TRUE(slow.add(header, request(Transmission::cyclic, 5 * ms), now));
   slow.poll(now);
   EXPECT_EQ(slow.next_due(), now.steady + 8ms);
@@ -145,8 +145,12 @@ TEST_F(SubscriptionsTest, SamplesInWholeCyclesOfTheTask) {
 // 550 subscriptions of a byte each, and nobody who waits for their samples.
 TEST_F(SubscriptionsTest, BoundsWhatWaitsForAnEndlessDelayHoweverSmallItIs) {
   for (std::uint16_t port = 0; port < 550; ++port) {
-    const Header header{controller,         {client.net_id, port}, Command::add_notification,
-                        flags::ads_command, ErrorCode::none,       1};
+    const Header header{machine,
+                        {subscriber.net_id, port},
+                        Command::add_notification,
+                        flags::ads_command,
+                        ErrorCode::none,
+                        1};
     ASSERT_TRUE(sut.add(header, request(Transmission::cyclic, ms, 0xFFFFFFFF), now));
   }
   std::size_t sent = 0;
@@ -161,8 +165,8 @@ TEST_F(SubscriptionsTest, BoundsWhatWaitsForAnEndlessDelayHoweverSmallItIs) {
 TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
   limits.habits.by_handle = ErrorCode::no_more_handles;
   Subscriptions strict(device, limits);
-  const Header header{controller,         client,          Command::add_notification,
-                      flags::ads_command, ErrorCode::none, 1};
+  const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
+                      ErrorCode::none, 1};
   auto by_handle = request(Transmission::on_change);
   by_handle.index = {0xF005, 1};
   device.values[{0xF005, 1}] = {1};
@@ -177,8 +181,8 @@ class HabitsTest : public SubscriptionsTest {
   std::vector<std::uint8_t> told(const SubscriptionHabits& habits) {
     limits.habits = habits;
     Subscriptions with(device, limits);
-    const Header header{controller,         client,          Command::add_notification,
-                        flags::ads_command, ErrorCode::none, 1};
+    const Header header{machine,         subscriber, Command::add_notification, flags::ads_command,
+                        ErrorCode::none, 1};
     EXPECT_TRUE(with.add(header, request(Transmission::on_change, ms), now));
     std::vector<std::uint8_t> values;
     for (std::uint8_t value = 0; value < 10; ++value) {
@@ -293,7 +297,7 @@ TEST_F(SubscriptionsTest, RefusesWhatItCannotDo) {
 class NotificationAnswerTest : public SubscriptionsTest {
  protected:
   std::optional<Bytes> answer(Command command, const Bytes& payload) {
-    const Header header{controller, client, command, flags::ads_command, ErrorCode::none, 1};
+    const Header header{machine, subscriber, command, flags::ads_command, ErrorCode::none, 1};
     return answer_notification(sut, {header, payload}, now);
   }
   std::optional<Bytes> answer_sum(std::uint32_t group, std::uint32_t count, std::uint32_t room,

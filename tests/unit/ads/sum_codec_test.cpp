@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::SizeIs;
 
-const std::vector<SumItem> items{{{1, 1}, 8, {1, 2, 3}}, {{9, 9}, 4, {}}};
+const std::vector<SumItem> two_items{{{1, 1}, 8, {1, 2, 3}}, {{9, 9}, 4, {}}};
 
 Bytes answer() {
   auto payload = tests::hex_vector("ads/sums.hex", "read_write_answer");
@@ -26,12 +26,12 @@ TEST(SumOfReadWrites, HasAllItemsBeforeAllData) {
   expected.erase(expected.begin(), expected.begin() + 16);
   expected[8] = 8;  // the vector asks for 0xFFFFFFFF bytes
   expected[9] = expected[10] = expected[11] = 0;
-  EXPECT_EQ(encode_sum(items), expected);
-  EXPECT_EQ(sum_length(items), 28U);
+  EXPECT_EQ(encode_sum(two_items), expected);
+  EXPECT_EQ(sum_length(two_items), 28U);
 }
 
 TEST(SumOfReadWrites, GivesEachItemItsOwnResult) {
-  const auto sut = decode_sum(answer(), items);
+  const auto sut = decode_sum(answer(), two_items);
   ASSERT_TRUE(sut);
   ASSERT_THAT(*sut, SizeIs(2));
   EXPECT_THAT(*(*sut)[0], ElementsAre(0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88));
@@ -41,12 +41,12 @@ TEST(SumOfReadWrites, GivesEachItemItsOwnResult) {
 TEST(SumOfReadWrites, BreaksTheProtocolWithLengthsThatDoNotFit) {
   auto cut = answer();
   cut.pop_back();
-  EXPECT_EQ(decode_sum(cut, items).error(), ErrorCode::protocol_error);
+  EXPECT_EQ(decode_sum(cut, two_items).error(), ErrorCode::protocol_error);
   auto too_long = answer();
   too_long[4] = 9;
   too_long.push_back(0);
-  EXPECT_EQ(decode_sum(too_long, items).error(), ErrorCode::protocol_error);
-  EXPECT_EQ(decode_sum({}, items).error(), ErrorCode::protocol_error);
+  EXPECT_EQ(decode_sum(too_long, two_items).error(), ErrorCode::protocol_error);
+  EXPECT_EQ(decode_sum({}, two_items).error(), ErrorCode::protocol_error);
 }
 
 TEST(SumOfReadWrites, IsUnderstoodByADevice) {
@@ -54,8 +54,8 @@ TEST(SumOfReadWrites, IsUnderstoodByADevice) {
   memory.values[{1, 1}] = {0xAA};
   SumCommands device(memory);
   const auto bytes =
-      device.read_write(552, {sum::read_write, 2}, sum_length(items), encode_sum(items));
-  const auto sut = decode_sum(*bytes, items);
+      device.read_write(552, {sum::read_write, 2}, sum_length(two_items), encode_sum(two_items));
+  const auto sut = decode_sum(*bytes, two_items);
   EXPECT_THAT(*sut->at(0), ElementsAre(0xAA));
   EXPECT_THAT(memory.values[(Index{1, 1})], ElementsAre(1, 2, 3));
 }

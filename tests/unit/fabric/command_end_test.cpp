@@ -13,7 +13,7 @@ namespace {
 
 using tests::run_until;
 
-struct Heard : ends::CommandListener {
+struct HeardCommands : ends::CommandListener {
   void on_command(const Command& command) override { commands.push_back(command); }
   std::vector<Command> commands;
 };
@@ -31,7 +31,7 @@ class CommandEnds : public testing::Test {
   boost::asio::io_context context;
   dds::Participant here{processes.here()};
   dds::Participant there{processes.there()};
-  Heard heard;
+  HeardCommands heard;
   ends::CommandEnd sut{here, context.get_executor(), heard};
   wire::Writer<Command> commands{there, "millrace"};
 };

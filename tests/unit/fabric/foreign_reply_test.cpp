@@ -22,11 +22,11 @@ using testing::HasSubstr;
 using testing::SizeIs;
 using tests::run_until;
 
-const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-const std::string partition = wire::service_partition("millrace", square_root);
+const std::string watched_uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+const std::string partition = wire::service_partition("millrace", watched_uuid);
 
-InstanceIdentity identity() {
-  return {.id = InstanceId::random(), .uuid = square_root, .name = "square_root"};
+InstanceIdentity honest() {
+  return {.id = InstanceId::random(), .uuid = watched_uuid, .name = "square_root"};
 }
 
 Reply reply(const InstanceId& instance, std::uint64_t number) {
@@ -137,7 +137,7 @@ TEST_F(AForeignReply, InTheNameOfAnotherInstanceIsDroppedAndSaidOnce) {
 
 TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
   RecordingInstance heard;
-  const ends::ReplyEnd service(here, context.get_executor(), identity(), heard);
+  const ends::ReplyEnd service(here, context.get_executor(), honest(), heard);
   const InstanceId instance = service.identity().id;
   ASSERT_TRUE(until([&] { return gateway.ready.contains(instance); }));
   RawWriter stranger(there, registry::format_instance(instance));
@@ -147,7 +147,7 @@ TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
 }
 
 TEST_F(AForeignReply, OrOneOfOursThatAnInstanceLeftBehindIsTaken) {
-  const InstanceIdentity who = identity();
+  const InstanceIdentity who = honest();
   RecordingGateway late_gateway;
   // Looks at nothing while the instance answers and leaves.
   boost::asio::io_context asleep;

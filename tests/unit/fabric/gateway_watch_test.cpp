@@ -17,7 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using tests::run_until;
 
-struct Heard final : ends::GatewayWatchListener {
+struct HeardMachines final : ends::GatewayWatchListener {
   void on_machine(const MachineStatus& status) override { machines.insert(status.machine); }
   void on_machine_gone(const std::string& machine, const InstanceId&) override {
     machines.erase(machine);
@@ -45,7 +45,7 @@ class AWatchedGateway : public testing::Test {
   boost::asio::io_context context;
   dds::Participant here{processes.here()};
   dds::Participant there{with_lease(processes.there())};
-  Heard heard;
+  HeardMachines heard;
   ends::GatewayWatch watch{here, context.get_executor(), heard};
   RecordingGateway unused;
   ends::CallEnd sut{there, context.get_executor(), unused};
@@ -82,7 +82,7 @@ TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
   ASSERT_TRUE(sut.publish(status));
   ASSERT_TRUE(until_known());
   ASSERT_TRUE(until([&] { return heard.machines.empty(); }));
-  Heard later;
+  HeardMachines later;
   const ends::GatewayWatch other(here, context.get_executor(), later);
   bool known = false;
   EXPECT_TRUE(until([&] {

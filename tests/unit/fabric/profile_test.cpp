@@ -14,12 +14,12 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::filesystem::path data(const std::string& name) {
+std::filesystem::path config_file(const std::string& name) {
   return std::filesystem::path(MILLRACE_TEST_DATA) / "config" / name;
 }
 
 TEST(Profile, FillsTheOptionsOfAParticipant) {
-  const auto sut = profile::read_profile(data("good/two_networks.fabric.textproto"));
+  const auto sut = profile::read_profile(config_file("good/two_networks.fabric.textproto"));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->fabric, "hall-3");
   EXPECT_EQ(sut->domain, 7);

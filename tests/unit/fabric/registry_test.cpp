@@ -11,8 +11,8 @@ using testing::IsEmpty;
 using namespace std::chrono_literals;
 
 constexpr registry::EndpointHandle reader = 1;
-constexpr registry::EndpointHandle writer = 2;
-constexpr registry::EndpointHandle participant = 10;
+constexpr registry::EndpointHandle reply_writer = 2;
+constexpr registry::EndpointHandle process = 10;
 constexpr registry::EndpointHandle other_participant = 11;
 constexpr registry::EndpointHandle beats = 5;
 constexpr SteadyTime start{std::chrono::hours(1)};
@@ -20,19 +20,19 @@ constexpr SteadyTime start{std::chrono::hours(1)};
 class RegistryTest : public testing::Test {
  protected:
   void see_both() {
-    sut.reader_seen(reader, {identity, participant}, start);
-    sut.writer_seen(writer, {identity.id, participant});
+    sut.reader_seen(reader, {identity, process}, start);
+    sut.writer_seen(reply_writer, {identity.id, process});
   }
   void match(bool is = true) {
     sut.matched(reader, is);
-    sut.matched(writer, is);
+    sut.matched(reply_writer, is);
   }
   /// Ready, and beating from `start` on.
   void beating() {
     identity.lease = 500ms;
     see_both();
     match();
-    sut.beat_writer_seen(beats, participant);
+    sut.beat_writer_seen(beats, process);
     sut.changes();
   }
 
@@ -41,12 +41,12 @@ class RegistryTest : public testing::Test {
 };
 
 TEST_F(RegistryTest, WaitsForBothEndpointsToBeSeenAndMatched) {
-  sut.reader_seen(reader, {identity, participant}, start);
+  sut.reader_seen(reader, {identity, process}, start);
   sut.matched(reader, true);
   EXPECT_THAT(sut.changes().ready, IsEmpty());
-  sut.writer_seen(writer, {identity.id, participant});
+  sut.writer_seen(reply_writer, {identity.id, process});
   EXPECT_THAT(sut.changes().ready, IsEmpty());
-  sut.matched(writer, true);
+  sut.matched(reply_writer, true);
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
 }
 
@@ -71,12 +71,12 @@ TEST_F(RegistryTest, TellsThatAnIdentityChanged) {
   match();
   sut.changes();
   identity.draining = true;
-  sut.reader_seen(reader, {identity, participant}, start);
+  sut.reader_seen(reader, {identity, process}, start);
   EXPECT_THAT(sut.changes().changed, ElementsAre(identity));
 }
 
 TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
-  for (const registry::EndpointHandle lost : {reader, writer}) {
+  for (const registry::EndpointHandle lost : {reader, reply_writer}) {
     see_both();
     match();
     sut.changes();
@@ -99,47 +99,47 @@ TEST_F(RegistryTest, TakesWhoeverIsSeenForReadyIfAsked) {
   sut.match_all();
   see_both();
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
-  sut.endpoint_gone(writer);
+  sut.endpoint_gone(reply_writer);
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
 TEST_F(RegistryTest, DoesNotPairEndpointsOfTwoProcesses) {
-  sut.reader_seen(reader, {identity, participant}, start);
-  sut.writer_seen(writer, {identity.id, other_participant});
+  sut.reader_seen(reader, {identity, process}, start);
+  sut.writer_seen(reply_writer, {identity.id, other_participant});
   match();
   EXPECT_THAT(sut.changes().ready, IsEmpty());
 }
 
 TEST_F(RegistryTest, TakesTheWordOfAnInstanceFromItsOwnWriterOnly) {
   see_both();
-  sut.writer_seen(3, {InstanceId::random(), participant});
-  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  sut.writer_seen(3, {InstanceId::random(), process});
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
   EXPECT_FALSE(sut.speaks_for(3, identity.id)) << "another instance's writer";
-  EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a writer that says nothing of itself";
+  EXPECT_FALSE(sut.speaks_for(4, identity.id)) << "a reply_writer that says nothing of itself";
 }
 
 TEST_F(RegistryTest, TakesNoWordFromAWriterThatOnlyCallsItselfTheInstances) {
   see_both();
   sut.writer_seen(3, {identity.id, other_participant});
   EXPECT_FALSE(sut.speaks_for(3, identity.id));
-  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
 TEST_F(RegistryTest, TakesTheWordOfAWriterWhoseReaderIsNotSeenYet) {
-  sut.writer_seen(writer, {identity.id, participant});
-  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  sut.writer_seen(reply_writer, {identity.id, process});
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
 }
 
 TEST_F(RegistryTest, TakesTheLastWordsOfAnInstanceThatLeft) {
   see_both();
   sut.endpoint_gone(reader);
-  sut.endpoint_gone(writer);
-  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  sut.endpoint_gone(reply_writer);
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
   for (registry::EndpointHandle other = 1'000; other < 2'000; ++other) {
-    sut.writer_seen(other, {InstanceId::random(), participant});
+    sut.writer_seen(other, {InstanceId::random(), process});
     sut.endpoint_gone(other);
   }
-  EXPECT_FALSE(sut.speaks_for(writer, identity.id)) << "not for ever";
+  EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id)) << "not for ever";
 }
 
 TEST_F(RegistryTest, TakesAProcessThatIsSilentForGoneAndForReadyWhenItIsHeardAgain) {
@@ -195,7 +195,7 @@ TEST_F(RegistryTest, TakesABeatForItsOwnProcessOnly) {
 TEST_F(RegistryTest, SaysOfWhomThereIsNothingLeft) {
   see_both();
   EXPECT_THAT(sut.take_vanished(), IsEmpty());
-  sut.endpoint_gone(writer);
+  sut.endpoint_gone(reply_writer);
   EXPECT_THAT(sut.take_vanished(), IsEmpty());
   sut.endpoint_gone(reader);
   EXPECT_THAT(sut.take_vanished(), ElementsAre(identity.id));
@@ -219,12 +219,12 @@ TEST_F(RegistryTest, TakesTheWordOfTheProcessThatAnnouncedAnInstanceFirst) {
   const auto changes = sut.changes();
   EXPECT_THAT(changes.changed, IsEmpty());
   EXPECT_THAT(changes.gone, IsEmpty());
-  EXPECT_TRUE(sut.speaks_for(writer, identity.id));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
   EXPECT_FALSE(sut.speaks_for(false_writer, identity.id));
   // What the first one says of itself anew does not put it behind the other.
   InstanceIdentity renamed = identity;
   renamed.name = "renamed";
-  EXPECT_EQ(sut.reader_seen(reader, {renamed, participant}, start), Seen::taken);
+  EXPECT_EQ(sut.reader_seen(reader, {renamed, process}, start), Seen::taken);
   EXPECT_THAT(sut.changes().changed, ElementsAre(renamed));
   sut.endpoint_gone(reader);
   EXPECT_THAT(sut.changes().changed, ElementsAre(forged)) << "it is there alone now";
@@ -237,13 +237,13 @@ TEST_F(RegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
   std::size_t writers = 0;
   for (std::size_t i = 0; i < registry::Registry::most_endpoints + 10; ++i) {
     InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather"};
-    readers += sut.reader_seen(first + 2 * i, {one, participant}, start) == Seen::taken ? 1U : 0U;
-    writers += sut.writer_seen(first + 2 * i + 1, {one.id, participant}) == Seen::taken ? 1U : 0U;
+    readers += sut.reader_seen(first + 2 * i, {one, process}, start) == Seen::taken ? 1U : 0U;
+    writers += sut.writer_seen(first + 2 * i + 1, {one.id, process}) == Seen::taken ? 1U : 0U;
   }
   EXPECT_EQ(readers, registry::Registry::most_endpoints);
   EXPECT_EQ(writers, registry::Registry::most_endpoints);
   sut.endpoint_gone(first);
-  EXPECT_EQ(sut.reader_seen(reader, {identity, participant}, start), Seen::taken);
+  EXPECT_EQ(sut.reader_seen(reader, {identity, process}, start), Seen::taken);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include "gateway/dispatch/dispatcher.hpp"
 
-namespace millrace::gateway {
+namespace millrace::gateway::room {
 namespace {
 
 using testing::ElementsAre;
@@ -184,4 +184,4 @@ TEST_F(DispatcherRoom, FindsAnInstanceOfTwoScopesOnce) {
 }
 
 }  // namespace
-}  // namespace millrace::gateway
+}  // namespace millrace::gateway::room

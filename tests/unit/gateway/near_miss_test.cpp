@@ -37,9 +37,9 @@ TEST(ExplainUnserved, MakesNoGuessThatIsFarOff) {
 }
 
 TEST(ExplainUnserved, PrefersTheNearest) {
-  const std::string other = "560aacbf-6335-44a9-895a-8b27f3ed5e4f";
+  const std::string nearest = "560aacbf-6335-44a9-895a-8b27f3ed5e4f";
   EXPECT_THAT(
-      dispatch::explain_unserved("560aacbf-6335-44a9-895a-8b27f3ed5e4", {other, served, other}),
+      dispatch::explain_unserved("560aacbf-6335-44a9-895a-8b27f3ed5e4", {nearest, served, nearest}),
       testing::HasSubstr("did you mean 560aacbf-6335-44a9-895a-8b27f3ed5e4f"));
 }
 

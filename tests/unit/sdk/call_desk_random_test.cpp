@@ -14,7 +14,7 @@ using fabric::CallId;
 using fabric::Request;
 using fabric::RequestKey;
 
-constexpr std::size_t concurrency = 2;
+constexpr std::size_t calls_at_once = 2;
 constexpr std::uint16_t channels = 4;
 /// What a handler returns that was told to stop.
 const std::string garbage = "stopped";
@@ -44,7 +44,7 @@ class World {
       default:
         finish();
     }
-    EXPECT_LE(running_.size(), concurrency);
+    EXPECT_LE(running_.size(), calls_at_once);
     EXPECT_EQ(running_.size(), sut_.running());
   }
 
@@ -157,7 +157,7 @@ class World {
 
   std::mt19937 random_;
   const fabric::InstanceId self_{{1}};
-  CallDesk sut_{{.instance = self_, .concurrency = concurrency}};
+  CallDesk sut_{{.instance = self_, .concurrency = calls_at_once}};
   std::uint64_t number_ = 0;
   std::map<RequestKey, Request> pending_;
   std::set<RequestKey> lost_;

@@ -23,7 +23,7 @@ using fabric::ServiceCode;
 using testing::HasSubstr;
 using testing::StrEq;
 
-constexpr const char* uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
+constexpr const char* c_uuid = "560AACBF-6335-44a9-895A-8B27F3ED5E47";
 
 /// Does what its request says.
 void obey(ISG_SERVICE* service, char* request, ADS_UINT32 request_state, char* response,
@@ -62,7 +62,7 @@ class IsgService : public testing::Test {
     ASSERT_TRUE(end.publish(fabric::Request{.key = {.machine = "cnc", .channel = 1},
                                             .call = {.epoch = 1, .number = ++number},
                                             .assigned = gateway.ready.begin()->first,
-                                            .uuid = uuid,
+                                            .uuid = c_uuid,
                                             .text = text,
                                             .state = 1}));
   }
@@ -87,7 +87,7 @@ class IsgService : public testing::Test {
 };
 
 TEST_F(IsgService, RunsItsFunctionOnceForEachPoll) {
-  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
   EXPECT_EQ(isgServicePollOnce(&sut, 0), ISG_SERVICE_CODE_NO_CALL);
   call("hello");
   const Reply reply = poll().back();
@@ -96,7 +96,7 @@ TEST_F(IsgService, RunsItsFunctionOnceForEachPoll) {
 }
 
 TEST_F(IsgService, RefusesAnswersThatCannotBeSent) {
-  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
   call("fill");
   Reply reply = poll().back();
   EXPECT_EQ(reply.code, ServiceCode::refused);
@@ -108,7 +108,7 @@ TEST_F(IsgService, RefusesAnswersThatCannotBeSent) {
 }
 
 TEST_F(IsgService, ShowsInterimStates) {
-  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
   call("interim");
   const auto replies = poll();
   EXPECT_EQ(replies.back().state, 2U);
@@ -116,7 +116,7 @@ TEST_F(IsgService, ShowsInterimStates) {
 }
 
 TEST_F(IsgService, TurnsACodeIntoAnErrorAnswer) {
-  ASSERT_EQ(isgServiceCreate(uuid, "test", refuse, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", refuse, &connection, &sut), ISG_SERVICE_CODE_OK);
   call("hello");
   const Reply reply = poll().back();
   EXPECT_EQ(reply.code, ServiceCode::failed);
@@ -130,7 +130,7 @@ TEST_F(IsgService, LetsNoExceptionOfItsFunctionThrough) {
     }
     throw std::runtime_error("no gauge");
   };
-  ASSERT_EQ(isgServiceCreateVoid(uuid, "test", throw_it, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreateVoid(c_uuid, "test", throw_it, &connection, &sut), ISG_SERVICE_CODE_OK);
   call("number");
   EXPECT_EQ(poll().back().code, ServiceCode::failed);
   call("exception");
@@ -141,16 +141,16 @@ TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   constexpr int threads = 2;  // for signals, and for the fabric
   for (int started = 0; started < threads; ++started) {
     const tests::ThreadShortage shortage(started);
-    EXPECT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut),
+    EXPECT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut),
               ISG_SERVICE_CODE_NOT_CONNECTED);
     EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_CLOSED);
   }
   const tests::ThreadShortage enough(threads);
-  EXPECT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  EXPECT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
 }
 
 TEST_F(IsgService, PollsUntilItIsStopped) {
-  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
   std::thread poller([&] { EXPECT_EQ(isgServicePoll(&sut), ISG_SERVICE_CODE_OK); });
   call("hello");
   EXPECT_TRUE(until([&] { return !gateway.replies.empty(); }));
@@ -162,7 +162,7 @@ TEST_F(IsgService, PollsUntilItIsStopped) {
 }
 
 TEST_F(IsgService, EndsPollsForOneCallToo) {
-  ASSERT_EQ(isgServiceCreate(uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
   EXPECT_EQ(isgServiceStop(&sut), ISG_SERVICE_CODE_OK);
   EXPECT_EQ(isgServicePollOnce(&sut, 10'000), ISG_SERVICE_CODE_CLOSED);
 }
@@ -172,7 +172,7 @@ TEST_F(IsgService, SaysWhatIsWrong) {
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServiceCreate("a*", "test", obey, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
-  EXPECT_EQ(isgServiceCreate(uuid, "test", ISG_SERVICE_FUNCTION{}, &connection, &sut),
+  EXPECT_EQ(isgServiceCreate(c_uuid, "test", ISG_SERVICE_FUNCTION{}, &connection, &sut),
             ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServiceConnectionCreateADSLocal(1, 2, nullptr), ISG_SERVICE_CODE_INVALID_ARGUMENT);
   EXPECT_EQ(isgServicePoll(nullptr), ISG_SERVICE_CODE_CLOSED);

@@ -13,10 +13,11 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-const fabric::Time morning(std::chrono::seconds(1772352000));
+const fabric::Time that_morning(std::chrono::seconds(1772352000));
 
 TEST(MailCompose, MakesTheMailOfATemplate) {
-  const auto sut = compose(sample_config(), sample_call("done program=WELLE7 parts=12"), morning);
+  const auto sut =
+      compose(sample_config(), sample_call("done program=WELLE7 parts=12"), that_morning);
   ASSERT_TRUE(sut) << sut.error().text;
   EXPECT_EQ(sut->from, "press1@example.com");
   EXPECT_THAT(sut->to, ElementsAre("eva@example.com", "bob@example.com"));
@@ -28,14 +29,16 @@ TEST(MailCompose, MakesTheMailOfATemplate) {
 
 TEST(MailCompose, IsTheSameForTheSameCall) {
   const CallInfo call = sample_call("done program=A parts=1");
-  EXPECT_EQ(compose(sample_config(), call, morning), compose(sample_config(), call, morning));
+  EXPECT_EQ(compose(sample_config(), call, that_morning),
+            compose(sample_config(), call, that_morning));
 }
 
 TEST(MailCompose, WritesToTheRecipientsOfTheRequest) {
-  EXPECT_THAT(compose(sample_config(), sample_call("alarm to=boss"), morning)->to,
+  EXPECT_THAT(compose(sample_config(), sample_call("alarm to=boss"), that_morning)->to,
               ElementsAre("boss@example.com"));
-  EXPECT_THAT(compose(sample_config(), sample_call("done to=boss program=A parts=1"), morning)->to,
-              ElementsAre("boss@example.com"));
+  EXPECT_THAT(
+      compose(sample_config(), sample_call("done to=boss program=A parts=1"), that_morning)->to,
+      ElementsAre("boss@example.com"));
 }
 
 struct Case {
@@ -47,7 +50,7 @@ struct Case {
 class WrongMailCall : public testing::TestWithParam<Case> {};
 
 TEST_P(WrongMailCall, IsAnsweredWithAStateAndTheReason) {
-  const auto sut = compose(sample_config(), sample_call(GetParam().request), morning);
+  const auto sut = compose(sample_config(), sample_call(GetParam().request), that_morning);
   ASSERT_FALSE(sut);
   EXPECT_EQ(sut.error(), (text::error(GetParam().state, GetParam().text)));
 }

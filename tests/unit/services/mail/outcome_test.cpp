@@ -5,13 +5,13 @@
 namespace millrace::services::mail {
 namespace {
 
-struct Case {
+struct OutcomeCase {
   const char* what;
   Exchange exchange;
   Verdict verdict;
 };
 
-class MailOutcome : public testing::TestWithParam<Case> {};
+class MailOutcome : public testing::TestWithParam<OutcomeCase> {};
 
 TEST_P(MailOutcome, FollowsFromWhatTheServerSaid) {
   EXPECT_EQ(outcome_of(GetParam().exchange).verdict, GetParam().verdict) << GetParam().what;
@@ -20,28 +20,31 @@ TEST_P(MailOutcome, FollowsFromWhatTheServerSaid) {
 INSTANTIATE_TEST_SUITE_P(
     Exchanges, MailOutcome,
     testing::Values(
-        Case{"taken", {.handed_over = true, .code = 250, .replied_after = true}, Verdict::accepted},
-        Case{"no contact", {.trouble = Trouble::no_contact}, Verdict::later},
-        Case{"broken before", {.trouble = Trouble::broken, .code = 354}, Verdict::later},
-        Case{"greeting 421", {.trouble = Trouble::broken, .code = 421}, Verdict::later},
-        Case{"greeting 554", {.trouble = Trouble::broken, .code = 554}, Verdict::refused},
-        Case{"recipient 550", {.trouble = Trouble::broken, .code = 550}, Verdict::refused},
-        Case{"message 451",
-             {.trouble = Trouble::broken, .handed_over = true, .code = 451, .replied_after = true},
-             Verdict::later},
-        Case{"message 554",
-             {.trouble = Trouble::broken, .handed_over = true, .code = 554, .replied_after = true},
-             Verdict::refused},
-        Case{"broken behind the message",
-             {.trouble = Trouble::broken, .handed_over = true, .code = 354},
-             Verdict::doubt},
-        Case{"an earlier refusal says nothing about the message",
-             {.trouble = Trouble::broken, .handed_over = true, .code = 502},
-             Verdict::doubt},
-        Case{"certificate", {.trouble = Trouble::tls, .code = 220}, Verdict::insecure},
-        Case{"password", {.trouble = Trouble::login, .code = 535}, Verdict::login},
-        Case{"login for now", {.trouble = Trouble::login, .code = 454}, Verdict::later},
-        Case{"no way to log in", {.trouble = Trouble::login, .code = 354}, Verdict::login}));
+        OutcomeCase{
+            "taken", {.handed_over = true, .code = 250, .replied_after = true}, Verdict::accepted},
+        OutcomeCase{"no contact", {.trouble = Trouble::no_contact}, Verdict::later},
+        OutcomeCase{"broken before", {.trouble = Trouble::broken, .code = 354}, Verdict::later},
+        OutcomeCase{"greeting 421", {.trouble = Trouble::broken, .code = 421}, Verdict::later},
+        OutcomeCase{"greeting 554", {.trouble = Trouble::broken, .code = 554}, Verdict::refused},
+        OutcomeCase{"recipient 550", {.trouble = Trouble::broken, .code = 550}, Verdict::refused},
+        OutcomeCase{
+            "message 451",
+            {.trouble = Trouble::broken, .handed_over = true, .code = 451, .replied_after = true},
+            Verdict::later},
+        OutcomeCase{
+            "message 554",
+            {.trouble = Trouble::broken, .handed_over = true, .code = 554, .replied_after = true},
+            Verdict::refused},
+        OutcomeCase{"broken behind the message",
+                    {.trouble = Trouble::broken, .handed_over = true, .code = 354},
+                    Verdict::doubt},
+        OutcomeCase{"an earlier refusal says nothing about the message",
+                    {.trouble = Trouble::broken, .handed_over = true, .code = 502},
+                    Verdict::doubt},
+        OutcomeCase{"certificate", {.trouble = Trouble::tls, .code = 220}, Verdict::insecure},
+        OutcomeCase{"password", {.trouble = Trouble::login, .code = 535}, Verdict::login},
+        OutcomeCase{"login for now", {.trouble = Trouble::login, .code = 454}, Verdict::later},
+        OutcomeCase{"no way to log in", {.trouble = Trouble::login, .code = 354}, Verdict::login}));
 
 TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
   EXPECT_EQ(outcome_of({.trouble = Trouble::broken,

@@ -12,7 +12,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using namespace std::chrono_literals;
 
-const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+const std::string wanted_uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
 Moment at(std::chrono::milliseconds offset) {
   return {SteadyTime(std::chrono::hours(1) + offset), fabric::Time(std::chrono::hours(2) + offset)};
@@ -22,13 +22,13 @@ fabric::InstanceIdentity instance(std::uint8_t number,
                                   std::vector<fabric::ChannelScope> channels = {}) {
   fabric::InstanceIdentity one;
   one.id.bytes.fill(number);
-  one.uuid = uuid;
+  one.uuid = wanted_uuid;
   one.channels = std::move(channels);
   return one;
 }
 
 Order order(std::uint16_t channel) {
-  return {.key = {"call.1", channel}, .uuid = uuid, .text = "2", .patience = 5s};
+  return {.key = {"call.1", channel}, .uuid = wanted_uuid, .text = "2", .patience = 5s};
 }
 
 fabric::Reply reply_to(const fabric::Request& request, const std::string& text) {
@@ -110,7 +110,7 @@ TEST(Calls, SaysWhatItWaitedForWhenItsPatienceIsOver) {
   EXPECT_THAT(words(sut.take_actions()), IsEmpty());
   sut.on_time(at(5s));
   EXPECT_THAT(words(sut.take_actions()),
-              ElementsAre(HasSubstr("1: no answer within 5 s: V.G.SERVICE.UUID " + uuid)));
+              ElementsAre(HasSubstr("1: no answer within 5 s: V.G.SERVICE.UUID " + wanted_uuid)));
 }
 
 TEST(Calls, TakesACallBackFromAnInstanceThatDoesNotAnswerInTime) {

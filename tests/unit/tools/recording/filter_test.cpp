@@ -11,11 +11,11 @@ using tests::at;
 using tests::one_call;
 
 const Entry request = one_call(17, 0)[1];
-const Entry instance{.uuid = tests::square_root, .sample = InstanceNews{}};
+const Entry of_an_instance{.uuid = tests::square_root, .sample = InstanceNews{}};
 
 TEST(RecordingFilter, TakesEverythingByDefault) {
   EXPECT_TRUE(Filter{}.takes(request));
-  EXPECT_TRUE(Filter{}.takes(instance));
+  EXPECT_TRUE(Filter{}.takes(of_an_instance));
 }
 
 TEST(RecordingFilter, ChoosesByMachineAndChannel) {
@@ -23,11 +23,11 @@ TEST(RecordingFilter, ChoosesByMachineAndChannel) {
   EXPECT_FALSE((Filter{.machines = {"press"}}.takes(request)));
   EXPECT_TRUE((Filter{.machines = {"cnc"}, .channels = {1}}.takes(request)));
   EXPECT_FALSE((Filter{.machines = {"cnc"}, .channels = {2}}.takes(request)));
-  EXPECT_FALSE((Filter{.machines = {"cnc"}}.takes(instance)));
+  EXPECT_FALSE((Filter{.machines = {"cnc"}}.takes(of_an_instance)));
 }
 
 TEST(RecordingFilter, ChoosesByServiceKindAndCall) {
-  EXPECT_TRUE((Filter{.uuids = {tests::square_root}}.takes(instance)));
+  EXPECT_TRUE((Filter{.uuids = {tests::square_root}}.takes(of_an_instance)));
   EXPECT_FALSE((Filter{.uuids = {"other"}}.takes(request)));
   EXPECT_TRUE((Filter{.kinds = {"request"}}.takes(request)));
   EXPECT_FALSE((Filter{.kinds = {"reply"}}.takes(request)));
