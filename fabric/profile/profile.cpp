@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cstdlib>
 #include <optional>
 #include <vector>
 
@@ -89,12 +90,39 @@ trust::Protection protection_of(const config::Trust& trust) {
                                                       : trust::Protection::sign;
 }
 
+/// Where systemd hands a unit what its LoadCredential= names: systemd.exec(5).
+constexpr std::string_view credentials_variable = "$CREDENTIALS_DIRECTORY";
+
+/// A relative folder is beside the file; one that begins with the variable is systemd's.
+tl::expected<std::filesystem::path, std::string> folder_of(const std::string& named,
+                                                           const std::filesystem::path& file) {
+  if (!named.starts_with(credentials_variable)) {
+    return file.parent_path() / named;
+  }
+  const std::string below = named.substr(credentials_variable.size());
+  const char* folder = std::getenv(credentials_variable.substr(1).data());
+  if (!below.empty() && below.front() != '/') {
+    return tl::unexpected(
+        fmt::format("\"{}\"; expected {} alone, or a '/' behind it", named, credentials_variable));
+  }
+  if (folder == nullptr || *folder == '\0') {
+    return tl::unexpected(
+        fmt::format("{} is not set: systemd sets it for units with LoadCredential= (docs/trust.md "
+                    "has the drop-in for them); a program that is started by hand needs a file of "
+                    "its own that names a folder: --fabric-config, or MILLRACE_FABRIC_CONFIG",
+                    credentials_variable));
+  }
+  return std::filesystem::path(folder + below);
+}
+
 /// What the folder says it lets us be; a mistake of the file if it does not hold what it should.
 tl::expected<trust::Credentials, std::string> credentials_of(const config::Trust& trust,
                                                              const std::filesystem::path& file) {
-  return trust::read_folder(
-      file.parent_path() / trust.folder(), protection_of(trust),
-      std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now()));
+  return folder_of(trust.folder(), file).and_then([&](const std::filesystem::path& folder) {
+    return trust::read_folder(
+        folder, protection_of(trust),
+        std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now()));
+  });
 }
 
 std::string interface_element(const std::string& interface) {
