@@ -28,10 +28,23 @@ void set_name(X509_NAME* name, const Subject& subject) {
   add("CN", subject.common_name);
 }
 
-void set_serial(X509* certificate) {
-  const NumberOwner number(BN_new());
-  expect(number && BN_rand(number.get(), serial_bits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1,
-         "cannot draw a serial number");
+NumberOwner serial_number(const std::string& given) {
+  if (given.empty()) {
+    NumberOwner drawn(BN_new());
+    expect(drawn && BN_rand(drawn.get(), serial_bits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1,
+           "cannot draw a serial number");
+    return drawn;
+  }
+  BIGNUM* parsed = nullptr;
+  const int digits = BN_hex2bn(&parsed, given.c_str());
+  NumberOwner number(parsed);
+  expect(digits > 0 && digits == static_cast<int>(given.size()),
+         fmt::format("{} is no serial number", given));
+  return number;
+}
+
+void set_serial(X509* certificate, const std::string& given) {
+  const NumberOwner number = serial_number(given);
   expect(BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr,
          "cannot set a serial number");
 }
@@ -53,7 +66,7 @@ void extend(X509* certificate, X509* authority, int what, const char* value) {
 void fill(X509* certificate, const Key& key, const Subject& subject) {
   expect(certificate != nullptr, "cannot make a certificate");
   X509_set_version(certificate, version_3);
-  set_serial(certificate);
+  set_serial(certificate, subject.serial);
   set_name(X509_get_subject_name(certificate), subject);
   set_time(X509_getm_notBefore(certificate), subject.from);
   set_time(X509_getm_notAfter(certificate), subject.until);

@@ -26,6 +26,8 @@ struct Subject {
   std::string common_name;
   Time from;
   Time until;
+  /// Upper-case hexadecimal, as Certificate::serial() has it; drawn at random if empty.
+  std::string serial{};
 };
 
 class Certificate {
@@ -38,7 +40,7 @@ class Certificate {
   [[nodiscard]] std::string organisation() const;
   /// As DDS Security's permissions name a holder: "CN=gateway-1,O=plant" (RFC 2253).
   [[nodiscard]] std::string subject() const;
-  /// Upper-case hexadecimal, drawn at random when it was issued.
+  /// Upper-case hexadecimal.
   [[nodiscard]] std::string serial() const;
   [[nodiscard]] Time from() const;
   [[nodiscard]] Time until() const;

@@ -80,6 +80,11 @@ Result<void> check_certificate(const fs::path& folder, const Certificate& certif
   if (!authority) {
     return tl::unexpected(authority.error());
   }
+  if (now >= authority->until()) {
+    return refuse(folder / files::identity_authority,
+                  fmt::format("expired on {:%F %R} UTC", authority->until()),
+                  "`millrace trust renew-authorities` where they are, then copy the folder anew");
+  }
   if (!certificate.is_issued_by(*authority)) {
     return refuse(file,
                   fmt::format("is not issued by the authority in {}", files::identity_authority));

@@ -50,6 +50,15 @@ class Authorities {
   [[nodiscard]] tl::expected<void, std::string> write(const std::filesystem::path& folder,
                                                       std::string_view passphrase) const;
 
+  /// The same two keys and names, valid for longer: what was signed before goes on counting for who
+  /// has the new certificates, and what is signed from now on for who has the old ones.
+  void renew(Time until);
+  /// Puts new certificates in the place of the old ones; keys stay as they are.
+  [[nodiscard]] tl::expected<void, std::string> write_certificates(
+      const std::filesystem::path& folder) const;
+  /// How long those in the folder are valid; needs no passphrase.
+  static tl::expected<Time, std::string> end_of(const std::filesystem::path& folder);
+
   /// A new key, a certificate and permissions of the same validity, and what all members have.
   [[nodiscard]] Material issue(const fabric::trust::Member& member, std::string_view fabric,
                                Time from, Time until,

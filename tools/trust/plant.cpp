@@ -237,9 +237,9 @@ Result<Entry> Plant::make(config::TrustMember& record, int days, std::string_vie
   const Time until = std::min(now + std::chrono::days(days), authorities->until());
   if (until <= now) {
     return tl::unexpected(fmt::format(
-        "the authorities in {} are no longer valid; a new plant needs new ones: `millrace trust "
-        "init`",
-        (folder_ / authorities_name).string()));
+        "the authorities in {} are no longer valid; `millrace trust renew-authorities {}` "
+        "renews them, and all members",
+        (folder_ / authorities_name).string(), folder_.string()));
   }
   const Material material =
       authorities->issue(entry_of(record).member, register_->fabric(), now, until, revoked());
@@ -256,6 +256,28 @@ Result<Entry> Plant::make(config::TrustMember& record, int days, std::string_vie
     return tl::unexpected(done.error());
   }
   return entry_of(record);
+}
+
+Result<void> Plant::renew_authorities(int days, int member_days, std::string_view passphrase,
+                                      Time now) {
+  if (auto checked = check_days(days).and_then([&] { return check_days(member_days); }); !checked) {
+    return checked;
+  }
+  const fs::path folder = folder_ / authorities_name;
+  auto done = Authorities::read(folder, passphrase).and_then([&](Authorities authorities) {
+    authorities.renew(now + std::chrono::days(days));
+    return authorities.write_certificates(folder);
+  });
+  for (config::TrustMember& member : *register_->mutable_member()) {
+    if (done && !all_revoked(member)) {
+      done = make(member, member_days, passphrase, now).map([](const Entry&) {});
+    }
+  }
+  return done;
+}
+
+Result<Time> Plant::authorities_until() const {
+  return Authorities::end_of(folder_ / authorities_name);
 }
 
 Result<void> Plant::revoke(std::string_view name, std::string_view passphrase, Time now) {

@@ -136,6 +136,31 @@ TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
               HasSubstr("no signed document"));
 }
 
+// As it is signed so that a renewed authority can be told from none.
+TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
+  const Authority authority;
+  const auto lasting = [&](Time end) {
+    return self_signed(authority.key, {.organisation = "plant",
+                                       .common_name = "authority",
+                                       .from = from,
+                                       .until = end,
+                                       .serial = authority.certificate.serial()});
+  };
+  const Certificate renewed = lasting(until + 24h);
+  EXPECT_EQ(renewed.serial(), authority.certificate.serial());
+  const Certificate signer =
+      issue(authority.key,
+            {.organisation = "plant", .common_name = "signer", .from = from, .until = until},
+            authority.certificate, authority.key);
+  const std::string sut = sign_text("<dds/>\n", signer, authority.key);
+  EXPECT_TRUE(verified_text(sut, authority.certificate));
+  EXPECT_TRUE(verified_text(sut, renewed));
+  // With the root itself only for who has that very root: Cyclone takes no other.
+  const std::string by_root = sign_text("<dds/>\n", authority.certificate, authority.key);
+  EXPECT_TRUE(verified_text(by_root, authority.certificate));
+  EXPECT_THAT(verified_text(by_root, renewed).error(), HasSubstr("has not given"));
+}
+
 // Who got a certificate to show who he is cannot sign what he may do.
 TEST(SignedText, OfAMemberIsNotThatOfHisAuthority) {
   const Authority authority;

@@ -18,6 +18,7 @@ using fabric::trust::Member;
 using fabric::trust::Protection;
 using fabric::trust::read_folder;
 using fabric::trust::Role;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::SizeIs;
 
@@ -183,6 +184,72 @@ TEST_F(PlantTest, SignsNothingThatOutlivesItsAuthorities) {
   EXPECT_EQ(sut.issue(service(), {.days = 825}, {}, now)->until, now + std::chrono::days(30));
   EXPECT_THAT(sut.renew("root", 825, {}, now + std::chrono::days(31)).error(),
               HasSubstr("no longer valid"));
+}
+
+TEST_F(PlantTest, RenewsItsAuthoritiesWithTheKeysThatTheyHave) {
+  ASSERT_TRUE(Plant::create(folder, "plant", "millrace", 30, {}, now));
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  sut.issue(service("gone"), {}, {}, now).value();
+  ASSERT_TRUE(sut.revoke("gone", {}, now));
+  EXPECT_EQ(sut.authorities_until(), now + std::chrono::days(30));
+  const std::string key = content_of(folder / "authorities/permissions.key");
+  const std::string gone = content_of(folder / "gone/certificate.pem");
+
+  const Time later = now + std::chrono::days(20);
+  const auto done = sut.renew_authorities(3650, 825, {}, later);
+  ASSERT_TRUE(done) << done.error();
+  EXPECT_EQ(sut.authorities_until(), later + std::chrono::days(3650));
+  EXPECT_EQ(content_of(folder / "authorities/permissions.key"), key);
+  EXPECT_EQ(sut.entry("root")->until, later + std::chrono::days(825));
+  EXPECT_EQ(why_refused("root", later + std::chrono::days(824)), "not refused");
+  EXPECT_EQ(content_of(folder / "gone/certificate.pem"), gone);
+  EXPECT_TRUE(sut.entry("gone")->revoked);
+}
+
+// What the others look at is their own authorities and revocations, and somebody's certificate and
+// documents.
+TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRenewed) {
+  ASSERT_TRUE(Plant::create(folder, "plant", "millrace", 30, {}, now));
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  fs::copy(folder / "root", folder / "old", fs::copy_options::recursive);
+  ASSERT_TRUE(sut.renew_authorities(3650, 825, {}, now + std::chrono::days(20)));
+  fs::copy(folder / "root", folder / "new", fs::copy_options::recursive);
+  for (const char* theirs :
+       {"identity_authority.pem", "permissions_authority.pem", "revoked.pem"}) {
+    EXPECT_NE(content_of(folder / "old" / theirs), content_of(folder / "new" / theirs));
+    fs::rename(folder / "old" / theirs, folder / "kept");
+    fs::rename(folder / "new" / theirs, folder / "old" / theirs);
+    fs::rename(folder / "kept", folder / "new" / theirs);
+  }
+  const Time between = now + std::chrono::days(25);
+  EXPECT_EQ(why_refused("old", between), "not refused");
+  EXPECT_EQ(why_refused("new", between), "not refused");
+  // And no longer than each of them is valid.
+  EXPECT_THAT(why_refused("old", now + std::chrono::days(31)), HasSubstr("expired on"));
+  EXPECT_THAT(why_refused("new", now + std::chrono::days(31)),
+              AllOf(HasSubstr("identity_authority.pem"), HasSubstr("renew-authorities")));
+}
+
+TEST_F(PlantTest, RenewsAuthoritiesThatAreOver) {
+  ASSERT_TRUE(Plant::create(folder, "plant", "millrace", 30, {}, now));
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  const Time late = now + std::chrono::days(40);
+  EXPECT_THAT(sut.renew("root", 825, {}, late).error(), HasSubstr("renew-authorities"));
+  ASSERT_TRUE(sut.renew_authorities(3650, 825, {}, late));
+  EXPECT_EQ(why_refused("root", late + 1h), "not refused");
+}
+
+TEST_F(PlantTest, RenewsNoAuthoritiesWithoutTheirPassphraseOrForNoTime) {
+  create("open sesame");
+  Plant sut = open();
+  const std::string before = content_of(folder / "authorities/identity.pem");
+  EXPECT_THAT(sut.renew_authorities(3650, 825, {}, now).error(), HasSubstr("no passphrase"));
+  EXPECT_THAT(sut.renew_authorities(0, 825, "open sesame", now).error(), HasSubstr("expected 1"));
+  EXPECT_THAT(sut.renew_authorities(3650, 0, "open sesame", now).error(), HasSubstr("expected 1"));
+  EXPECT_EQ(content_of(folder / "authorities/identity.pem"), before);
 }
 
 TEST_F(PlantTest, OpensEncryptedAuthoritiesWithTheirPassphrase) {
