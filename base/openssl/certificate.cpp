@@ -26,6 +26,9 @@ void set_name(X509_NAME* name, const Subject& subject) {
   };
   add("O", subject.organisation);
   add("CN", subject.common_name);
+  if (!subject.number.empty()) {
+    add("serialNumber", subject.number);
+  }
 }
 
 NumberOwner serial_number(const std::string& given) {
@@ -149,6 +152,18 @@ bool Certificate::belongs_to(const Key& key) const {
   const bool belongs = X509_check_private_key(get(), key.get()) == 1;
   last_reason();
   return belongs;
+}
+
+std::string encoded_name(const Subject& subject) {
+  const std::unique_ptr<X509_NAME, Free<X509_NAME_free>> name(X509_NAME_new());
+  expect(name != nullptr, "cannot make a name");
+  set_name(name.get(), subject);
+  unsigned char* bytes = nullptr;
+  const int size = i2d_X509_NAME(name.get(), &bytes);
+  expect(size > 0, "cannot encode a name");
+  std::string encoded(bytes, bytes + size);
+  OPENSSL_free(bytes);
+  return encoded;
 }
 
 Certificate self_signed(const Key& key, const Subject& subject) {

@@ -24,6 +24,8 @@ struct Subject {
   std::string organisation;
   /// "CN=…", at most 64 characters.
   std::string common_name;
+  /// "serialNumber=…", of the holder, not of the certificate; none if empty.
+  std::string number{};
   Time from;
   Time until;
   /// Upper-case hexadecimal, as Certificate::serial() has it; drawn at random if empty.
@@ -59,6 +61,9 @@ class Certificate {
   Owner certificate_;
 };
 
+/// The name in it as X.509 encodes it (DER). Throws std::invalid_argument for a subject that X.509
+/// cannot hold.
+std::string encoded_name(const Subject& subject);
 /// An authority: may sign certificates and lists of revoked ones, or documents. Throws
 /// std::invalid_argument for a subject that X.509 cannot hold.
 Certificate self_signed(const Key& key, const Subject& subject);

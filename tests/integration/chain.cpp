@@ -17,8 +17,8 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
 
 }  // namespace
 
-void Chain::with_trust(const std::vector<std::string>& uuids) {
-  trust_.emplace(folder(), uuids);
+void Chain::with_trust(const std::vector<std::string>& uuids, const std::string& protection) {
+  trust_.emplace(folder(), uuids, protection);
 }
 
 Flags Chain::joining(const std::string& name) const {

@@ -24,7 +24,8 @@ using Flags = std::vector<std::string>;
 class Chain {
  public:
   /// From now on each program shows what it is, made for services of these UUIDs.
-  void with_trust(const std::vector<std::string>& uuids);
+  void with_trust(const std::vector<std::string>& uuids, const std::string& protection = "SIGN");
+  [[nodiscard]] const TrustMaterial& trust() const { return trust_.value(); }
 
   /// A virtual CNC with two channels unless the flags say otherwise, ready; the gateways started
   /// after it serve this one.

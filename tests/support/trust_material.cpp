@@ -8,8 +8,9 @@
 
 namespace millrace::tests {
 
-TrustMaterial::TrustMaterial(std::filesystem::path folder, const std::vector<std::string>& uuids)
-    : folder_(std::move(folder)) {
+TrustMaterial::TrustMaterial(std::filesystem::path folder, const std::vector<std::string>& uuids,
+                             std::string protection)
+    : folder_(std::move(folder)), protection_(std::move(protection)) {
   run({"init", "PLANT"});
   run({"issue", "PLANT", "gateway", "--role", "gateway", "--machine", "cnc"});
   std::vector<std::string> service{"issue", "PLANT", "service", "--role", "service"};
@@ -22,7 +23,8 @@ TrustMaterial::TrustMaterial(std::filesystem::path folder, const std::vector<std
 
 std::string TrustMaterial::profile(const std::string& member, const std::string& rest) const {
   const std::filesystem::path file = folder_ / (member + ".fabric.textproto");
-  std::ofstream(file) << rest << "\ntrust { folder: \"" << of(member).string() << "\" }\n";
+  std::ofstream(file) << rest << "\ntrust { folder: \"" << of(member).string()
+                      << "\" protection: " << protection_ << " }\n";
   return file;
 }
 

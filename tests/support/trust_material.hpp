@@ -16,7 +16,8 @@ class TrustMaterial {
   /// Fills FOLDER/plant with three members: "gateway" of the machine cnc, "service" of `uuids`, and
   /// "office", which operates, observes and tests.
   /// @throws std::runtime_error with what the command has said if it is not done
-  TrustMaterial(std::filesystem::path folder, const std::vector<std::string>& uuids);
+  TrustMaterial(std::filesystem::path folder, const std::vector<std::string>& uuids,
+                std::string protection = "SIGN");
 
   /// What that member shows.
   [[nodiscard]] std::filesystem::path of(const std::string& member) const {
@@ -32,6 +33,7 @@ class TrustMaterial {
 
  private:
   std::filesystem::path folder_;
+  std::string protection_;
 };
 
 }  // namespace millrace::tests

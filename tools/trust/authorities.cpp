@@ -15,6 +15,7 @@
 #include "fabric/trust/governance.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
+#include "tools/trust/late_number.hpp"
 
 namespace millrace::tools::trust {
 
@@ -172,18 +173,21 @@ tl::expected<Time, std::string> Authorities::end_of(const fs::path& folder) {
   });
 }
 
-Material Authorities::issue(const fabric::trust::Member& member, std::string_view fabric, Time from,
-                            Time until, const std::vector<openssl::Revoked>& revoked) const {
+Material Authorities::issue(const fabric::trust::Member& member, bool foreign,
+                            std::string_view fabric, Time from, Time until,
+                            const std::vector<openssl::Revoked>& revoked) const {
   using fabric::trust::Protection;
   const Key key = Key::generate();
   // The plant's name is that of its authorities.
+  openssl::Subject subject{.organisation = identity_.certificate.organisation(),
+                           .common_name = member.name,
+                           .from = from,
+                           .until = until};
+  if (foreign) {
+    subject.number = late_number(subject);
+  }
   const Certificate certificate =
-      openssl::issue(key,
-                     {.organisation = identity_.certificate.organisation(),
-                      .common_name = member.name,
-                      .from = from,
-                      .until = until},
-                     identity_.certificate, identity_.key);
+      openssl::issue(key, subject, identity_.certificate, identity_.key);
   const Certificate signer = signing_certificate(permissions_.certificate, permissions_.key);
   const auto sign = [&](const std::string& document) {
     return openssl::sign_text(document, signer, permissions_.key);

@@ -59,9 +59,10 @@ class Authorities {
   /// How long those in the folder are valid; needs no passphrase.
   static tl::expected<Time, std::string> end_of(const std::filesystem::path& folder);
 
-  /// A new key, a certificate and permissions of the same validity, and what all members have.
-  [[nodiscard]] Material issue(const fabric::trust::Member& member, std::string_view fabric,
-                               Time from, Time until,
+  /// A new key, a certificate and permissions of the same validity, and what all members have. Who
+  /// is `foreign` has a name that makes the others begin the handshake: see late_number().
+  [[nodiscard]] Material issue(const fabric::trust::Member& member, bool foreign,
+                               std::string_view fabric, Time from, Time until,
                                const std::vector<base::openssl::Revoked>& revoked) const;
   /// The list of taken-back certificates, as each member has it.
   [[nodiscard]] std::string revocations(const std::vector<base::openssl::Revoked>& revoked,

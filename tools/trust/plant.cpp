@@ -47,6 +47,7 @@ Entry entry_of(const config::TrustMember& record) {
   entry.member.name = record.name();
   entry.host = record.host();
   entry.revoked = all_revoked(record);
+  entry.foreign = record.foreign();
   for (const std::string& role : record.role()) {
     if (const auto known = fabric::trust::role_named(role)) {
       entry.member.roles.insert(*known);
@@ -206,6 +207,9 @@ Result<Entry> Plant::issue(const Member& member, const IssueOptions& options,
   if (!options.host.empty()) {
     record.set_host(options.host);
   }
+  if (options.foreign) {
+    record.set_foreign(true);
+  }
   // Registered before its folder is there: what the authorities have signed is never forgotten.
   config::TrustMember& added = *register_->add_member();
   added = record;
@@ -241,8 +245,8 @@ Result<Entry> Plant::make(config::TrustMember& record, int days, std::string_vie
         "renews them, and all members",
         (folder_ / authorities_name).string(), folder_.string()));
   }
-  const Material material =
-      authorities->issue(entry_of(record).member, register_->fabric(), now, until, revoked());
+  const Material material = authorities->issue(entry_of(record).member, record.foreign(),
+                                               register_->fabric(), now, until, revoked());
   config::Issue& issue = *record.add_issue();
   issue.set_serial(material.serial);
   issue.set_from(seconds_of(now));

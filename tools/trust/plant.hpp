@@ -38,12 +38,16 @@ struct Entry {
   Time until;
   /// Everything it ever got has been taken back.
   bool revoked = false;
+  /// A program on another DDS.
+  bool foreign = false;
 };
 
 struct IssueOptions {
   std::string host{};
   /// How long it is valid, in days; never longer than the authorities are.
   int days = 825;
+  /// For a program on another DDS.
+  bool foreign = false;
 };
 
 /// Holds the folder's lock; two commands do not write it at once. Errors are for people and name

@@ -32,6 +32,9 @@ class Fabric {
     std::string name = "millrace";
     /// Of the participant.
     int lease_seconds = 20;
+    /// What `millrace trust issue` has made; empty without trust. SIGN, unless `encrypt`.
+    std::string trust{};
+    bool encrypt = false;
     dds::DomainParticipantListener* listener = nullptr;
   };
 

@@ -153,6 +153,9 @@ void add_issue(CLI::App& trust, Chosen& chosen) {
   command.add_option("--host", options->how.host, "Where it is meant to be, for people");
   command.add_option("--days", options->how.days, "How long it is valid")->capture_default_str();
   command.add_flag("--renew", options->renew, "Make it new if it is there");
+  command.add_flag(
+      "--foreign", options->how.foreign,
+      "For a program on another DDS, Fast DDS say: the others begin the handshake with it");
   command.callback([options, &chosen] { chosen.run = [options] { return issue(*options); }; });
 }
 

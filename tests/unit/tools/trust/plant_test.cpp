@@ -1,12 +1,15 @@
 #include "tools/trust/plant.hpp"
 
+#include <array>
 #include <fstream>
 #include <iterator>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "base/openssl/certificate.hpp"
 #include "fabric/trust/folder.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -21,6 +24,7 @@ using fabric::trust::Role;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::SizeIs;
+using testing::StartsWith;
 
 constexpr Time now{1'800'000'000s};
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
@@ -324,6 +328,31 @@ TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
 
 TEST_F(FolderTest, RefusesAFolderThatIsNone) {
   EXPECT_THAT(why_refused("nobody"), HasSubstr("is no folder"));
+}
+
+/// The first bytes of what DDS Security makes a participant's GUID of.
+std::string hash_of_name(const fs::path& certificate) {
+  const auto read = base::openssl::Certificate::read(content_of(certificate)).value();
+  std::array<unsigned char, 32> hash{};
+  unsigned size = 0;
+  EXPECT_EQ(X509_NAME_digest(X509_get_subject_name(read.get()), EVP_sha256(), hash.data(), &size),
+            1);
+  return fmt::format("{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2]);
+}
+
+TEST_F(PlantTest, NamesAForeignMemberSoThatTheOthersBeginTheHandshake) {
+  create();
+  Plant sut = open();
+  const auto entry = sut.issue(service("fastdds"), {.foreign = true}, {}, now);
+  ASSERT_TRUE(entry) << entry.error();
+  EXPECT_TRUE(entry->foreign);
+  EXPECT_THAT(hash_of_name(folder / "fastdds/certificate.pem"), StartsWith("fffff"));
+  const auto read = read_folder(folder / "fastdds", Protection::sign, now + 1h);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->name, "fastdds");
+  // Also when it is renewed.
+  ASSERT_TRUE(sut.renew("fastdds", 100, {}, now));
+  EXPECT_THAT(hash_of_name(folder / "fastdds/certificate.pem"), StartsWith("fffff"));
 }
 
 TEST_F(PlantTest, PacksAMembersFolder) {
