@@ -314,6 +314,12 @@ TEST_F(Trust, HoldsForTheFabricOfThePlantAlone) {
 }
 
 TEST_F(Trust, IsListedAndShown) {
+  sut.trust({"issue", sut.plant(), "fastdds", "--role", "service", "--uuid", another, "--foreign"});
+  EXPECT_THAT(sut.trust({"show", sut.plant(), "fastdds"}), HasSubstr("the others begin"));
+  EXPECT_THAT(sut.trust({"list", sut.plant()}), Not(HasSubstr("renew-authorities")));
+  sut.trust({"init", sut.plant("brief"), "--days", "100"});
+  EXPECT_THAT(sut.trust({"list", sut.plant("brief")}),
+              HasSubstr("millrace trust renew-authorities"));
   EXPECT_THAT(sut.trust({"list", sut.plant()}),
               AllOf(HasSubstr("gateway-1"), HasSubstr("cnc"), HasSubstr("valid")));
   EXPECT_THAT(sut.trust({"show", sut.plant(), "square-root"}),

@@ -65,6 +65,7 @@ boost::json::object json_of(const Entry& entry) {
           {"uuids", strings(entry.member.uuids)},
           {"machines", strings(entry.member.machines)},
           {"host", entry.host},
+          {"foreign", entry.foreign},
           {"serial", entry.serial},
           {"from", fmt::format("{:%FT%TZ}", entry.from)},
           {"until", fmt::format("{:%FT%TZ}", entry.until)},
@@ -127,6 +128,9 @@ int show(const ShowOptions& options) {
              fmt::join(roles_of(entry), ", "), state_of(entry), entry.until, entry.serial);
   if (!entry.host.empty()) {
     fmt::print("meant for {}\n", entry.host);
+  }
+  if (entry.foreign) {
+    fmt::print("on another DDS: the others begin the handshake with it\n");
   }
   for (const std::string& machine : entry.member.machines) {
     fmt::print("machine {}\n", machine);
