@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <openssl/pkcs7.h>
+#include <openssl/x509v3.h>
 
 namespace millrace::base::openssl {
 

@@ -40,6 +40,7 @@ struct ExportOptions : PlantOptions {
 
 std::vector<std::string> roles_of(const Entry& entry) {
   std::vector<std::string> names;
+  names.reserve(entry.member.roles.size());
   for (const fabric::trust::Role role : entry.member.roles) {
     names.emplace_back(fabric::trust::name_of(role));
   }
