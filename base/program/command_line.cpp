@@ -1,7 +1,10 @@
 #include "base/program/command_line.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <vector>
 
@@ -58,8 +61,32 @@ std::string page_of(const CLI::App& app, const std::string& name, int argc, char
 
 }  // namespace
 
+namespace {
+
+/// A process has one name and one end.
+std::string& own_name() {
+  static std::string name = "millrace";
+  return name;
+}
+std::atomic<bool> given_up = false;
+
+}  // namespace
+
+void give_up(const std::string& why) {
+  if (!given_up.exchange(true)) {
+    tell(own_name(), why);
+  }
+  struct sigaction terminate {};
+  if (::sigaction(SIGTERM, nullptr, &terminate) != 0 || terminate.sa_handler == SIG_DFL) {
+    std::fflush(nullptr);
+    std::_Exit(exit_failed);
+  }
+  ::kill(::getpid(), SIGTERM);
+}
+
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const std::string name = program_name(argc > 0 ? argv[0] : nullptr);
+  own_name() = name;
   app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
   if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
     fmt::print("{}", page);
@@ -76,7 +103,8 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
     return exit_usage;
   }
   try {
-    return body();
+    const int code = body();
+    return given_up ? exit_failed : code;
   } catch (const UsageError& error) {
     tell(name, error.what());
     return exit_usage;

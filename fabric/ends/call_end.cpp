@@ -1,5 +1,7 @@
 #include "fabric/ends/call_end.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -110,7 +112,7 @@ void CallEnd::Impl::open() {
   // All: whose a reply is stands in its key, and what a stranger puts there must not push out what
   // the instance has said.
   replies.emplace(participant, wire::all_services(fabric()), wire::Keep::all,
-                  wire::EndpointOptions{.listener = on_reply.get()});
+                  wire::EndpointOptions{.listener = on_reply.get(), .doubtful = true});
   roster.open(participant, weak_from_this(), *discovery_post, *beat_post);
 }
 
@@ -174,6 +176,9 @@ void CallEnd::Impl::announce() {
   const registry::Registry::Changes changes = roster.changes();
   for (std::string& line : complaints.due(steady_now())) {
     ignored.push_back(std::move(line));
+  }
+  if (participant.badges() != nullptr) {
+    std::ranges::move(participant.badges()->take_complaints(), std::back_inserter(ignored));
   }
   for (const std::string& reason : std::exchange(ignored, {})) {
     tell([&] { listener->on_ignored(reason); });

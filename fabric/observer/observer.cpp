@@ -93,6 +93,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   void drain_discovery();
   bool drain_beats();
   void tell_changes();
+  void tell_ignored();
   void hand_out(Sample sample);
 
   template <typename Value>
@@ -206,6 +207,7 @@ bool Observer::Impl::drain() {
   drain_discovery();
   bool more = drain_beats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
+  tell_ignored();
   if (more) {
     // Others on the executor have their turn in between.
     post->post();
@@ -215,7 +217,12 @@ bool Observer::Impl::drain() {
 
 void Observer::Impl::drain_discovery() {
   if (listener != nullptr) {
-    roster.look_around();
+    const ends::Discovery::News news = roster.look_around();
+    if (participant.badges() != nullptr) {
+      for (const ends::Discovery::Ignored& one : news.ignored) {
+        participant.badges()->complain(one.kind + one.about, one.reason);
+      }
+    }
     tell_changes();
   }
 }
@@ -251,6 +258,17 @@ void Observer::Impl::tell_changes() {
   }
   for (const InstanceIdentity& identity : changes.changed) {
     hand_out(InstanceNews{Change::changed, identity});
+  }
+}
+
+void Observer::Impl::tell_ignored() {
+  if (participant.badges() == nullptr || listener == nullptr) {
+    return;
+  }
+  for (const std::string& line : participant.badges()->take_complaints()) {
+    if (listener != nullptr) {
+      listener->on_ignored(line);
+    }
   }
 }
 

@@ -3,14 +3,20 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <memory>
 #include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include "base/configuration/config_file.hpp"
 #include "base/configuration/mistakes.hpp"
+#include "fabric/dds/trust.hpp"
 #include "fabric/trust/folder.hpp"
 #include "idl/fabric.pb.h"
 
@@ -89,11 +95,47 @@ trust::Protection protection_of(const config::Trust& trust) {
                                                       : trust::Protection::sign;
 }
 
+std::filesystem::path folder_of(const config::Trust& trust, const std::filesystem::path& file) {
+  return file.parent_path() / trust.folder();
+}
+
+/// Reads the list only when it is another one than at the last look.
+class ListWatch {
+ public:
+  explicit ListWatch(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  tl::expected<std::set<std::string>, std::string> operator()() {
+    struct stat now {};
+    const bool there = ::stat((folder_ / trust::files::revoked).c_str(), &now) == 0;
+    const Version version{there, now.st_ino, now.st_size, now.st_mtim.tv_sec, now.st_mtim.tv_nsec};
+    if (version != version_) {
+      version_ = version;
+      last_ = trust::read_revoked(folder_);
+    }
+    return last_;
+  }
+
+ private:
+  using Version = std::tuple<bool, ino_t, off_t, time_t, long>;
+  std::filesystem::path folder_;
+  std::optional<Version> version_;
+  tl::expected<std::set<std::string>, std::string> last_;
+};
+
+std::shared_ptr<const dds::Trust> trust_of(const trust::Credentials& credentials,
+                                           const std::filesystem::path& folder) {
+  return std::make_shared<const dds::Trust>(
+      dds::Trust{.name = credentials.name,
+                 .badge = credentials.badge,
+                 .until = credentials.until,
+                 .revoked = [watch = std::make_shared<ListWatch>(folder)] { return (*watch)(); }});
+}
+
 /// What the folder says it lets us be; a mistake of the file if it does not hold what it should.
 tl::expected<trust::Credentials, std::string> credentials_of(const config::Trust& trust,
                                                              const std::filesystem::path& file) {
   return trust::read_folder(
-      file.parent_path() / trust.folder(), protection_of(trust),
+      folder_of(trust, file), protection_of(trust),
       std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now()));
 }
 
@@ -173,6 +215,7 @@ tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::files
                                   .configuration = cyclone_configuration(profile)};
   if (credentials) {
     options.trusted_as = credentials->name;
+    options.trust = trust_of(*credentials, folder_of(profile.trust(), file));
     options.configuration += credentials->cyclone_configuration;
   }
   return options;

@@ -118,8 +118,9 @@ void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
 void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
   begin_event();
   if (instance_lines.admit(now().steady)) {
-    log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(),
-              instance.uuid, instance.name, instance.host, instance.pid);
+    log->info("instance {} of {} is ready: {} on {}, pid {}{}", instance.id.to_string(),
+              instance.uuid, instance.name, instance.host, instance.pid,
+              instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
   carry_out(control.on_instance_ready(instance, now()));
 }

@@ -222,6 +222,12 @@ Result<Entry> Plant::renew(std::string_view name, int days, std::string_view pas
   if (found == register_->mutable_member()->end()) {
     return entry(name);
   }
+  if (found->issue_size() > 0 && all_revoked(*found)) {
+    return tl::unexpected(
+        fmt::format("\"{}\" has been revoked, and nobody believes that name any more; `millrace "
+                    "trust issue` it under another one",
+                    name));
+  }
   return make(*found, days, passphrase, now);
 }
 
@@ -289,7 +295,7 @@ std::vector<base::openssl::Revoked> Plant::revoked() const {
   for (const config::TrustMember& member : register_->member()) {
     for (const config::Issue& issue : member.issue()) {
       if (issue.revoked() != 0) {
-        all.push_back({issue.serial(), time_of(issue.revoked())});
+        all.push_back({issue.serial(), time_of(issue.revoked()), member.name()});
       }
     }
   }
