@@ -110,6 +110,16 @@ TEST(Revocations, NameWhoWasTakenBackAndNobodyElse) {
   EXPECT_FALSE(sut->is_issued_by(Authority().certificate));
 }
 
+TEST(Revocations, NoteWhoseTheCertificatesWere) {
+  const Authority authority;
+  const auto sut = RevocationList::read(
+      revocation_list({{"1A", from, "square-root"}, {"1B", from}, {"1C", from, "B\xC3\xBCro"}},
+                      authority.certificate, authority.key, from, until));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->common_names(), (std::set<std::string>{"B\xC3\xBCro", "square-root"}));
+  EXPECT_TRUE(sut->is_issued_by(authority.certificate));
+}
+
 TEST(Revocations, AreOfSerialNumbers) {
   const Authority authority;
   EXPECT_THROW(

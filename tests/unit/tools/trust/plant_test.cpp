@@ -164,6 +164,9 @@ TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
   EXPECT_THAT(why_refused("kept"), HasSubstr("has been revoked"));
   EXPECT_EQ(why_refused("another"), "not refused");
   EXPECT_TRUE(sut.entry("root")->revoked);
+  // Who is on is known by his name.
+  EXPECT_EQ(fabric::trust::read_revoked(folder / "another"), std::set<std::string>{"root"});
+  EXPECT_THAT(sut.renew("root", 100, {}, now).error(), HasSubstr("nobody believes that name"));
 }
 
 TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
