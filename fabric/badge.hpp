@@ -1,13 +1,14 @@
 // What a program of a fabric with trust has proved to be, and what it may say therefore. Pure.
 //
-//   badge_partitions("millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines = {"press_1"}})
+//   badge_partitions("millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines =
+//   {"press_1"}})
 //   // millrace/@name/gateway-1, millrace/@role/gateway, millrace/@machine/press_1
 //
 // DDS Security lets a program have endpoints in the partitions that its permissions name, and in no
 // others, and each one who is matched with an endpoint checks that himself. So a badge is a writer
 // of a topic without samples, in partitions that say who somebody is: whoever sees it matched knows
-// that it is true. It is the first endpoint of a program, and DDS tells of endpoints in their order:
-// it is known before anything that the program says.
+// that it is true. It is the first endpoint of a program, and DDS tells of endpoints in their
+// order: it is known before anything that the program says.
 #pragma once
 
 #include <cstdint>

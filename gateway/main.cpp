@@ -103,8 +103,8 @@ std::string list_of(const std::vector<MachineSettings>& machines) {
 class Reload {
  public:
   Reload(boost::asio::io_context& io, const Options& options,
-         millrace::fabric::dds::ParticipantOptions join,
-         millrace::gateway::live::Gateway& gateway, program::Log log)
+         millrace::fabric::dds::ParticipantOptions join, millrace::gateway::live::Gateway& gateway,
+         program::Log log)
       : signals_(io, SIGHUP),
         options_(options),
         join_(std::move(join)),

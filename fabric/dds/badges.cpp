@@ -157,13 +157,13 @@ Badges::Impl::~Impl() {
 }
 
 void Badges::Impl::open(dds_entity_t participant) {
-  topic = Entity(check(
-      dds_create_topic(participant, &millrace_Badge_desc, badge_topic_name, nullptr, nullptr),
-      fmt::format("create the topic {}", badge_topic_name)));
+  topic = Entity(
+      check(dds_create_topic(participant, &millrace_Badge_desc, badge_topic_name, nullptr, nullptr),
+            fmt::format("create the topic {}", badge_topic_name)));
   const std::string theirs = all_badges(fabric);
-  subscriber = Entity(
-      check(dds_create_subscriber(participant, partitions_qos({theirs}).get(), nullptr),
-            fmt::format("subscribe to {}", theirs)));
+  subscriber =
+      Entity(check(dds_create_subscriber(participant, partitions_qos({theirs}).get(), nullptr),
+                   fmt::format("subscribe to {}", theirs)));
   const Listener on_match(dds_create_listener(nullptr));
   dds_lset_subscription_matched_arg(
       on_match.get(),
@@ -171,15 +171,15 @@ void Badges::Impl::open(dds_entity_t participant) {
         static_cast<Impl*>(self)->on_badge(own, status);
       },
       this, true);
-  reader = Entity(check(dds_create_reader(subscriber.handle(), topic.handle(), badge_qos().get(),
-                                          on_match.get()),
-                        fmt::format("read {} in {}", badge_topic_name, theirs)));
-  publisher = Entity(
-      check(dds_create_publisher(participant, partitions_qos(trust->badge).get(), nullptr),
-            "publish a badge"));
-  writer = Entity(check(
-      dds_create_writer(publisher.handle(), topic.handle(), badge_qos().get(), nullptr),
-      fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
+  reader = Entity(check(
+      dds_create_reader(subscriber.handle(), topic.handle(), badge_qos().get(), on_match.get()),
+      fmt::format("read {} in {}", badge_topic_name, theirs)));
+  publisher =
+      Entity(check(dds_create_publisher(participant, partitions_qos(trust->badge).get(), nullptr),
+                   "publish a badge"));
+  writer = Entity(
+      check(dds_create_writer(publisher.handle(), topic.handle(), badge_qos().get(), nullptr),
+            fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
   look_whom_to_believe();
   thread = std::thread([this] { watch(); });
   ::pthread_setname_np(thread.native_handle(), "trust");
@@ -307,8 +307,8 @@ void Badges::Impl::look_whom_to_believe() {
       if (std::exchange(trouble, names.error()) == names.error()) {
         return;
       }
-      said.push_back(fmt::format("{}; until then whom the list named before is not believed",
-                                 names.error()));
+      said.push_back(
+          fmt::format("{}; until then whom the list named before is not believed", names.error()));
     } else {
       trouble.clear();
       if (*names == revoked) {

@@ -119,7 +119,9 @@ struct VariableAskEnd::Impl : Hearing<VariableReply> {
         writer(own_participant, own_participant.options().fabric) {
     if (own_participant.badges() != nullptr) {
       doubtful = true;
-      is_believed = [this](const wire::Taken<VariableReply>& taken) { return is_its_machine(taken); };
+      is_believed = [this](const wire::Taken<VariableReply>& taken) {
+        return is_its_machine(taken);
+      };
     }
   }
 

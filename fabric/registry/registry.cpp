@@ -295,8 +295,8 @@ const InstanceIdentity* Registry::ready_now(const InstanceId& id) const {
   for (const EndpointHandle handle : readers->second) {
     const Reader& reader = readers_.at(handle);
     if (reader.participant == home_of(id) && is_matched(handle) &&
-        is_believed(reader.participant) &&
-        !processes_.at(reader.participant).silent && can_answer(id, reader.participant)) {
+        is_believed(reader.participant) && !processes_.at(reader.participant).silent &&
+        can_answer(id, reader.participant)) {
       return &reader.identity;
     }
   }

@@ -19,7 +19,8 @@ struct EndpointOptions {
   const dds_listener_t* listener = nullptr;
   /// A reader that does not hear the writers of its own participant.
   bool others_only = false;
-  /// A reader that hands out also what nobody is believed to have said, marked so (Taken::standing).
+  /// A reader that hands out also what nobody is believed to have said, marked so
+  /// (Taken::standing).
   bool doubtful = false;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;

@@ -16,11 +16,11 @@ Standing Witness::judge(dds_instance_handle_t writer, const Claim& claim, bool n
 void Witness::complain(dds_instance_handle_t writer, const Claim& claim, const char* topic) const {
   const Proof proof = badges_->of_writer(writer);
   const Standing standing = standing_of(proof, claim.machine, claim.testers);
-  const std::string machine = standing == Standing::not_its_machine ? std::string(claim.machine) : "";
-  badges_->complain(
-      fmt::format("{}/{}/{}", proof.badge ? proof.badge->name : "", machine, topic),
-      fmt::format("{}: what it says on {} is not listened to",
-                  doubt_of(proof, standing, claim.machine), topic));
+  const std::string machine =
+      standing == Standing::not_its_machine ? std::string(claim.machine) : "";
+  badges_->complain(fmt::format("{}/{}/{}", proof.badge ? proof.badge->name : "", machine, topic),
+                    fmt::format("{}: what it says on {} is not listened to",
+                                doubt_of(proof, standing, claim.machine), topic));
 }
 
 std::string Witness::certificate_of(dds_instance_handle_t writer) const {

@@ -1,5 +1,6 @@
-// A fabric with trust, on which somebody who belongs to it tries to be more: a gateway speaks for the
-// machines that its certificate names, and who is revoked is believed no more, also if he is on.
+// A fabric with trust, on which somebody who belongs to it tries to be more: a gateway speaks for
+// the machines that its certificate names, and who is revoked is believed no more, also if he is
+// on.
 #include <cstdlib>
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -58,10 +59,8 @@ class BadgeTest : public testing::Test {
 
 TEST_F(BadgeTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotName) {
   Process cnc = sut.cnc();
-  Flags command{binary("millrace-gateway"),
-                "--machine",
-                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1",
-                "--domain",
+  Flags command{binary("millrace-gateway"), "--machine",
+                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1", "--domain",
                 std::to_string(sut.domain())};
   const Flags who = sut.as("gateway-2");
   command.insert(command.end(), who.begin(), who.end());
@@ -92,8 +91,7 @@ TEST_F(BadgeTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
   report.wait();
   EXPECT_THAT(report.output() + report.error_output(),
               AllOf(HasSubstr("gateway-2 speaks for cnc, which its certificate does not name"),
-                    HasSubstr("gateway-1 as gateway of cnc"),
-                    HasSubstr("square-root as service")));
+                    HasSubstr("gateway-1 as gateway of cnc"), HasSubstr("square-root as service")));
 }
 
 TEST_F(BadgeTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
@@ -250,10 +248,8 @@ TEST_F(BadgeTest, WhoIsRevokedHimselfSaysSoAndEnds) {
 }
 
 TEST_F(BadgeTest, AGatewayWhoseCertificateExpiresSaysSoAndEndsAndGoesOnWithNewerMaterial) {
-  const auto until = sut.shorten({.name = "gateway-1",
-                                  .roles = {fabric::trust::Role::gateway},
-                                  .machines = {"cnc"}},
-                                 8s);
+  const auto until = sut.shorten(
+      {.name = "gateway-1", .roles = {fabric::trust::Role::gateway}, .machines = {"cnc"}}, 8s);
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
   {

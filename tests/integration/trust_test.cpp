@@ -166,10 +166,9 @@ TEST_F(Trust, EndsWithARevocation) {
 
 // Cyclone takes a participant whose certificate is over for gone, and its own, without being asked.
 TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
-  const auto until = sut.shorten({.name = "square-root",
-                                  .roles = {fabric::trust::Role::service},
-                                  .uuids = {root_uuid}},
-                                 std::chrono::seconds(20));
+  const auto until = sut.shorten(
+      {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
+      std::chrono::seconds(20));
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.as("gateway-1"));

@@ -1,5 +1,5 @@
-// A chain of programs with trust, as a plant engineer sets it up: each with what `millrace trust` has
-// made for it.
+// A chain of programs with trust, as a plant engineer sets it up: each with what `millrace trust`
+// has made for it.
 //
 //   TrustedChain sut;
 //   sut.set_up_plant();

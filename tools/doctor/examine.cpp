@@ -7,8 +7,8 @@
 #include <boost/asio/io_context.hpp>
 
 #include "base/posix/host.hpp"
-#include "fabric/ends/discovery.hpp"
 #include "fabric/dds/badges.hpp"
+#include "fabric/ends/discovery.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/notice_reader.hpp"
 #include "tools/bus/operator.hpp"

@@ -17,8 +17,8 @@ Proof proof_of(Badge badge) {
 
 TEST(BadgePartitions, SayWhoSomebodyIsAndAreReadAgain) {
   const auto sut = badge_partitions("hall", gateway);
-  EXPECT_THAT(sut, ElementsAre("hall/@name/gateway-1", "hall/@role/gateway", "hall/@machine/press_1",
-                               "hall/@machine/press_2"));
+  EXPECT_THAT(sut, ElementsAre("hall/@name/gateway-1", "hall/@role/gateway",
+                               "hall/@machine/press_1", "hall/@machine/press_2"));
   EXPECT_EQ(parse_badge("hall", sut), gateway);
   EXPECT_EQ(parse_badge("another", sut), std::nullopt);
 }

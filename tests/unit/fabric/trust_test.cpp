@@ -168,9 +168,9 @@ TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
 }
 
 TEST(Permissions, OfAnEarlierVersionSayNothingOfABadge) {
-  EXPECT_THAT(badge_in(permissions_document({{Way::write, "millrace/v2/reply", "hall/x"}}, "CN=g",
-                                            {}, {})),
-              testing::IsEmpty());
+  EXPECT_THAT(
+      badge_in(permissions_document({{Way::write, "millrace/v2/reply", "hall/x"}}, "CN=g", {}, {})),
+      testing::IsEmpty());
   EXPECT_THAT(badge_in("<publish><topic>millrace/badge</topic><partition>"), testing::IsEmpty());
 }
 

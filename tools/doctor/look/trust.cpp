@@ -23,9 +23,8 @@ constexpr std::chrono::days soon{30};
 std::string text_of(const fabric::Badge& badge) {
   return fmt::format(
       "{} as {}{}", safe(badge.name), safe(fmt::format("{}", fmt::join(badge.roles, " and "))),
-      badge.machines.empty()
-          ? std::string()
-          : " of " + safe(fmt::format("{}", fmt::join(badge.machines, ", "))));
+      badge.machines.empty() ? std::string()
+                             : " of " + safe(fmt::format("{}", fmt::join(badge.machines, ", "))));
 }
 
 void at_our_own(const Joining& joining, Report& report) {
