@@ -85,7 +85,7 @@ std::string doubt_of(const Proof& proof, Standing standing, std::string_view mac
     case Standing::unproven:
       return "a program that shows no badge of its certificate";
     case Standing::revoked:
-      return fmt::format("{}, whose certificate is revoked,", name);
+      return fmt::format("the certificate of {} is revoked", name);
     case Standing::not_its_machine:
       return fmt::format("{} speaks for {}, which its certificate does not name", name,
                          base::text::safe(machine));

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -73,6 +76,18 @@ std::atomic<bool> given_up = false;
 }  // namespace
 
 void give_up(const std::string& why) {
+  using Clock = std::chrono::steady_clock;
+  // Several parts of a program may find out the same.
+  constexpr std::chrono::seconds once{10};
+  static std::mutex lock;
+  static std::optional<Clock::time_point> last;
+  {
+    const std::lock_guard guard(lock);
+    if (last && Clock::now() - *last < once) {
+      return;
+    }
+    last = Clock::now();
+  }
   if (!given_up.exchange(true)) {
     tell(own_name(), why);
   }

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <thread>
-#include <unordered_map>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <pthread.h>
 
 #include "base/program/barrier.hpp"
+#include "fabric/badge_book.hpp"
 #include "fabric/complaints.hpp"
 #include "idl/badge.h"
 
@@ -24,9 +22,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using Handle = dds_instance_handle_t;
-
-/// Far more programs and writers than leave before their last words are taken.
-constexpr std::size_t most_departed = 1024;
 
 /// How soon a change of the list is seen.
 constexpr auto look_every = 1s;
@@ -92,40 +87,20 @@ struct Badges::Impl {
   void on_badge(dds_entity_t reader, const dds_subscription_matched_status_t& status) noexcept;
   void on_writer(dds_entity_t reader, const dds_subscription_matched_status_t& status) noexcept;
 
-  // Under the lock.
-  [[nodiscard]] Proof proof_of(Handle participant) const;
-  void put_on(Handle writer, Handle participant, Badge badge);
-  void take_off(Handle writer);
+  /// Under the lock.
   void tell(Handle participant);
 
   void wake();
-
-  struct Worn {
-    std::shared_ptr<const Badge> badge;
-    bool there = true;
-  };
-  struct Seen {
-    Handle participant;
-    /// With how many readers of ours.
-    std::size_t matched = 0;
-  };
 
   const std::string fabric;
   const std::shared_ptr<const Trust> trust;
 
   mutable std::mutex lock;
-  /// Writers of badges, and whose they are.
-  std::unordered_map<Handle, Handle> badges;
-  std::unordered_map<Handle, Worn> worn;
-  std::unordered_map<Handle, Seen> writers;
-  /// The first to be forgotten in front.
-  std::deque<Handle> left;
-  std::deque<Handle> left_writers;
-  std::set<std::string> revoked;
+  BadgeBook book;
   Complaints complaints;
   std::vector<std::string> said;
 
-  /// Taken before `lock`, if both are.
+  /// Taken before `lock`, if both are; who changes them holds both.
   std::mutex watchers_lock;
   std::vector<Watcher*> watchers;
 
@@ -196,10 +171,13 @@ void Badges::Impl::on_badge(dds_entity_t own,
         return;
       }
       const std::lock_guard guard(lock);
-      put_on(handle, endpoint->participant_instance_handle, *std::move(badge));
+      book.put_on(handle, endpoint->participant_instance_handle, *std::move(badge));
+      tell(endpoint->participant_instance_handle);
     } else if (status.current_count_change < 0) {
       const std::lock_guard guard(lock);
-      take_off(handle);
+      if (const auto left = book.take_off(handle)) {
+        tell(*left);
+      }
     }
     wake();
   });
@@ -213,61 +191,13 @@ void Badges::Impl::on_writer(dds_entity_t own,
       const Endpoint endpoint(dds_get_matched_publication_data(own, handle));
       if (endpoint) {
         const std::lock_guard guard(lock);
-        Seen& seen = writers[handle];
-        seen.participant = endpoint->participant_instance_handle;
-        ++seen.matched;
+        book.matched(handle, endpoint->participant_instance_handle);
       }
-      return;
-    }
-    const std::lock_guard guard(lock);
-    const auto known = writers.find(handle);
-    if (status.current_count_change == 0 || known == writers.end() || known->second.matched == 0 ||
-        --known->second.matched > 0) {
-      return;
-    }
-    left_writers.push_back(handle);
-    if (left_writers.size() > most_departed) {
-      const auto oldest = writers.find(left_writers.front());
-      if (oldest != writers.end() && oldest->second.matched == 0) {
-        writers.erase(oldest);
-      }
-      left_writers.pop_front();
+    } else if (status.current_count_change < 0) {
+      const std::lock_guard guard(lock);
+      book.unmatched(handle);
     }
   });
-}
-
-void Badges::Impl::put_on(Handle handle, Handle participant, Badge badge) {
-  badges.insert_or_assign(handle, participant);
-  worn.insert_or_assign(participant, Worn{std::make_shared<const Badge>(std::move(badge))});
-  tell(participant);
-}
-
-void Badges::Impl::take_off(Handle handle) {
-  const auto known = badges.extract(handle);
-  if (known.empty()) {
-    return;
-  }
-  const Handle participant = known.mapped();
-  if (const auto who = worn.find(participant); who != worn.end()) {
-    who->second.there = false;
-  }
-  left.push_back(participant);
-  if (left.size() > most_departed) {
-    const auto oldest = worn.find(left.front());
-    if (oldest != worn.end() && !oldest->second.there) {
-      worn.erase(oldest);
-    }
-    left.pop_front();
-  }
-  tell(participant);
-}
-
-Proof Badges::Impl::proof_of(Handle participant) const {
-  const auto known = worn.find(participant);
-  if (known == worn.end()) {
-    return {};
-  }
-  return {known->second.badge, revoked.contains(known->second.badge->name)};
 }
 
 void Badges::Impl::tell(Handle participant) {
@@ -300,49 +230,53 @@ void Badges::Impl::look_whom_to_believe() {
     return;
   }
   auto names = trust->revoked();
-  const std::unique_lock watching(watchers_lock);
   {
     const std::lock_guard guard(lock);
-    if (!names) {
-      if (std::exchange(trouble, names.error()) == names.error()) {
-        return;
-      }
-      said.push_back(
-          fmt::format("{}; until then whom the list named before is not believed", names.error()));
-    } else {
+    if (names) {
       trouble.clear();
-      if (*names == revoked) {
+      const std::vector<Handle> news = book.revoke(*std::move(names));
+      if (news.empty()) {
         return;
       }
-      const std::set<std::string> before = std::exchange(revoked, *std::move(names));
-      for (const auto& [participant, one] : worn) {
-        const std::string& name = one.badge->name;
-        if (one.there && before.contains(name) != revoked.contains(name)) {
-          tell(participant);
-        }
-      }
+      std::ranges::for_each(news, [this](Handle participant) { tell(participant); });
+    } else if (std::exchange(trouble, names.error()) != names.error()) {
+      said.push_back(
+          fmt::format("{}; until then whom the list named before is not believed", trouble));
+    } else {
+      return;
     }
   }
-  for (Watcher* const watcher : watchers) {
-    watcher->changed_();
-  }
+  wake();
 }
 
 void Badges::Impl::look_at_our_own(std::chrono::steady_clock::time_point now) {
-  if (!trust->ended || (ended_at && now - *ended_at < tell_again)) {
+  if (ended_at && (!trust->ended || now - *ended_at < tell_again)) {
     return;
   }
   const bool over = std::chrono::system_clock::now() >= trust->until;
   const bool taken_back = [&] {
     const std::lock_guard guard(lock);
-    return revoked.contains(trust->name);
+    return book.is_revoked(trust->name);
   }();
-  if (over || taken_back) {
-    ended_at = now;
-    trust->ended(over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust->name,
-                                    trust->until)
-                      : fmt::format("the certificate of {} has been revoked", trust->name));
+  if (!over && !taken_back) {
+    return;
   }
+  ended_at = now;
+  const std::string reason =
+      over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust->name, trust->until)
+           : fmt::format("the certificate of {} has been revoked", trust->name);
+  if (trust->ended) {
+    trust->ended(reason);
+    return;
+  }
+  // A program that is not ours is not ended.
+  {
+    const std::lock_guard guard(lock);
+    said.push_back(reason +
+                   ": from now on nobody on the fabric hears this program; start it again with "
+                   "newer material");
+  }
+  wake();
 }
 
 Badges::Badges(dds_entity_t participant, const std::string& fabric,
@@ -355,24 +289,19 @@ Badges::~Badges() = default;
 
 Badges::Known Badges::look_up(Handle participant) const {
   const std::lock_guard guard(impl_->lock);
-  const auto known = impl_->worn.find(participant);
-  return known == impl_->worn.end() ? Known{}
-                                    : Known{impl_->proof_of(participant), known->second.there};
+  return {impl_->book.proof_of(participant), impl_->book.is_there(participant)};
 }
 
 Proof Badges::of_writer(Handle writer) const {
   const std::lock_guard guard(impl_->lock);
-  const auto known = impl_->writers.find(writer);
-  return known == impl_->writers.end() ? Proof{} : impl_->proof_of(known->second.participant);
+  return impl_->book.proof_of_writer(writer);
 }
 
 std::vector<Proof> Badges::all() const {
   const std::lock_guard guard(impl_->lock);
   std::vector<Proof> all;
-  for (const auto& [participant, one] : impl_->worn) {
-    if (one.there) {
-      all.push_back(impl_->proof_of(participant));
-    }
+  for (const Handle participant : impl_->book.participants()) {
+    all.push_back(impl_->book.proof_of(participant));
   }
   return all;
 }
@@ -411,9 +340,7 @@ Badges::Watcher::Watcher(Badges& badges, std::function<void()> changed)
     : badges_(badges), changed_(std::move(changed)) {
   const std::lock_guard watching(badges_.impl_->watchers_lock);
   const std::lock_guard guard(badges_.impl_->lock);
-  for (const auto& [participant, one] : badges_.impl_->worn) {
-    different_.push_back(participant);
-  }
+  different_ = badges_.impl_->book.participants();
   badges_.impl_->watchers.push_back(this);
 }
 

@@ -12,6 +12,7 @@
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/profile.hpp"
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/integration/trusted_chain.hpp"
@@ -228,11 +229,38 @@ TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {
   Process gateway = sut.gateway(sut.unaware("gateway-3"));
   await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
   sut.trust({"revoke", sut.plant(), "gateway-3"});
-  service.await_error("gateway-3, whose certificate is revoked,");
+  service.await_error("the certificate of gateway-3 is revoked: what it says on millrace/v2/request");
   // What it had begun is over by then; nothing comes any more.
   const std::string done = content_of(sut.record());
   gateway.await_error("does not take what it is given");
   EXPECT_EQ(content_of(sut.record()), done);
+}
+
+TEST_F(BadgeTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process first = sut.gateway(sut.unaware("gateway-3"));
+  first.await_error("link up");
+  Process second = sut.gateway(sut.as("gateway-1"));
+  second.await_error("serves it already; this gateway stands by");
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  second.await_error("taken over");
+  second.await_error("link up");
+}
+
+// Whatever it says of itself.
+TEST_F(BadgeTest, ACommandIsFromWhoTheCertificateSays) {
+  Process service = sut.square_root(sut.as("square-root"));
+  const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
+  fabric::dds::Participant participant(join("office"));
+  wire::Writer<fabric::Command> commands(participant, "millrace");
+  await("who takes commands", [&] { return !commands.matched().empty(); });
+  ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
+                              .kind = fabric::CommandKind::drain,
+                              .instance = *id,
+                              .issuer = "chief (boss@desk)"}));
+  service.await_error("office \\(chief \\(boss@desk\\)\\) asks this instance to leave");
 }
 
 TEST_F(BadgeTest, WhoIsRevokedHimselfSaysSoAndEnds) {

@@ -47,6 +47,10 @@ TEST_P(TrustedCalls, AreAnswered) {
   Process gateway = sut.gateway(sut.as("gateway-1", GetParam()));
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  // A badge is known before what its program says.
+  for (const Process* program : {&service, &gateway}) {
+    EXPECT_THAT(program->error_output(), Not(HasSubstr("not listened to")));
+  }
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen", GetParam())), HasSubstr(root_uuid));
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench", GetParam())),
               HasSubstr("1.414214"));
