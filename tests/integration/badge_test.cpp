@@ -229,7 +229,8 @@ TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {
   Process gateway = sut.gateway(sut.unaware("gateway-3"));
   await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
   sut.trust({"revoke", sut.plant(), "gateway-3"});
-  service.await_error("the certificate of gateway-3 is revoked: what it says on millrace/v2/request");
+  service.await_error(
+      "the certificate of gateway-3 is revoked: what it says on millrace/v2/request");
   // What it had begun is over by then; nothing comes any more.
   const std::string done = content_of(sut.record());
   gateway.await_error("does not take what it is given");
