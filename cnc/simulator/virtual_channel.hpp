@@ -38,7 +38,8 @@ struct Common {
   /// V.E. variables of scope GLOBAL.
   std::vector<std::shared_ptr<Variable>> externals;
   std::shared_ptr<nc::Timers> timers;
-  std::shared_ptr<SystemData> system_data;
+  std::shared_ptr<SystemData> system_data =
+      std::make_shared<SystemData>(std::vector<DataDeclaration>{});
 };
 
 /// What an operator has set of a block search.

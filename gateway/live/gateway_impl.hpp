@@ -89,6 +89,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
 
   // What message queues want; gateway_queues.cpp.
+  void on_queue_event() override { begin_event(); }
   void on_queue_open(const fabric::ChannelKey& key) override;
   void on_queue_down(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_queue_retired(const fabric::ChannelKey& key) override;

@@ -64,6 +64,7 @@ void MachineQueue::tell() {
     if (news.wait) {
       recorded = [weak = weak_from_this()] {
         if (const auto self = weak.lock(); self && !self->stopped_) {
+          self->outlet_.begin();
           self->queue_.on_journalled(self->now_());
           self->go_on();
         }
@@ -103,6 +104,7 @@ void MachineQueue::wait() {
   timer_.async_wait([weak = weak_from_this()](boost::system::error_code error) {
     if (const auto self = weak.lock(); self && !error) {
       self->waits_until_.reset();
+      self->outlet_.begin();
       self->go_on();
     }
   });
@@ -110,7 +112,12 @@ void MachineQueue::wait() {
 
 asio::awaitable<void> MachineQueue::carry_out(std::shared_ptr<MachineQueue> self,
                                               std::shared_ptr<QueuePort> port, queues::Step step) {
-  const auto current = [&] { return !self->stopped_ && self->port_ == port; };
+  const auto current = [&] {
+    if (!self->stopped_) {
+      self->outlet_.begin();
+    }
+    return !self->stopped_ && self->port_ == port;
+  };
   if (std::holds_alternative<queues::ReadControl>(step)) {
     auto control = co_await port->read_control();
     if (!current()) {
@@ -143,6 +150,7 @@ asio::awaitable<void> MachineQueue::watch(std::shared_ptr<MachineQueue> self,
                                           std::shared_ptr<QueuePort> port) {
   std::function<void()> told = [weak = self->weak_from_this()] {
     if (const auto queue = weak.lock(); queue && !queue->stopped_ && queue->port_) {
+      queue->outlet_.begin();
       queue->queue_.on_event(queue->now_());
       queue->go_on();
     }

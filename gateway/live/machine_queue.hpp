@@ -21,6 +21,8 @@ namespace millrace::gateway::live {
 
 /// What a queue tells, on the executor, never from within the one that is told.
 struct QueueOutlet {
+  /// An event begins: it may take the link away.
+  std::function<void()> begin;
   /// Journal these in their order; `recorded`, if it is not empty, once the last is safe.
   std::function<void(const std::vector<JournalEntry>&, std::function<void()> recorded)> record;
   /// Another message is shown.

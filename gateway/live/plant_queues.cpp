@@ -35,7 +35,8 @@ void PlantQueues::soon(Act act) {
 void PlantQueues::begin(const fabric::ChannelKey& key, One& one, QueueBook book) {
   one.queue = std::make_shared<MachineQueue>(
       executor_, one.machine, one.settings, std::move(book), now_,
-      QueueOutlet{.record = [this](const auto& entries,
+      QueueOutlet{.begin = [this] { events_.on_queue_event(); },
+                  .record = [this](const auto& entries,
                                    auto recorded) { events_.record_of_queue(entries, recorded); },
                   .shows = [this, key] { soon([this, key] { events_.on_queue_change(key); }); },
                   .tell = [this, key](const auto& news) { events_.say_of_queue(key, news); }});
@@ -53,7 +54,6 @@ void PlantQueues::set(const std::vector<settings::MachineSettings>& machines,
       One& one = found->second;
       one.leaving = false;
       if (is_new || one.settings != settings) {
-        const bool was_up = one.queue && one.queue->up();
         if (one.queue) {
           one.queue->stop();
         }
@@ -61,11 +61,7 @@ void PlantQueues::set(const std::vector<settings::MachineSettings>& machines,
         one.settings = settings;
         const auto known = ledger.queues().find(key);
         begin(key, one, known == ledger.queues().end() ? QueueBook() : known->second);
-        if (was_up) {
-          if (auto client = clients_[one.machine].lock()) {
-            one.queue->on_up(std::make_unique<SymbolQueue>(std::move(client), one.settings));
-          }
-        }
+        reach(key, one);
       }
       review(key, one);
     }
@@ -105,23 +101,33 @@ void PlantQueues::review(const fabric::ChannelKey& key, One& one) {
 
 void PlantQueues::on_up(const std::string& machine, const std::vector<std::uint16_t>& channels,
                         const std::weak_ptr<cnc::ads::Client>& client) {
-  clients_[machine] = client;
+  Reach& way = reaches_[machine];
+  way.client = client;
+  way.channels.insert(channels.begin(), channels.end());
+  way.up = true;
   for (auto& [key, one] : queues_) {
-    const bool named = one.machine == machine &&
-                       std::ranges::find(channels, one.settings.channel) != channels.end();
-    auto up = client.lock();
-    if (!named || one.leaving || !up) {
-      continue;
-    }
-    one.ours = true;
-    open(key, one);
-    if (!one.queue->up()) {
-      one.queue->on_up(std::make_unique<SymbolQueue>(std::move(up), one.settings));
+    if (one.machine == machine) {
+      reach(key, one);
     }
   }
 }
 
+/// Reads the queue if its channel is ours and the link is up.
+void PlantQueues::reach(const fabric::ChannelKey& key, One& one) {
+  const Reach& way = reaches_[one.machine];
+  auto client = way.client.lock();
+  if (one.leaving || !way.up || !client || !way.channels.contains(one.settings.channel)) {
+    return;
+  }
+  one.ours = true;
+  open(key, one);
+  if (!one.queue->up()) {
+    one.queue->on_up(std::make_unique<SymbolQueue>(std::move(client), one.settings));
+  }
+}
+
 void PlantQueues::on_down(const std::string& machine, const std::string& reason) {
+  reaches_[machine].up = false;
   for (auto& [key, one] : queues_) {
     if (one.machine != machine) {
       continue;
@@ -139,6 +145,8 @@ void PlantQueues::on_down(const std::string& machine, const std::string& reason)
 
 void PlantQueues::on_left(const std::string& machine, std::uint16_t channel,
                           const std::string& reason) {
+  auto& channels = reaches_[machine].channels;
+  channel == 0 ? channels.clear() : static_cast<void>(channels.erase(channel));
   for (auto& [key, one] : queues_) {
     if (one.machine == machine && (channel == 0 || one.settings.channel == channel)) {
       one.ours = false;

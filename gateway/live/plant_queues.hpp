@@ -28,6 +28,8 @@ namespace millrace::gateway::live {
 class QueueEvents {
  public:
   virtual ~QueueEvents() = default;
+  /// Something begins that none of these may follow.
+  virtual void on_queue_event() = 0;
   /// The queue's calls are ours from now on; again when they were already.
   virtual void on_queue_open(const fabric::ChannelKey& key) = 0;
   /// The controller does not answer, and no message is left.
@@ -86,6 +88,7 @@ class PlantQueues {
 
   void begin(const fabric::ChannelKey& key, One& one, QueueBook book);
   void review(const fabric::ChannelKey& key, One& one);
+  void reach(const fabric::ChannelKey& key, One& one);
   void open(const fabric::ChannelKey& key, One& one);
   void tell_numbers(const fabric::ChannelKey& key, One& one);
   template <typename Act>
@@ -95,7 +98,13 @@ class PlantQueues {
   std::function<Moment()> now_;
   QueueEvents& events_;
   std::map<fabric::ChannelKey, One> queues_;
-  std::map<std::string, std::weak_ptr<cnc::ads::Client>> clients_;
+  /// The way to a machine, and the channels of it that are ours.
+  struct Reach {
+    std::weak_ptr<cnc::ads::Client> client{};
+    std::set<std::uint16_t> channels{};
+    bool up = false;
+  };
+  std::map<std::string, Reach> reaches_;
   /// What is posted sees it gone.
   std::shared_ptr<int> life_ = std::make_shared<int>(0);
 };

@@ -219,11 +219,13 @@ asio::awaitable<bool> SymbolQueue::watch(std::function<void()> told) {
     co_return false;
   }
   constexpr std::uint32_t cycle = 10'000;  // 1 ms in the 100 ns of the wire
-  std::vector<cnc::ads::AddNotificationRequest> wanted{
-      {layout_->control.index, layout_->control.size, cnc::ads::Transmission::on_change, 0, cycle}};
-  const auto granted = co_await client_->subscribe(
-      port, std::move(wanted),
-      [told = std::move(told)](std::size_t /*item*/, BytesView /*value*/) { told(); });
+  std::vector<cnc::ads::AddNotificationRequest> wanted;
+  wanted.push_back(
+      {layout_->control.index, layout_->control.size, cnc::ads::Transmission::on_change, 0, cycle});
+  cnc::ads::Told tell = [told = std::move(told)](std::size_t /*item*/, BytesView /*value*/) {
+    told();
+  };
+  const auto granted = co_await client_->subscribe(port, std::move(wanted), std::move(tell));
   co_return !granted.empty() && granted.front().has_value();
 }
 

@@ -13,9 +13,9 @@ namespace millrace::gateway::queues {
 
 namespace {
 
-/// Three quarters, in whole messages.
+/// Three quarters; and of few places all but one, so that it is said before the last one is taken.
 constexpr bool is_filling(std::size_t used, std::size_t all) {
-  return used * 4 >= all * 3;
+  return used * 4 >= all * 3 || (used > 0 && used + 1 >= all);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ void Reader::on_up(Moment now) {
   due_ = now.steady;
   compare_ = true;
   fresh_ = false;
+  told_ = false;
   tried_.reset();
 }
 
@@ -24,6 +25,9 @@ void Reader::on_down() {
 void Reader::on_event(Moment now) {
   if (phase_ == Phase::waiting) {
     due_ = std::min(due_, now.steady);
+  } else {
+    // What is asked now may have been answered before it happened.
+    told_ = phase_ != Phase::down;
   }
 }
 
@@ -158,7 +162,7 @@ Reader::Findings Reader::look(const Control& control, const QueueBook& book, std
     phase_ = Phase::wants_array;
   } else {
     phase_ = Phase::waiting;
-    due_ = now.steady + period_;
+    due_ = now.steady + (std::exchange(told_, false) ? std::chrono::milliseconds(0) : period_);
   }
   return findings;
 }

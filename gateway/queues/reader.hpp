@@ -140,6 +140,8 @@ class Reader {
   bool compare_ = false;
   /// The last look has shown LastGet as the book has it: it may be written.
   bool fresh_ = false;
+  /// The controller has told of a change while something else was asked.
+  bool told_ = false;
   /// What was written last, until a look shows it.
   std::optional<std::uint32_t> tried_;
 };

@@ -47,13 +47,23 @@ class AMessageQueue : public testing::Test {
   }
 
   Process gateway(const std::string& queue = "", Flags flags = {}) {
-    return chain_.configured_gateway(
-        fmt::format(
-            "machine {{ name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: "
-            "\"127.0.0.1.1.1\" queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: "
-            "\"c0ffee00-0000-4000-8000-000000000001\" {} }} }}\njournal {{ folder: \"{}\" }}\n",
-            queue, (chain_.folder() / "journal").string()),
-        std::move(flags));
+    return chain_.configured_gateway(configuration(queue, "journal"), std::move(flags));
+  }
+
+  /// A gateway with this journal; `queue` is what the queue has besides.
+  [[nodiscard]] std::string configuration(const std::string& queue,
+                                          const std::string& journal) const {
+    return machine(fmt::format("queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: "
+                               "\"c0ffee00-0000-4000-8000-000000000001\" {} }}",
+                               queue)) +
+           fmt::format("journal {{ folder: \"{}\" }}\n", (chain_.folder() / journal).string());
+  }
+
+  static std::string machine(const std::string& queue) {
+    return fmt::format(
+        "machine {{ name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" {} "
+        "}}\n",
+        queue);
   }
 
   Process service(Flags flags = {}) {
@@ -194,6 +204,61 @@ TEST_F(AMessageQueue, ShowsInTheOperatorsTools) {
     return shown.find("\"answered\"") != std::string::npos &&
            shown.find("coolant low") != std::string::npos;
   })) << shown;
+}
+
+TEST_F(AMessageQueue, IsReadAtOnceWhereTheControllerTellsOfChanges) {
+  Process sut = service();
+  Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
+  // One look a minute would take a day and a half.
+  Process reader = gateway("period_ms: 60000 events: true");
+  EXPECT_EQ(controller.wait(), 0) << controller.error_output() << reader.error_output();
+  ASSERT_TRUE(await_texts(200)) << reader.error_output();
+  EXPECT_EQ(texts(), messages(200));
+}
+
+TEST_F(AMessageQueue, IsReadAsSoonAsTheConfigurationNamesItAndNotAnyMoreWhenItDoesNot) {
+  Process sut = service();
+  Process controller = cnc(4, "two_messages.nc");
+  Process reader = chain_.configured_gateway(machine(""));
+  reader.await_error("link up");
+  const auto queue = [&](const std::string& more) {
+    return machine(
+        "queue { name: \"ALARMS\" control: \"SD.CONTROL\" uuid: "
+        "\"c0ffee00-0000-4000-8000-000000000001\" " +
+        more + "}");
+  };
+  chain_.configure(queue(""));
+  reader.signal(SIGHUP);
+  ASSERT_TRUE(await_texts(2)) << reader.error_output();
+  EXPECT_THAT(texts(), ElementsAre("drill worn", "coolant low"));
+  chain_.configure(machine(""));
+  reader.signal(SIGHUP);
+  std::string shown;
+  EXPECT_TRUE(eventually([&] {
+    Process channels = chain_.millrace({"channels"});
+    channels.wait();
+    shown = channels.output();
+    return shown.find("cnc/1") != std::string::npos && shown.find("ALARMS") == std::string::npos;
+  })) << shown
+      << reader.error_output();
+}
+
+TEST_F(AMessageQueue, IsReadOnByASecondGatewayWhenTheFirstIsGone) {
+  Process sut = service();
+  Process controller = cnc(5, "messages.nc", {"--exit-when-idle"});
+  Process first = gateway("drain: WHEN_ANSWERED");
+  first.await_error("link up");
+  chain_.configure(configuration("drain: WHEN_ANSWERED", "second journal"));
+  Process second({binary("millrace-gateway"), "--domain", std::to_string(chain_.domain()),
+                  "--config", chain_.configuration().string()});
+  second.await_error("this gateway stands by");
+  ASSERT_TRUE(await_texts(20)) << first.error_output();
+  first.kill();
+  EXPECT_EQ(controller.wait(), 0) << controller.error_output() << second.error_output();
+  // The second knows nothing of the call that was under way and gives it out anew.
+  auto all = texts();
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  EXPECT_EQ(all, messages(200)) << second.error_output();
 }
 
 TEST_F(AMessageQueue, OfNoSuchNameIsSaidOnce) {

@@ -283,6 +283,15 @@ TEST(MessageQueueReader, LeavesThemInTheQueueUntilTheyAreAnsweredAndWarnsBeforeI
   EXPECT_EQ(sut.filling.back(), "");
 }
 
+TEST(MessageQueueReader, WarnsBeforeTheSmallestQueueIsFull) {
+  QueuePlant sut(3, Drain::when_answered);
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  ASSERT_TRUE(sut.settle());
+  EXPECT_FALSE(sut.ring.full());
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("1 of 2 messages")));
+}
+
 TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
   QueuePlant sut(5);
   sut.settings.backlog = 8;
@@ -313,6 +322,21 @@ TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
     sut.queue->on_event(sut.now);
   }
   EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+}
+
+TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
+  const Moment now{SteadyTime(std::chrono::hours(1)), {}};
+  queues::Reader sut(std::chrono::minutes(1));
+  QueueBook book;
+  book.apply(LastGetEntry{{"press.alarms", 1}, 1, 0});
+  sut.on_up(now);
+  ASSERT_EQ(sut.next(book, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
+  // The controller has answered before the message was there.
+  sut.on_event(now);
+  sut.on_control(queues::Control{1, 1, 3}, book, 10, now);
+  EXPECT_EQ(sut.next(book, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
+  sut.on_control(queues::Control{1, 1, 3}, book, 10, now);
+  EXPECT_EQ(sut.next(book, 0, now), std::nullopt);
 }
 
 TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
