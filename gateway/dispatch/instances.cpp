@@ -167,11 +167,13 @@ Instance* Instances::first(const std::string& uuid, const fabric::ChannelKey& ke
 }
 
 Instance* Instances::choose(const std::string& uuid, const fabric::ChannelKey& key) {
-  return first(uuid, key, [](const Bucket& bucket) -> auto& { return bucket.with_room; });
+  return first(
+      uuid, key, [](const Bucket& bucket) -> auto& { return bucket.with_room; });
 }
 
 Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::ChannelKey& key) {
-  return first(uuid, key, [](const Bucket& bucket) -> auto& { return bucket.shared; });
+  return first(
+      uuid, key, [](const Bucket& bucket) -> auto& { return bucket.shared; });
 }
 
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
