@@ -44,9 +44,12 @@ std::size_t QueueBook::waiting() const {
 }
 
 std::vector<QueueMessage> QueueBook::uncovered() const {
-  const auto begin = std::ranges::find_if(
-      messages_, [this](const QueueMessage& one) { return one.number > covered_; });
-  return {begin, messages_.end()};
+  // Their numbers follow one another.
+  const std::uint64_t first = messages_.empty() ? 0 : messages_.front().number;
+  const std::uint64_t skipped = messages_.empty() || covered_ < first ? 0 : covered_ - first + 1;
+  const auto size = static_cast<std::uint64_t>(messages_.size());
+  return {messages_.begin() + static_cast<std::ptrdiff_t>(std::min(skipped, size)),
+          messages_.end()};
 }
 
 std::vector<JournalEntry> QueueBook::snapshot(const fabric::ChannelKey& key) const {
