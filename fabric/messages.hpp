@@ -121,6 +121,9 @@ struct InstanceIdentity {
   /// Its process beats several times in this time: silence of this length means that it is gone.
   /// 0: it does not beat.
   std::chrono::milliseconds lease{};
+  /// The name in the certificate that its process has proved to have; empty without trust. Not what
+  /// it tells of itself.
+  std::string certificate{};
   bool operator==(const InstanceIdentity&) const = default;
 };
 

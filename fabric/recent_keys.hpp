@@ -37,6 +37,8 @@ class RecentKeys {
     return old;
   }
 
+  [[nodiscard]] bool knows(const RequestKey& key) const { return places_.contains(key); }
+
  private:
   std::size_t most_;
   std::list<RequestKey> oldest_first_;

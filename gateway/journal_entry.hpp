@@ -69,7 +69,36 @@ struct EndedEntry {
   bool operator==(const EndedEntry&) const = default;
 };
 
-using JournalEntry = std::variant<NumbersEntry, DispatchedEntry, InterimEntry, AnsweredEntry,
-                                  ClearingEntry, EndedEntry>;
+/// A message of a controller's queue has been read, before LastGet says so.
+struct MessageEntry {
+  /// Of the queue, not of its channel.
+  fabric::ChannelKey key;
+  /// Counts the messages of the queue from 1.
+  std::uint64_t number = 0;
+  /// Its element in the queue.
+  std::uint32_t element = 0;
+  std::string text;
+  fabric::Time seen{};
+  bool operator==(const MessageEntry&) const = default;
+};
+
+/// The message and all before it are answered: nothing is left of their calls.
+struct MessageEndedEntry {
+  fabric::ChannelKey key;
+  std::uint64_t number = 0;
+  bool operator==(const MessageEndedEntry&) const = default;
+};
+
+/// LastGet of the queue is this element; messages up to this number need not be read again.
+struct LastGetEntry {
+  fabric::ChannelKey key;
+  std::uint32_t element = 0;
+  std::uint64_t number = 0;
+  bool operator==(const LastGetEntry&) const = default;
+};
+
+using JournalEntry =
+    std::variant<NumbersEntry, DispatchedEntry, InterimEntry, AnsweredEntry, ClearingEntry,
+                 EndedEntry, MessageEntry, MessageEndedEntry, LastGetEntry>;
 
 }  // namespace millrace::gateway

@@ -5,11 +5,14 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/loop/watchdog.hpp"
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
 #include "base/program/supervisor.hpp"
+#include "fabric/badge.hpp"
+#include "fabric/dds/trust.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "gateway/live/ask.hpp"
 #include "gateway/live/gateway.hpp"
@@ -66,6 +69,28 @@ Settings resolve(const Options& options) {
   return settings;
 }
 
+/// With trust a gateway speaks for the machines that its certificate names, and nobody believes it
+/// about others.
+void check_machines(const std::vector<MachineSettings>& machines,
+                    const millrace::fabric::dds::ParticipantOptions& join) {
+  if (!join.trust) {
+    return;
+  }
+  const auto badge = millrace::fabric::parse_badge(join.fabric, join.trust->badge);
+  for (const MachineSettings& machine : machines) {
+    // Without a badge of this fabric it may not join at all, and says so then.
+    if (badge && !badge->machines.contains(machine.name)) {
+      throw program::UsageError(fmt::format(
+          "this gateway may not speak for {}: its certificate, {}, names {}; `millrace trust issue "
+          "… --role gateway --machine {}` makes one that does",
+          machine.name, badge->name,
+          badge->machines.empty() ? "no machine"
+                                  : fmt::format("{}", fmt::join(badge->machines, ", ")),
+          machine.name));
+    }
+  }
+}
+
 std::string list_of(const std::vector<MachineSettings>& machines) {
   std::string words;
   for (const MachineSettings& machine : machines) {
@@ -78,8 +103,13 @@ std::string list_of(const std::vector<MachineSettings>& machines) {
 class Reload {
  public:
   Reload(boost::asio::io_context& io, const Options& options,
-         millrace::gateway::live::Gateway& gateway, program::Log log)
-      : signals_(io, SIGHUP), options_(options), gateway_(gateway), log_(std::move(log)) {
+         millrace::fabric::dds::ParticipantOptions join, millrace::gateway::live::Gateway& gateway,
+         program::Log log)
+      : signals_(io, SIGHUP),
+        options_(options),
+        join_(std::move(join)),
+        gateway_(gateway),
+        log_(std::move(log)) {
     wait();
   }
 
@@ -100,6 +130,7 @@ class Reload {
     }
     try {
       const Settings settings = resolve(options_);
+      check_machines(settings.machines, join_);
       gateway_.change(settings);
       log_->info("configuration {} read again: {}", options_.config.string(),
                  list_of(settings.machines));
@@ -110,6 +141,7 @@ class Reload {
 
   boost::asio::signal_set signals_;
   const Options& options_;
+  const millrace::fabric::dds::ParticipantOptions join_;
   millrace::gateway::live::Gateway& gateway_;
   program::Log log_;
 };
@@ -142,7 +174,7 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
   millrace::gateway::live::SpinAfterPublish spin;
   millrace::gateway::live::Gateway gateway(io.get_executor(), spin, settings, log);
-  const Reload reload(io, options, gateway, log);
+  const Reload reload(io, options, settings.join, gateway, log);
   const millrace::base::loop::Watchdog watchdog(io.get_executor());
   signals.async_wait([&](const boost::system::error_code&, int) {
     program::tell_supervisor("STOPPING=1");
@@ -167,6 +199,7 @@ int main(int argc, char** argv) {
   return program::run(app, argc, argv, [&] {
     Settings settings = resolve(options);
     settings.join = fabric.options();
+    check_machines(settings.machines, settings.join);
     if (options.ask && !options.check) {
       throw program::UsageError("--ask goes with --check");
     }

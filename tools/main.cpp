@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   commands::look::add_machines(app, chosen);
   commands::data::add_data(app, chosen);
   commands::data::add_programs(app, chosen);
+  commands::data::add_queues(app, chosen);
   commands::operate::add_call(app, chosen);
   commands::operate::add_ping(app, chosen);
   commands::operate::add_health(app, chosen);

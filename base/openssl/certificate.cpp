@@ -26,12 +26,28 @@ void set_name(X509_NAME* name, const Subject& subject) {
   };
   add("O", subject.organisation);
   add("CN", subject.common_name);
+  if (!subject.number.empty()) {
+    add("serialNumber", subject.number);
+  }
 }
 
-void set_serial(X509* certificate) {
-  const NumberOwner number(BN_new());
-  expect(number && BN_rand(number.get(), serial_bits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1,
-         "cannot draw a serial number");
+NumberOwner serial_number(const std::string& given) {
+  if (given.empty()) {
+    NumberOwner drawn(BN_new());
+    expect(drawn && BN_rand(drawn.get(), serial_bits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1,
+           "cannot draw a serial number");
+    return drawn;
+  }
+  BIGNUM* parsed = nullptr;
+  const int digits = BN_hex2bn(&parsed, given.c_str());
+  NumberOwner number(parsed);
+  expect(digits > 0 && digits == static_cast<int>(given.size()),
+         fmt::format("{} is no serial number", given));
+  return number;
+}
+
+void set_serial(X509* certificate, const std::string& given) {
+  const NumberOwner number = serial_number(given);
   expect(BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr,
          "cannot set a serial number");
 }
@@ -53,7 +69,7 @@ void extend(X509* certificate, X509* authority, int what, const char* value) {
 void fill(X509* certificate, const Key& key, const Subject& subject) {
   expect(certificate != nullptr, "cannot make a certificate");
   X509_set_version(certificate, version_3);
-  set_serial(certificate);
+  set_serial(certificate, subject.serial);
   set_name(X509_get_subject_name(certificate), subject);
   set_time(X509_getm_notBefore(certificate), subject.from);
   set_time(X509_getm_notAfter(certificate), subject.until);
@@ -136,6 +152,18 @@ bool Certificate::belongs_to(const Key& key) const {
   const bool belongs = X509_check_private_key(get(), key.get()) == 1;
   last_reason();
   return belongs;
+}
+
+std::string encoded_name(const Subject& subject) {
+  const std::unique_ptr<X509_NAME, Free<X509_NAME_free>> name(X509_NAME_new());
+  expect(name != nullptr, "cannot make a name");
+  set_name(name.get(), subject);
+  unsigned char* bytes = nullptr;
+  const int size = i2d_X509_NAME(name.get(), &bytes);
+  expect(size > 0, "cannot encode a name");
+  std::string encoded(bytes, bytes + size);
+  OPENSSL_free(bytes);
+  return encoded;
 }
 
 Certificate self_signed(const Key& key, const Subject& subject) {

@@ -24,8 +24,12 @@ struct Subject {
   std::string organisation;
   /// "CN=…", at most 64 characters.
   std::string common_name;
+  /// "serialNumber=…", of the holder, not of the certificate; none if empty.
+  std::string number{};
   Time from;
   Time until;
+  /// Upper-case hexadecimal, as Certificate::serial() has it; drawn at random if empty.
+  std::string serial{};
 };
 
 class Certificate {
@@ -38,7 +42,7 @@ class Certificate {
   [[nodiscard]] std::string organisation() const;
   /// As DDS Security's permissions name a holder: "CN=gateway-1,O=plant" (RFC 2253).
   [[nodiscard]] std::string subject() const;
-  /// Upper-case hexadecimal, drawn at random when it was issued.
+  /// Upper-case hexadecimal.
   [[nodiscard]] std::string serial() const;
   [[nodiscard]] Time from() const;
   [[nodiscard]] Time until() const;
@@ -57,6 +61,9 @@ class Certificate {
   Owner certificate_;
 };
 
+/// The name in it as X.509 encodes it (DER). Throws std::invalid_argument for a subject that X.509
+/// cannot hold.
+std::string encoded_name(const Subject& subject);
 /// An authority: may sign certificates and lists of revoked ones, or documents. Throws
 /// std::invalid_argument for a subject that X.509 cannot hold.
 Certificate self_signed(const Key& key, const Subject& subject);

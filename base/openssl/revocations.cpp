@@ -12,6 +12,13 @@ using TimeOwner = std::unique_ptr<ASN1_TIME, Free<ASN1_TIME_free>>;
 using ListOwner = std::unique_ptr<X509_CRL, Free<X509_CRL_free>>;
 using EntryOwner = std::unique_ptr<X509_REVOKED, Free<X509_REVOKED_free>>;
 using NumberOwner = std::unique_ptr<BIGNUM, Free<BN_free>>;
+using StringOwner = std::unique_ptr<ASN1_UTF8STRING, Free<ASN1_UTF8STRING_free>>;
+using OctetsOwner = std::unique_ptr<ASN1_OCTET_STRING, Free<ASN1_OCTET_STRING_free>>;
+using ExtensionOwner = std::unique_ptr<X509_EXTENSION, Free<X509_EXTENSION_free>>;
+struct FreeBytes {
+  void operator()(unsigned char* bytes) const { OPENSSL_free(bytes); }
+};
+using BytesOwner = std::unique_ptr<unsigned char, FreeBytes>;
 using IntegerOwner = std::unique_ptr<ASN1_INTEGER, Free<ASN1_INTEGER_free>>;
 
 /// Version 2 of the list, counted from 0.
@@ -21,6 +28,47 @@ TimeOwner asn1_of(Time time) {
   TimeOwner made(ASN1_TIME_set(nullptr, std::chrono::system_clock::to_time_t(time)));
   expect(made != nullptr, "a list of revoked certificates cannot hold this date");
   return made;
+}
+
+/// Of an extension of ours: OIDs below 2.25 are UUIDs and need nobody's leave (ITU-T X.667). It is
+/// not critical, so that readers that do not know it, Cyclone's among them, pass over it.
+const ASN1_OBJECT* name_extension() {
+  static const ASN1_OBJECT* const object =
+      OBJ_txt2obj("2.25.171396044293063210178403911229311745793", 1);
+  return object;
+}
+
+void note_name(X509_REVOKED* entry, const std::string& name) {
+  const StringOwner text(ASN1_UTF8STRING_new());
+  expect(text && ASN1_STRING_set(text.get(), name.data(), static_cast<int>(name.size())) == 1,
+         "cannot note a name");
+  unsigned char* raw = nullptr;
+  const int size = i2d_ASN1_UTF8STRING(text.get(), &raw);
+  const BytesOwner bytes(raw);
+  const OctetsOwner value(ASN1_OCTET_STRING_new());
+  expect(size > 0 && value && ASN1_OCTET_STRING_set(value.get(), raw, size) == 1,
+         "cannot note a name");
+  const ExtensionOwner extension(
+      X509_EXTENSION_create_by_OBJ(nullptr, name_extension(), 0, value.get()));
+  expect(extension && X509_REVOKED_add_ext(entry, extension.get(), -1) == 1, "cannot note a name");
+}
+
+/// Empty if none is noted.
+std::string noted_name(const X509_REVOKED* entry) {
+  const int at = X509_REVOKED_get_ext_by_OBJ(entry, name_extension(), -1);
+  if (at < 0) {
+    return {};
+  }
+  const ASN1_OCTET_STRING* value = X509_EXTENSION_get_data(X509_REVOKED_get_ext(entry, at));
+  const unsigned char* bytes = ASN1_STRING_get0_data(value);
+  const StringOwner text(d2i_ASN1_UTF8STRING(nullptr, &bytes, ASN1_STRING_length(value)));
+  if (!text) {
+    last_reason();
+    return {};
+  }
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes of UTF-8.
+  return {reinterpret_cast<const char*>(ASN1_STRING_get0_data(text.get())),
+          static_cast<std::size_t>(ASN1_STRING_length(text.get()))};
 }
 
 void add(X509_CRL* list, const Revoked& revoked) {
@@ -34,6 +82,9 @@ void add(X509_CRL* list, const Revoked& revoked) {
   expect(entry && X509_REVOKED_set_serialNumber(entry.get(), serial.get()) == 1 &&
              X509_REVOKED_set_revocationDate(entry.get(), asn1_of(revoked.at).get()) == 1,
          "cannot revoke a certificate");
+  if (!revoked.name.empty()) {
+    note_name(entry.get(), revoked.name);
+  }
   expect(X509_CRL_add0_revoked(list, entry.get()) == 1, "cannot revoke a certificate");
   // The list owns it now.
   static_cast<void>(entry.release());
@@ -81,6 +132,17 @@ bool RevocationList::is_issued_by(const Certificate& authority) const {
 bool RevocationList::names(const Certificate& certificate) const {
   X509_REVOKED* entry = nullptr;
   return X509_CRL_get0_by_cert(list_.get(), &entry, certificate.get()) == 1;
+}
+
+std::set<std::string> RevocationList::common_names() const {
+  std::set<std::string> names;
+  const STACK_OF(X509_REVOKED)* entries = X509_CRL_get_REVOKED(list_.get());
+  for (int i = 0; i < sk_X509_REVOKED_num(entries); ++i) {
+    if (std::string name = noted_name(sk_X509_REVOKED_value(entries, i)); !name.empty()) {
+      names.insert(std::move(name));
+    }
+  }
+  return names;
 }
 
 Time RevocationList::until() const {

@@ -4,6 +4,7 @@
 //   authority.until());
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,9 @@ struct Revoked {
   /// As Certificate::serial() has it.
   std::string serial;
   Time at;
+  /// Whose certificate it was: its common name. Noted beside the number, so that who only knows
+  /// names knows whom not to believe any more. May be empty.
+  std::string name{};
 };
 
 /// In PEM. `until` is when a reader has to have a newer one: after that Cyclone takes nobody.
@@ -31,6 +35,8 @@ class RevocationList {
 
   [[nodiscard]] bool is_issued_by(const Certificate& authority) const;
   [[nodiscard]] bool names(const Certificate& certificate) const;
+  /// The common names that are noted beside the numbers.
+  [[nodiscard]] std::set<std::string> common_names() const;
   /// When a newer one has to be there.
   [[nodiscard]] Time until() const;
 

@@ -14,12 +14,13 @@
 
 namespace millrace::base::openssl {
 
+/// `signer` goes with it: the certificate of the authority, or one that it has given its own key.
 /// Throws std::runtime_error if it cannot be signed.
-std::string sign_text(std::string_view text, const Certificate& authority,
-                      const Key& authority_key);
+std::string sign_text(std::string_view text, const Certificate& signer, const Key& key);
 
-/// What was signed, if `authority` itself has signed it: no other certificate counts, whoever has
-/// issued that. The error is for people, without a file's name.
+/// What was signed, if the key of `authority` has signed it, and the certificate that goes with it
+/// is either the authority's or given by it: no other key counts, whoever has issued it a
+/// certificate. Looks at no dates. The error is for people, without a file's name.
 tl::expected<std::string, std::string> verified_text(std::string_view document,
                                                      const Certificate& authority);
 

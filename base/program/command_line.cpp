@@ -1,8 +1,14 @@
 #include "base/program/command_line.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -58,8 +64,44 @@ std::string page_of(const CLI::App& app, const std::string& name, int argc, char
 
 }  // namespace
 
+namespace {
+
+/// A process has one name and one end.
+std::string& own_name() {
+  static std::string name = "millrace";
+  return name;
+}
+std::atomic<bool> given_up = false;
+
+}  // namespace
+
+void give_up(const std::string& why) {
+  using Clock = std::chrono::steady_clock;
+  // Several parts of a program may find out the same.
+  constexpr std::chrono::seconds once{10};
+  static std::mutex lock;
+  static std::optional<Clock::time_point> last;
+  {
+    const std::lock_guard guard(lock);
+    if (last && Clock::now() - *last < once) {
+      return;
+    }
+    last = Clock::now();
+  }
+  if (!given_up.exchange(true)) {
+    tell(own_name(), why);
+  }
+  struct sigaction terminate {};
+  if (::sigaction(SIGTERM, nullptr, &terminate) != 0 || terminate.sa_handler == SIG_DFL) {
+    std::fflush(nullptr);
+    std::_Exit(exit_failed);
+  }
+  ::kill(::getpid(), SIGTERM);
+}
+
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const std::string name = program_name(argc > 0 ? argv[0] : nullptr);
+  own_name() = name;
   app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
   if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
     fmt::print("{}", page);
@@ -76,7 +118,8 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
     return exit_usage;
   }
   try {
-    return body();
+    const int code = body();
+    return given_up ? exit_failed : code;
   } catch (const UsageError& error) {
     tell(name, error.what());
     return exit_usage;

@@ -45,6 +45,12 @@ class UsageError : public std::runtime_error {
 /// exit_failed; each with one message on standard error that starts with the program's name.
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
+/// The program can do its work no more: says why as run() does, and has it end with exit_failed,
+/// whatever its body returns. By SIGTERM, so that it leaves in order; said again after 10 s, a
+/// program that is still leaving leaves at once. Without a handler for that it ends here. From any
+/// thread.
+void give_up(const std::string& why);
+
 /// Adds an option that takes one of these words, and whose help names them.
 template <typename Value>
 CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,

@@ -64,15 +64,15 @@ Result<Bytes> Symbols::read(std::uint16_t port, Index index, std::uint32_t lengt
   if (index.group != symbol::value_by_handle) {
     return inner().read(port, index, length);
   }
-  return place_of(port, index.offset).and_then([&](Index place) {
-    return inner().read(port, place, length);
+  return symbol_of(port, index.offset).and_then([&](const Symbol& symbol) {
+    return inner().read(port, symbol.index, std::min(length, symbol.size));
   });
 }
 
 Result<void> Symbols::write(std::uint16_t port, Index index, BytesView data) {
   if (index.group == symbol::value_by_handle) {
-    return place_of(port, index.offset).and_then([&](Index place) {
-      return inner().write(port, place, data);
+    return symbol_of(port, index.offset).and_then([&](const Symbol& symbol) {
+      return inner().write(port, symbol.index, data);
     });
   }
   if (index.group == symbol::release_handle) {
@@ -94,7 +94,7 @@ Result<Bytes> Symbols::read_write(std::uint16_t port, Index index, std::uint32_t
   }
   switch (index.group) {
     case symbol::value_by_name:
-      return inner().read(port, found->index, read_length);
+      return inner().read(port, found->index, std::min(read_length, found->size));
     case symbol::place_by_name:
       return within(read_length, encode_place(*found));
     case symbol::info_by_name:
@@ -131,12 +131,12 @@ Result<void> Symbols::release(std::uint16_t port, std::uint32_t handle) {
   return {};
 }
 
-Result<Index> Symbols::place_of(std::uint16_t port, std::uint32_t handle) const {
+Result<Symbol> Symbols::symbol_of(std::uint16_t port, std::uint32_t handle) const {
   const auto found = handles_.find(handle);
   if (found == handles_.end() || found->second.port != port) {
     return tl::make_unexpected(ErrorCode::symbol_not_found);
   }
-  return found->second.symbol.index;
+  return found->second.symbol;
 }
 
 }  // namespace millrace::cnc::ads

@@ -82,7 +82,7 @@ class Symbols final : public ForwardingDevice {
 
   std::uint32_t open(std::uint16_t port, const Symbol& symbol);
   Result<void> release(std::uint16_t port, std::uint32_t handle);
-  [[nodiscard]] Result<Index> place_of(std::uint16_t port, std::uint32_t handle) const;
+  [[nodiscard]] Result<Symbol> symbol_of(std::uint16_t port, std::uint32_t handle) const;
 
   const SymbolDirectory& directory_;
   std::map<std::uint32_t, Handle> handles_;

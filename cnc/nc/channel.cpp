@@ -30,11 +30,13 @@ struct Channel::State {
         interpolator(options.axes.size(), rapid_time(options), messages, *timers),
         system(options.axes, motion, interpolator, *timers),
         decoder({memory, macros, motion, queue, interpolator, messages, *timers, stream, system},
-                options.stream_program, options.flush_continue_waits) {}
+                options.stream_program, options.flush_continue_waits,
+                std::chrono::duration_cast<std::chrono::nanoseconds>(options.cycle *
+                                                                     options.time_scale)) {}
 
   /// Why no program can start now.
   std::string refusal() const;
-  AbortedEvent abort(Fault fault);
+  AbortedEvent abort(Fault fault, const Place& place);
   void stop();
   bool step(const run::Tick& tick, std::size_t& budget);
 
@@ -97,16 +99,15 @@ void Channel::State::stop() {
   messages.reset();
 }
 
-AbortedEvent Channel::State::abort(Fault fault) {
-  AbortedEvent aborted{{decoder.place(), fault.id, std::move(fault.text)},
-                       decoder.restart_needed()};
+AbortedEvent Channel::State::abort(Fault fault, const Place& place) {
+  AbortedEvent aborted{{place, fault.id, std::move(fault.text)}, decoder.restart_needed()};
   stop();
   state = ChannelState::error;
   return aborted;
 }
 
 std::optional<AbortedEvent> Channel::abort(Fault fault) {
-  return active() ? std::optional(state_->abort(std::move(fault))) : std::nullopt;
+  return active() ? std::optional(state_->abort(std::move(fault), decoder_place())) : std::nullopt;
 }
 
 void Channel::reset() {
@@ -180,6 +181,10 @@ void Channel::acknowledge(std::uint64_t number) {
 // Both stages once; true if another round could get further at this time.
 bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
   const bool moved = interpolator.advance(tick, queue);
+  if (auto failed = interpolator.take_fault()) {
+    tick.emit(abort(std::move(*failed), interpolator.place()));
+    return false;
+  }
   if (interpolator.finished()) {
     stop();
     state = ChannelState::idle;
@@ -189,7 +194,7 @@ bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
   state = interpolator.held() ? ChannelState::held : ChannelState::active;
   auto left = decoder.run(budget, tick);
   if (!left) {
-    tick.emit(abort(std::move(left.error())));
+    tick.emit(abort(std::move(left.error()), decoder.place()));
     return false;
   }
   const bool decoded = *left != budget;

@@ -44,6 +44,8 @@ struct ChannelOptions {
   bool flush_continue_waits = false;
   /// Factor on simulated motion and dwell time: 0 = they take no time, 2 = twice as long.
   double time_scale = 1.0;
+  /// Of the interpolator: a motion with a message of a queue (SSDQ) takes one at least.
+  std::chrono::nanoseconds cycle = std::chrono::milliseconds(1);
   /// Operations the decoder may do in one tick, so that an endless loop starves nobody.
   std::size_t decoder_budget = 200;
   /// Axes of the channel. The order is the order of Channel::axes.

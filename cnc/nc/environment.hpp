@@ -2,6 +2,7 @@
 // virtual CNC implements it; tests use a map.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -25,7 +26,8 @@ class Environment {
  public:
   virtual ~Environment() = default;
 
-  /// A variable the interpreter does not own itself (V.G., V.A., V.E.), by its full name.
+  /// A variable the interpreter does not own itself (V.G., V.A., V.E., system data: SD.), by its
+  /// full name.
   virtual tl::expected<Value, Fault> read(std::string_view name) = 0;
   /// The same for writing; a string longer than the variable is fault 21462.
   virtual tl::expected<void, Fault> write(std::string_view name, const Value& value) = 0;
@@ -33,6 +35,9 @@ class Environment {
   /// before a block that touches it, as is the vendor's default
   /// (IB/tf5200_external_variables/112461195).
   virtual bool synchronous(std::string_view /*name*/) { return true; }
+  /// How many elements an array of system data (SD.NAME) has, counted from 1; 0 if there is no such
+  /// array.
+  virtual std::size_t elements(std::string_view /*name*/) { return 0; }
   /// #INIT: an external variable, an element of one, or all of an array becomes zero or "" again
   /// (IB/tf5200_programming_manual/207988747, documented).
   virtual tl::expected<void, Fault> initialise(std::string_view name) {

@@ -1,7 +1,6 @@
 #include "cnc/simulator/configuration.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
 #include "cnc/simulator/axis_variables.hpp"
+#include "cnc/simulator/system_data_reader.hpp"
 #include "idl/cnc.pb.h"
 
 namespace millrace::cnc::simulator {
@@ -93,24 +93,6 @@ bool is_variable_name(std::string_view name) {
   return true;
 }
 
-/// In the type of the element; nothing if it does not fit.
-std::optional<nc::Value> initial_value(const config::CncVariable& from, ElementType element) {
-  nc::Value value = element.type == Type::string ? nc::Value(from.value()) : nc::Value(0.0);
-  if (element.type != Type::string && from.has_value()) {
-    const std::string& text = from.value();
-    double number = text == "TRUE" ? 1.0 : 0.0;
-    const char* const last = text.data() + text.size();
-    const auto [end, error] = std::from_chars(text.data(), last, number);
-    const bool is_number = error == std::errc{} && end == last;
-    if (!is_number && text != "TRUE" && text != "FALSE") {
-      return std::nullopt;
-    }
-    value = number;
-  }
-  const auto bytes = encode(element, value);
-  return bytes ? std::optional(decode(element, *bytes)) : std::nullopt;
-}
-
 /// Those that every channel has.
 bool is_always_there(std::string_view name) {
   return name.starts_with("V.G.SERVICE") || name == "V.G.BLOCK_NR" || name == "V.G.TIMER" ||
@@ -145,7 +127,8 @@ SystemVariable system_variable(const config::CncVariable& from, const ConfigPath
     declaration.dimensions = {from.index()};
     declaration.behind = declaration.name.size() - name.size();
   }
-  const auto value = initial_value(from, declaration.element);
+  const auto value = from.has_value() ? value_of(declaration.element, from.value())
+                                      : std::optional(zero_of(declaration.element));
   mistakes.expect(value.has_value(), path / "value",
                   fmt::format("\"{}\" is no {}", from.value(), name_of(type)));
   return {std::move(declaration), from.per_axis(), value.value_or(0.0)};
@@ -345,6 +328,7 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.externals = externals(config, mistakes);
   settings.variables = system_variables(config, settings, mistakes);
   settings.aep_parameters = aep_parameters(config, mistakes);
+  settings.system_data = read_system_data(config, mistakes);
   for (const std::string& folder : config.program_folder()) {
     settings.folders.push_back(base / folder);
   }

@@ -32,6 +32,7 @@ class Machine {
   [[nodiscard]] const Settings& settings() const { return settings_; }
   /// By its number, from 1; null if there is none.
   [[nodiscard]] VirtualChannel* channel(std::uint32_t number);
+  [[nodiscard]] SystemData& system_data() const { return *common_.system_data; }
   /// Of all channels.
   [[nodiscard]] std::uint32_t axes() const;
   /// An axis by its logical number in the CNC, from 1: the axes of channel 1 come first (our

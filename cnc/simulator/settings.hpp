@@ -15,6 +15,7 @@
 #include "cnc/ads/session.hpp"
 #include "cnc/nc/channel.hpp"
 #include "cnc/simulator/service_interface.hpp"
+#include "cnc/simulator/system_data.hpp"
 #include "cnc/simulator/variable.hpp"
 
 namespace millrace::cnc::simulator {
@@ -110,6 +111,7 @@ struct Settings {
   std::vector<std::pair<std::string, double>> aep_parameters;
   /// V.E. variables; each has its External.
   std::vector<Declaration> externals;
+  std::vector<DataDeclaration> system_data;
   ConnectionSettings connections;
 
   [[nodiscard]] const std::vector<AxisSettings>& axes_of(std::uint32_t channel) const {

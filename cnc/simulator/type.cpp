@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <charconv>
 
 #include "cnc/ads/bytes.hpp"
 #include "cnc/nc/values/types.hpp"
@@ -45,6 +46,26 @@ ads::Bytes number_bytes(Type type, double number) {
 }
 
 }  // namespace
+
+nc::Value zero_of(ElementType element) {
+  return element.type == Type::string ? nc::Value(std::string()) : nc::Value(0.0);
+}
+
+std::optional<nc::Value> value_of(ElementType element, const std::string& text) {
+  nc::Value value = text;
+  if (element.type != Type::string) {
+    double number = text == "TRUE" ? 1.0 : 0.0;
+    const char* const last = text.data() + text.size();
+    const auto [end, error] = std::from_chars(text.data(), last, number);
+    const bool is_number = error == std::errc{} && end == last;
+    if (!is_number && text != "TRUE" && text != "FALSE") {
+      return std::nullopt;
+    }
+    value = number;
+  }
+  const auto bytes = encode(element, value);
+  return bytes ? std::optional(decode(element, *bytes)) : std::nullopt;
+}
 
 nc::VariableShape shape_of(ElementType element) {
   const std::size_t characters = element.type == Type::string ? element.size - 1 : 0;

@@ -9,6 +9,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include <tl/expected.hpp>
@@ -36,6 +38,12 @@ struct ElementType {
 
 /// The value in `bytes`, which are as many as `element` takes.
 nc::Value decode(ElementType element, ads::BytesView bytes);
+
+/// 0 or no text.
+nc::Value zero_of(ElementType element);
+/// What people write in a configuration: a number, TRUE, FALSE, or a text in ASCII. Nothing if it
+/// does not fit the type.
+std::optional<nc::Value> value_of(ElementType element, const std::string& text);
 
 /// The same type as programs declare it, and back; dimensions are not of an element.
 nc::VariableShape shape_of(ElementType element);

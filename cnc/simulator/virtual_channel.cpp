@@ -12,6 +12,7 @@ namespace {
 
 nc::ChannelOptions options_of(const Settings& settings, const std::vector<AxisSettings>& axes) {
   nc::ChannelOptions options = settings.program;
+  options.cycle = settings.cycle;
   options.axes.clear();
   for (const AxisSettings& axis : axes) {
     options.axes.push_back(axis.name);
@@ -29,6 +30,7 @@ VirtualChannel::VirtualChannel(std::uint32_t number, const Settings& settings, c
     : number_(number),
       axes_(settings.axes_of(number)),
       surroundings_(surroundings),
+      system_data_(common.system_data),
       service_(store_.family(Kind::global), settings.service, surroundings.clock,
                [this](const AnsweredCall& call) { surroundings_.on_answered(number_, call); }),
       program_(options_of(settings, axes_), common.timers),
@@ -133,11 +135,17 @@ std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now, std::s
 }
 
 tl::expected<nc::Value, nc::Fault> VirtualChannel::read(std::string_view name) {
+  if (is_system_data(name)) {
+    return system_data_->value(name);
+  }
   return element(name).map(
       [](const Selection& found) { return found.variable->value(*found.element); });
 }
 
 tl::expected<void, nc::Fault> VirtualChannel::write(std::string_view name, const nc::Value& value) {
+  if (is_system_data(name)) {
+    return system_data_->assign(name, value);
+  }
   return element(name).and_then(
       [&](const Selection& found) { return found.variable->assign(*found.element, value); });
 }
@@ -145,6 +153,10 @@ tl::expected<void, nc::Fault> VirtualChannel::write(std::string_view name, const
 bool VirtualChannel::synchronous(std::string_view name) {
   const Variable* const variable = store_.family(Kind::external).find(name);
   return variable == nullptr || variable->declaration().external->synchronised;
+}
+
+std::size_t VirtualChannel::elements(std::string_view name) {
+  return system_data_->elements(name);
 }
 
 tl::expected<void, nc::Fault> VirtualChannel::initialise(std::string_view name) {

@@ -19,6 +19,7 @@
 #include "cnc/simulator/service_interface.hpp"
 #include "cnc/simulator/settings.hpp"
 #include "cnc/simulator/store.hpp"
+#include "cnc/simulator/system_data.hpp"
 
 namespace millrace::cnc::simulator {
 
@@ -37,6 +38,8 @@ struct Common {
   /// V.E. variables of scope GLOBAL.
   std::vector<std::shared_ptr<Variable>> externals;
   std::shared_ptr<nc::Timers> timers;
+  std::shared_ptr<SystemData> system_data =
+      std::make_shared<SystemData>(std::vector<DataDeclaration>{});
 };
 
 /// What an operator has set of a block search.
@@ -88,6 +91,7 @@ class VirtualChannel : private nc::Environment {
   tl::expected<nc::Value, nc::Fault> read(std::string_view name) override;
   tl::expected<void, nc::Fault> write(std::string_view name, const nc::Value& value) override;
   bool synchronous(std::string_view name) override;
+  std::size_t elements(std::string_view name) override;
   tl::expected<void, nc::Fault> initialise(std::string_view name) override;
   tl::expected<std::string, nc::Fault> load(std::string_view program) override;
 
@@ -98,6 +102,7 @@ class VirtualChannel : private nc::Environment {
   std::uint32_t number_;
   std::vector<AxisSettings> axes_;
   Surroundings surroundings_;
+  std::shared_ptr<SystemData> system_data_;
   Store store_;
   ServiceInterface service_;
   nc::Channel program_;

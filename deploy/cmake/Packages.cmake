@@ -27,6 +27,8 @@ set(millrace_etc "\${millrace_etc}")
 
 install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
 install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
+# An example of a drop-in for all units.
+install(FILES ${millrace_deploy}/systemd/trust.conf DESTINATION ${millrace_share}/systemd COMPONENT common)
 install(FILES ${millrace_deploy}/profiles/one_host.fabric.textproto DESTINATION ${millrace_etc}
   RENAME fabric.textproto COMPONENT common)
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "base/program/barrier.hpp"
+#include "fabric/dds/badges.hpp"
 #include "fabric/dds/configuration.hpp"
 #include "fabric/dds/entity.hpp"
 
@@ -103,10 +104,24 @@ Participant::Participant(ParticipantOptions options) : options_(std::move(option
   if (handle_ < 0) {
     fail(options_.domain, handle_, log);
   }
+  if (options_.trust) {
+    try {
+      // Before all that this program says, so that it is known first.
+      badges_ = std::make_unique<Badges>(handle_, options_.fabric, options_.trust);
+    } catch (...) {
+      leave();
+      throw;
+    }
+  }
 }
 
 Participant::~Participant() {
   const std::lock_guard guard(process_lock());
+  badges_.reset();
+  leave();
+}
+
+void Participant::leave() {
   const dds_entity_t domain = dds_get_parent(handle_);
   dds_delete(handle_);
   if (dds_lookup_participant(options_.domain, nullptr, 0) == 0) {

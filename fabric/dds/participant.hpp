@@ -5,11 +5,15 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 namespace millrace::fabric::dds {
+
+class Badges;
+struct Trust;
 
 /// How processes find each other where multicast does it.
 enum class Finding : std::uint8_t {
@@ -43,6 +47,9 @@ struct ParticipantOptions {
   std::string configuration{};
   /// The name in the certificate that `configuration` shows the others; empty without trust.
   std::string trusted_as{};
+  /// The same where it is known what else the certificate says (fabric/dds/trust.hpp); null without
+  /// trust.
+  std::shared_ptr<const Trust> trust{};
 };
 
 /// True for some text without '*', '?', '/' and ',', which mean something in partitions.
@@ -62,10 +69,15 @@ class Participant {
   /// Cyclone's entity handle (dds_entity_t).
   [[nodiscard]] std::int32_t handle() const { return handle_; }
   [[nodiscard]] const ParticipantOptions& options() const { return options_; }
+  /// What the others have proved to be; null without trust. From any thread.
+  [[nodiscard]] Badges* badges() const { return badges_.get(); }
 
  private:
+  void leave();
+
   ParticipantOptions options_;
   std::int32_t handle_ = 0;
+  std::unique_ptr<Badges> badges_;
 };
 
 }  // namespace millrace::fabric::dds

@@ -1,5 +1,7 @@
 #include "fabric/ends/call_end.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +14,7 @@
 #include "fabric/ends/channel_board.hpp"
 #include "fabric/ends/mailboxes.hpp"
 #include "fabric/ends/roster.hpp"
+#include "fabric/wire/foreign_replies.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 
@@ -43,6 +46,7 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   void flush();
   void drain_discovery();
   void look_around();
+  void note_dropped();
   void drain_replies();
   void take(const wire::Taken<Reply>& taken);
   void drain_beats();
@@ -77,7 +81,9 @@ struct CallEnd::Impl : std::enable_shared_from_this<Impl> {
   std::vector<std::string> ignored;
   /// What a stranger may do ten thousand times a second is said once.
   Complaints complaints;
-  std::optional<wire::Reader<Reply>> replies;
+  std::optional<wire::ForeignReplies> replies;
+  /// Of those that are of too many keys, as was told.
+  std::uint64_t told_dropped = 0;
   std::optional<Mailboxes> mailboxes;
   std::optional<ChannelBoard> channels;
   std::optional<wire::Writer<MachineStatus>> machines;
@@ -107,9 +113,7 @@ void CallEnd::Impl::open() {
   const dds::Listener on_reply(dds_create_listener(nullptr));
   reply_post->listen_for_data(on_reply.get());
   matches->listen(on_reply.get());
-  // All: whose a reply is stands in its key, and what a stranger puts there must not push out what
-  // the instance has said.
-  replies.emplace(participant, wire::all_services(fabric()), wire::Keep::all,
+  replies.emplace(participant, wire::all_services(fabric()),
                   wire::EndpointOptions{.listener = on_reply.get()});
   roster.open(participant, weak_from_this(), *discovery_post, *beat_post);
 }
@@ -175,6 +179,12 @@ void CallEnd::Impl::announce() {
   for (std::string& line : complaints.due(steady_now())) {
     ignored.push_back(std::move(line));
   }
+  if (replies) {
+    note_dropped();
+  }
+  if (participant.badges() != nullptr) {
+    std::ranges::move(participant.badges()->take_complaints(), std::back_inserter(ignored));
+  }
   for (const std::string& reason : std::exchange(ignored, {})) {
     tell([&] { listener->on_ignored(reason); });
   }
@@ -186,6 +196,22 @@ void CallEnd::Impl::announce() {
   }
   for (const InstanceIdentity& instance : changes.changed) {
     tell([&] { listener->on_instance_changed(instance); });
+  }
+}
+
+void CallEnd::Impl::note_dropped() {
+  const std::uint64_t dropped = replies->dropped();
+  if (std::exchange(told_dropped, dropped) == dropped) {
+    return;
+  }
+  if (auto line = complaints.note(
+          "keys", "",
+          fmt::format(
+              "replies to calls that nobody asked here, of more than {} channels, instances "
+              "and callers: those of others are dropped",
+              ReplyKeys::most_others),
+          steady_now())) {
+    ignored.push_back(*std::move(line));
   }
 }
 
@@ -264,6 +290,7 @@ CallEnd::~CallEnd() {
 }
 
 tl::expected<void, std::string> CallEnd::publish(const Request& request) {
+  impl_->replies->ask(key_of(request));
   return impl_->mailboxes->publish(request);
 }
 

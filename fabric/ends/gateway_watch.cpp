@@ -1,7 +1,11 @@
 #include "fabric/ends/gateway_watch.hpp"
 
+#include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "fabric/dds/badges.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/wire/reader.hpp"
 
@@ -17,6 +21,9 @@ struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
   void close();
   void drain_machines();
   void drain_channels();
+  void remember(const wire::Taken<MachineStatus>& taken);
+  /// Whose certificates have been taken back since: what they have said holds no more.
+  void drop_revoked();
 
   dds::Participant& participant;
   boost::asio::any_io_executor executor;
@@ -25,6 +32,9 @@ struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
   // Before the readers that wake them.
   std::optional<dds::PostOnce> machine_post;
   std::optional<dds::PostOnce> channel_post;
+  std::optional<dds::Badges::Watcher> badges;
+  /// With trust: who has claimed which machine, by the writer.
+  std::map<std::pair<std::string, InstanceId>, dds_instance_handle_t> claimed;
   std::optional<wire::Reader<MachineStatus>> machines;
   std::optional<wire::Reader<ChannelStatus>> channels;
 };
@@ -35,6 +45,9 @@ void GatewayWatch::Impl::open() {
   machine_post->listen_for_data(on_machine.get());
   machines.emplace(participant, participant.options().fabric, wire::Keep::last,
                    wire::EndpointOptions{.listener = on_machine.get(), .others_only = true});
+  if (participant.badges() != nullptr) {
+    badges.emplace(*participant.badges(), [this] { machine_post->post(); });
+  }
 }
 
 void GatewayWatch::Impl::watch_channels() {
@@ -52,6 +65,7 @@ void GatewayWatch::Impl::watch_channels() {
 
 void GatewayWatch::Impl::close() {
   listener = nullptr;
+  badges.reset();
   machines.reset();
   channels.reset();
 }
@@ -63,14 +77,49 @@ void GatewayWatch::Impl::drain_machines() {
   while (listener != nullptr && machines) {
     const auto batch = machines->take();
     if (batch.empty()) {
+      drop_revoked();
       return;
     }
     for (const wire::Taken<MachineStatus>& taken : batch) {
+      remember(taken);
       if (listener != nullptr && taken.valid && taken.presence == wire::Presence::alive) {
         listener->on_machine(taken.value);
       } else if (listener != nullptr && taken.presence != wire::Presence::alive) {
         listener->on_machine_gone(taken.value.machine, taken.value.gateway);
       }
+    }
+  }
+}
+
+void GatewayWatch::Impl::remember(const wire::Taken<MachineStatus>& taken) {
+  if (!badges) {
+    return;
+  }
+  // Far more than there are; of others it is not noticed that they are revoked.
+  constexpr std::size_t most = 65'536;
+  const std::pair key(taken.value.machine, taken.value.gateway);
+  if (taken.presence != wire::Presence::alive) {
+    claimed.erase(key);
+  } else if (taken.valid && (claimed.size() < most || claimed.contains(key))) {
+    claimed.insert_or_assign(key, taken.writer);
+  }
+}
+
+void GatewayWatch::Impl::drop_revoked() {
+  if (!badges || badges->take().empty()) {
+    return;
+  }
+  std::vector<std::pair<std::string, InstanceId>> gone;
+  std::erase_if(claimed, [&](const auto& one) {
+    const bool revoked = participant.badges()->of_writer(one.second).revoked;
+    if (revoked) {
+      gone.push_back(one.first);
+    }
+    return revoked;
+  });
+  for (const auto& [machine, gateway] : gone) {
+    if (listener != nullptr) {
+      listener->on_machine_gone(machine, gateway);
     }
   }
 }

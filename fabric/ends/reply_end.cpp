@@ -40,6 +40,7 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   void close();
   void drain();
   void tell(const wire::Taken<Request>& taken);
+  void decline(const wire::Taken<Request>& taken);
   tl::expected<void, std::string> answer(const Reply& reply);
 
   dds::Participant& participant;
@@ -49,6 +50,8 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   wire::Writer<Reply> replies;
   std::mutex answering;
   RecentKeys answered{most_answered};
+  /// What gateways have asked that may: who may not says nothing about that. Only with trust.
+  RecentKeys asked{most_answered};
   // One of them, before the reader that wakes it.
   std::optional<dds::PostOnce> post;
   std::optional<dds::SerialListener> serial;
@@ -74,9 +77,11 @@ void ReplyEnd::Impl::read(const dds::Listener& on_request) {
   requests.emplace(
       participant,
       wire::mailbox_partition(participant.options().fabric, identity.uuid, identity.id),
-      wire::Keep::last,
+      // With trust all, so that who is not believed does not push out what a gateway has asked.
+      participant.badges() != nullptr ? wire::Keep::all : wire::Keep::last,
       wire::EndpointOptions{.user_data = registry::format_identity(identity),
-                            .listener = on_request.get()});
+                            .listener = on_request.get(),
+                            .doubtful = true});
 }
 
 void ReplyEnd::Impl::close() {
@@ -101,6 +106,14 @@ void ReplyEnd::Impl::drain() {
 }
 
 void ReplyEnd::Impl::tell(const wire::Taken<Request>& taken) {
+  if (taken.standing != Standing::believed) {
+    decline(taken);
+    return;
+  }
+  if (participant.badges() != nullptr && taken.valid) {
+    const std::lock_guard lock(answering);
+    asked.use(key_of(taken.value));
+  }
   switch (taken.presence) {
     // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
     case wire::Presence::withdrawn:
@@ -116,6 +129,28 @@ void ReplyEnd::Impl::tell(const wire::Taken<Request>& taken) {
       }
       break;
   }
+}
+
+void ReplyEnd::Impl::decline(const wire::Taken<Request>& taken) {
+  const Request& request = taken.value;
+  requests->witness().complain(taken.writer, wire::claim_of(request), wire::request_topic.name);
+  if (!taken.valid || taken.presence != wire::Presence::alive || request.assigned != identity.id) {
+    return;
+  }
+  {
+    // What is said of the calls of a gateway that may ask is for it to hear alone.
+    const std::lock_guard lock(answering);
+    if (asked.knows(key_of(request))) {
+      return;
+    }
+  }
+  static_cast<void>(answer({.key = request.key,
+                            .instance = identity.id,
+                            .call = request.call,
+                            .attempt = request.attempt,
+                            .kind = ReplyKind::declined,
+                            .code = ServiceCode::refused,
+                            .text = "the certificate of who asks does not name this machine"}));
 }
 
 tl::expected<void, std::string> ReplyEnd::Impl::answer(const Reply& reply) {

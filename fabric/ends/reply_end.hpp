@@ -31,6 +31,10 @@ class ReplyEndListener {
   virtual void on_orphaned(const RequestKey& key) { static_cast<void>(key); }
 };
 
+// Where there is trust, a request of a machine that the certificate of who asks does not name is
+// declined here, and nothing of it reaches the listener; what is said of it is in
+// dds::Badges::take_complaints().
+
 /// RAII; use and end it on the executor, which runs one thing at a time and outlives it; without an
 /// executor in one thread. Only `publish` and `identity` may be called from any thread while it
 /// lives.

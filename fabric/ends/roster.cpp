@@ -2,6 +2,10 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+
 namespace millrace::fabric::ends {
 
 namespace {
@@ -15,6 +19,12 @@ SteadyTime now() {
 void Roster::open(const dds::Participant& participant, std::weak_ptr<void> alive,
                   dds::PostOnce& on_endpoint, dds::PostOnce& on_beat) {
   alive_ = std::move(alive);
+  badges_ = participant.badges();
+  if (badges_ != nullptr) {
+    registry_.ask_for_names();
+    on_endpoint_ = &on_endpoint;
+    proofs_.emplace(*badges_, [&on_endpoint] { on_endpoint.post(); });
+  }
   const dds::Listener beat_listener(dds_create_listener(nullptr));
   on_beat.listen_for_data(beat_listener.get());
   beats_.emplace(participant, participant.options().fabric, wire::Keep::last,
@@ -27,12 +37,46 @@ void Roster::open(const dds::Participant& participant, std::weak_ptr<void> alive
 
 void Roster::close() {
   silence_.cancel();
+  proofs_.reset();
   beats_.reset();
   discovery_.reset();
 }
 
 Discovery::News Roster::look_around() {
-  return discovery_ ? discovery_->drain(registry_, now()) : Discovery::News{};
+  if (!discovery_) {
+    return {};
+  }
+  Discovery::News news = discovery_->drain(registry_, now());
+  if (proofs_) {
+    look_at_badges(news);
+  }
+  return news;
+}
+
+void Roster::look_at_badges(Discovery::News& news) {
+  for (const dds_instance_handle_t participant : proofs_->take()) {
+    const dds::Badges::Known known = badges_->look_up(participant);
+    if (known.proof.revoked) {
+      registry_.named(participant, std::nullopt);
+      for (const InstanceId& instance : registry_.instances_of(participant)) {
+        news.ignored.push_back(
+            {"revoked", instance.to_string(),
+             fmt::format("instance {} is put off: the certificate of {} has been revoked",
+                         instance.to_string(), base::text::safe(known.proof.badge->name))});
+      }
+    } else if (!known.there) {
+      registry_.name_gone(participant);
+    } else if (known.proof.badge) {
+      registry_.named(participant, known.proof.badge->name);
+    }
+  }
+  for (const auto& [instance, uuid] : registry_.take_unproven()) {
+    news.ignored.push_back(
+        {"unproven", instance.to_string(),
+         fmt::format("instance {} of {} gets no calls: its program shows no badge of its "
+                     "certificate. It is of another version, or another vendor's (docs/wire.md)",
+                     instance.to_string(), base::text::safe(uuid))});
+  }
 }
 
 registry::Registry::Changes Roster::changes() {
@@ -65,6 +109,10 @@ void Roster::on_silence(SteadyTime due) {
   registry_.stood_still(now() - due);
   owner_.drain_beats();
   registry_.on_time(now());
+  if (proofs_) {
+    // Who has proved nothing is told of in its turn.
+    on_endpoint_->post();
+  }
   owner_.announce();
 }
 

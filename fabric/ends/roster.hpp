@@ -16,6 +16,7 @@
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "fabric/dds/badges.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/ends/discovery.hpp"
@@ -47,7 +48,7 @@ class Roster {
             dds::PostOnce& on_endpoint, dds::PostOnce& on_beat);
   void close();
 
-  /// Takes in what discovery has told since.
+  /// Takes in what discovery and badges have told since.
   Discovery::News look_around();
 
   /// Takes a batch of beats and calls use(writer, load, is_theirs, at) for what each says of an
@@ -61,6 +62,7 @@ class Roster {
   [[nodiscard]] registry::Registry& registry() { return registry_; }
 
  private:
+  void look_at_badges(Discovery::News& news);
   void await_silence();
   void on_silence(SteadyTime due);
 
@@ -69,6 +71,10 @@ class Roster {
   registry::Registry registry_;
   std::optional<Discovery> discovery_;
   std::optional<wire::Reader<Beat>> beats_;
+  /// Null without trust.
+  dds::Badges* badges_ = nullptr;
+  std::optional<dds::Badges::Watcher> proofs_;
+  dds::PostOnce* on_endpoint_ = nullptr;
   boost::asio::steady_timer silence_;
   std::optional<SteadyTime> silence_at_;
 };

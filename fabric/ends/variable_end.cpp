@@ -1,6 +1,7 @@
 #include "fabric/ends/variable_end.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <exception>
 #include <list>
 #include <map>
@@ -27,7 +28,7 @@ struct Hearing : std::enable_shared_from_this<Hearing<Value>> {
     const dds::Listener on_data(dds_create_listener(nullptr));
     post->listen_for_data(on_data.get());
     reader.emplace(participant, partition, wire::Keep::all,
-                   wire::EndpointOptions{.listener = on_data.get()});
+                   wire::EndpointOptions{.listener = on_data.get(), .doubtful = doubtful});
   }
 
   void close() {
@@ -43,7 +44,7 @@ struct Hearing : std::enable_shared_from_this<Hearing<Value>> {
         return;
       }
       for (const auto& taken : batch) {
-        if (on_sample && taken.valid) {
+        if (on_sample && taken.valid && (!is_believed || is_believed(taken))) {
           on_sample(taken.value);
         }
       }
@@ -53,6 +54,9 @@ struct Hearing : std::enable_shared_from_this<Hearing<Value>> {
   const dds::Participant& participant;
   /// Empty once the end is closed.
   std::function<void(const Value&)> on_sample;
+  /// Judges what the reader alone cannot; then the reader hands out all.
+  std::function<bool(const wire::Taken<Value>&)> is_believed{};
+  bool doubtful = false;
   // Before the reader that wakes it.
   std::optional<dds::PostOnce> post;
   std::optional<wire::Reader<Value>> reader;
@@ -112,8 +116,41 @@ struct VariableAnswerEnd::Impl : Hearing<VariableRequest> {
 struct VariableAskEnd::Impl : Hearing<VariableReply> {
   Impl(const dds::Participant& own_participant, std::function<void(const VariableReply&)> use)
       : Hearing(own_participant, std::move(use)),
-        writer(own_participant, own_participant.options().fabric) {}
+        writer(own_participant, own_participant.options().fabric) {
+    if (own_participant.badges() != nullptr) {
+      doubtful = true;
+      is_believed = [this](const wire::Taken<VariableReply>& taken) {
+        return is_its_machine(taken);
+      };
+    }
+  }
 
+  /// A reply does not say of which machine it is, but the question did.
+  bool is_its_machine(const wire::Taken<VariableReply>& taken) {
+    const auto question = machines.find(taken.value.token);
+    const wire::Claim claim{question == machines.end() ? std::string_view() : question->second};
+    if (reader->witness().judge(taken.writer, claim, false) == Standing::believed) {
+      return true;
+    }
+    reader->witness().complain(taken.writer, claim, wire::variable_reply_topic.name);
+    return false;
+  }
+
+  /// Far more questions than are asked at a time; the first one is forgotten first.
+  void remember(const VariableRequest& request) {
+    constexpr std::size_t most = 1024;
+    if (machines.try_emplace(request.token, request.key.machine).second) {
+      in_turn.push_back(request.token);
+    }
+    if (in_turn.size() > most) {
+      machines.erase(in_turn.front());
+      in_turn.pop_front();
+    }
+  }
+
+  /// With trust: whose word counts, by the token of the question.
+  std::map<InstanceId, std::string> machines;
+  std::deque<InstanceId> in_turn;
   InstanceId id = InstanceId::random();
   wire::Writer<VariableRequest> writer;
   bool held = false;
@@ -165,6 +202,9 @@ tl::expected<void, std::string> VariableAskEnd::publish(const VariableRequest& r
   if (!impl_->held) {
     impl_->writer.hold(request);
     impl_->held = true;
+  }
+  if (impl_->doubtful) {
+    impl_->remember(request);
   }
   return impl_->writer.write(request);
 }

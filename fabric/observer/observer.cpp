@@ -1,6 +1,9 @@
 #include "fabric/observer/observer.hpp"
 
+#include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "fabric/dds/post_once.hpp"
 #include "fabric/ends/roster.hpp"
@@ -93,6 +96,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   void drain_discovery();
   bool drain_beats();
   void tell_changes();
+  void tell_ignored();
   void hand_out(Sample sample);
 
   template <typename Value>
@@ -129,6 +133,34 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 
+  /// With trust: who has said what stands.
+  template <typename Value>
+  void remember(const wire::Taken<Value>& taken) {
+    static_cast<void>(taken);
+  }
+  void remember(const wire::Taken<MachineStatus>& taken) {
+    remember(taken, {taken.value.machine, taken.value.gateway}, machines_of);
+  }
+  void remember(const wire::Taken<ChannelStatus>& taken) {
+    remember(taken, taken.value.key, channels_of);
+  }
+  template <typename Value, typename Key>
+  void remember(const wire::Taken<Value>& taken, const Key& key,
+                std::map<Key, dds_instance_handle_t>& by_key) {
+    // Far more than there are; of others it is not noticed that they are revoked.
+    constexpr std::size_t most = 65'536;
+    if (participant.badges() == nullptr) {
+      return;
+    }
+    if (taken.presence != Presence::alive) {
+      by_key.erase(key);
+    } else if (taken.valid && (by_key.size() < most || by_key.contains(key))) {
+      by_key.insert_or_assign(key, taken.writer);
+    }
+  }
+  /// Whose certificates have been taken back since: what they have said holds no more.
+  void drop_revoked();
+
   /// One turn of a reader; true if there may be more.
   template <typename Value>
   bool drain(std::optional<wire::Reader<Value>>& reader) {
@@ -138,6 +170,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
         return false;
       }
       for (wire::Taken<Value>& taken : batch) {
+        remember(taken);
         if (auto sample = news_of(std::move(taken))) {
           hand_out(std::move(*sample));
         }
@@ -154,6 +187,9 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   // Before the entities that wake it.
   std::optional<dds::PostOnce> post;
   ends::Roster roster;
+  std::optional<dds::Badges::Watcher> badges;
+  std::map<std::pair<std::string, InstanceId>, dds_instance_handle_t> machines_of;
+  std::map<ChannelKey, dds_instance_handle_t> channels_of;
   std::optional<wire::Reader<MachineStatus>> machines;
   std::optional<wire::Reader<ChannelStatus>> channels;
   Loads loads;
@@ -170,6 +206,9 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
 
 void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest interest) {
   post.emplace(executor, weak_from_this(), [this] { drain(); });
+  if (participant.badges() != nullptr) {
+    badges.emplace(*participant.badges(), [this] { post->post(); });
+  }
   const std::string& fabric = participant.options().fabric;
   const std::string services = wire::all_services(fabric);
   if (interest == Interest::data || interest == Interest::everything) {
@@ -198,6 +237,7 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
 
 void Observer::Impl::close() {
   listener = nullptr;
+  badges.reset();
   for_each_reader([](auto& reader) { reader.reset(); });
   roster.close();
 }
@@ -206,6 +246,8 @@ bool Observer::Impl::drain() {
   drain_discovery();
   bool more = drain_beats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
+  drop_revoked();
+  tell_ignored();
   if (more) {
     // Others on the executor have their turn in between.
     post->post();
@@ -215,7 +257,12 @@ bool Observer::Impl::drain() {
 
 void Observer::Impl::drain_discovery() {
   if (listener != nullptr) {
-    roster.look_around();
+    const ends::Discovery::News news = roster.look_around();
+    if (participant.badges() != nullptr) {
+      for (const ends::Discovery::Ignored& one : news.ignored) {
+        participant.badges()->complain(one.kind + one.about, one.reason);
+      }
+    }
     tell_changes();
   }
 }
@@ -251,6 +298,47 @@ void Observer::Impl::tell_changes() {
   }
   for (const InstanceIdentity& identity : changes.changed) {
     hand_out(InstanceNews{Change::changed, identity});
+  }
+}
+
+void Observer::Impl::drop_revoked() {
+  if (!badges || badges->take().empty()) {
+    return;
+  }
+  const auto revoked = [this](dds_instance_handle_t writer) {
+    return participant.badges()->of_writer(writer).revoked;
+  };
+  std::vector<Sample> over;
+  std::erase_if(channels_of, [&](const auto& one) {
+    const bool is = revoked(one.second);
+    if (is) {
+      over.emplace_back(*sample_of(
+          wire::Taken<ChannelStatus>{.value = {.key = one.first}, .presence = Presence::orphaned}));
+    }
+    return is;
+  });
+  std::erase_if(machines_of, [&](const auto& one) {
+    const bool is = revoked(one.second);
+    if (is) {
+      over.emplace_back(*sample_of(wire::Taken<MachineStatus>{
+          .value = {.machine = one.first.first, .gateway = one.first.second},
+          .presence = Presence::orphaned}));
+    }
+    return is;
+  });
+  for (Sample& sample : over) {
+    hand_out(std::move(sample));
+  }
+}
+
+void Observer::Impl::tell_ignored() {
+  if (participant.badges() == nullptr || listener == nullptr) {
+    return;
+  }
+  for (const std::string& line : participant.badges()->take_complaints()) {
+    if (listener != nullptr) {
+      listener->on_ignored(line);
+    }
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include <boost/asio/any_io_executor.hpp>
 
@@ -22,6 +23,9 @@ class ObserverListener {
  public:
   virtual ~ObserverListener() = default;
   virtual void on_entry(Entry entry) = 0;
+  /// Where there is trust: what somebody said is no entry, since it is not his to say; once a
+  /// minute of each.
+  virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 
 enum class Interest : std::uint8_t {

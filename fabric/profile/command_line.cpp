@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "fabric/dds/trust.hpp"
+
 namespace millrace::fabric::profile {
 
 namespace program = base::program;
@@ -19,6 +21,17 @@ dds::ParticipantOptions read(const std::string& file, const dds::ParticipantOpti
     throw program::UsageError(options.error());
   }
   options->name = defaults.name;
+  if (options->trust) {
+    auto trust = std::make_shared<dds::Trust>(*options->trust);
+    trust->ended = [](const std::string& reason) {
+      program::give_up(fmt::format(
+          "{}: from now on nobody on the fabric hears this program. Put newer material into its "
+          "folder (`millrace trust renew`, or `issue` under another name where it was revoked) and "
+          "start it again",
+          reason));
+    };
+    options->trust = std::move(trust);
+  }
   return *options;
 }
 

@@ -18,6 +18,12 @@ Registry::Seen Registry::reader_seen(EndpointHandle handle, Reader reader, Stead
   }
   Process& process = processes_[reader.participant];
   process.readers.insert(handle);
+  if (const auto name = names_.find(reader.participant); name != names_.end()) {
+    reader.identity.certificate = name->second;
+  } else if (names_asked_ && process.readers.size() == 1) {
+    process.doubted_at = now + proof_time;
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.doubted_at);
+  }
   if (reader.identity.lease > process.lease) {
     // From now on it is expected to beat.
     if (process.lease == std::chrono::nanoseconds(0)) {
@@ -133,6 +139,66 @@ void Registry::touch_all_of(const Process& process) {
   }
 }
 
+void Registry::named(EndpointHandle participant, std::optional<std::string> name) {
+  gone_names_.erase(participant);
+  if (name) {
+    names_.insert_or_assign(participant, *name);
+  } else {
+    names_.erase(participant);
+  }
+  const auto process = processes_.find(participant);
+  if (process == processes_.end()) {
+    return;
+  }
+  process->second.doubted_at.reset();
+  for (const EndpointHandle reader : process->second.readers) {
+    readers_.at(reader).identity.certificate = name.value_or("");
+  }
+  touch_all_of(process->second);
+}
+
+void Registry::name_gone(EndpointHandle participant) {
+  if (names_.erase(participant) == 0) {
+    return;
+  }
+  if (gone_names_.insert(participant).second) {
+    gone_in_turn_.push_back(participant);
+  }
+  if (gone_in_turn_.size() > most_departed) {
+    gone_names_.erase(gone_in_turn_.front());
+    gone_in_turn_.pop_front();
+  }
+  if (const auto process = processes_.find(participant); process != processes_.end()) {
+    touch_all_of(process->second);
+  }
+}
+
+std::vector<InstanceId> Registry::instances_of(EndpointHandle participant) const {
+  std::vector<InstanceId> all;
+  if (const auto process = processes_.find(participant); process != processes_.end()) {
+    for (const EndpointHandle reader : process->second.readers) {
+      all.push_back(readers_.at(reader).identity.id);
+    }
+  }
+  return all;
+}
+
+/// Said once of a process.
+void Registry::on_doubt(Process& process, SteadyTime now) {
+  if (!process.doubted_at) {
+    return;
+  }
+  if (*process.doubted_at > now) {
+    check_at_ = std::min(check_at_.value_or(SteadyTime::max()), *process.doubted_at);
+    return;
+  }
+  process.doubted_at.reset();
+  for (const EndpointHandle reader : process.readers) {
+    const InstanceIdentity& identity = readers_.at(reader).identity;
+    unproven_.emplace_back(identity.id, identity.uuid);
+  }
+}
+
 bool Registry::beat(EndpointHandle writer, SteadyTime now) {
   const auto known = beat_writers_.find(writer);
   if (known == beat_writers_.end()) {
@@ -165,6 +231,7 @@ void Registry::on_time(SteadyTime now) {
   }
   check_at_.reset();
   for (auto& [participant, process] : processes_) {
+    on_doubt(process, now);
     if (process.lease == std::chrono::nanoseconds(0) || process.silent) {
       continue;
     }
@@ -187,7 +254,7 @@ const Registry::Writer* Registry::writer_of(EndpointHandle handle) const {
 
 bool Registry::speaks_for(EndpointHandle handle, const InstanceId& instance) const {
   const Writer* const writer = writer_of(handle);
-  if (writer == nullptr || writer->instance != instance) {
+  if (writer == nullptr || writer->instance != instance || !was_believed(writer->participant)) {
     return false;
   }
   const EndpointHandle home = home_of(instance);
@@ -196,7 +263,15 @@ bool Registry::speaks_for(EndpointHandle handle, const InstanceId& instance) con
 
 EndpointHandle Registry::home_of(const InstanceId& id) const {
   const auto readers = readers_of_.find(id);
-  return readers == readers_of_.end() ? 0 : readers_.at(readers->second.front()).participant;
+  if (readers == readers_of_.end()) {
+    return 0;
+  }
+  // Who is not believed keeps nobody else from being who he says.
+  const auto believed = std::ranges::find_if(readers->second, [&](EndpointHandle handle) {
+    return is_believed(readers_.at(handle).participant);
+  });
+  return readers_.at(believed == readers->second.end() ? readers->second.front() : *believed)
+      .participant;
 }
 
 bool Registry::beats_for(EndpointHandle handle, const InstanceId& instance) const {
@@ -220,7 +295,8 @@ const InstanceIdentity* Registry::ready_now(const InstanceId& id) const {
   for (const EndpointHandle handle : readers->second) {
     const Reader& reader = readers_.at(handle);
     if (reader.participant == home_of(id) && is_matched(handle) &&
-        !processes_.at(reader.participant).silent && can_answer(id, reader.participant)) {
+        is_believed(reader.participant) && !processes_.at(reader.participant).silent &&
+        can_answer(id, reader.participant)) {
       return &reader.identity;
     }
   }

@@ -70,6 +70,23 @@ class Registry {
   /// For who only watches and has nothing to match: every endpoint that is seen counts as matched.
   void match_all() { match_all_ = true; }
 
+  /// From now on nobody is believed whose process has not proved who it is.
+  void ask_for_names() { names_asked_ = true; }
+  /// The participant has proved to have a certificate of this name; nothing: it is not believed any
+  /// more.
+  void named(EndpointHandle participant, std::optional<std::string> name);
+  /// The participant that had proved it is gone; what it had said may still be untaken.
+  void name_gone(EndpointHandle participant);
+  /// Instances whose processes have proved nothing in proof_time, with their UUIDs; each once.
+  std::vector<std::pair<InstanceId, std::string>> take_unproven() {
+    return std::exchange(unproven_, {});
+  }
+  /// Those whose requests this participant reads.
+  [[nodiscard]] std::vector<InstanceId> instances_of(EndpointHandle participant) const;
+  /// A program shows its badge first, so that DDS tells of it before all others; another vendor's
+  /// may come later.
+  static constexpr std::chrono::seconds proof_time{2};
+
   /// This writer has sent a beat. False if it is nobody's whose instances are known.
   bool beat(EndpointHandle writer, SteadyTime now);
   /// For so long nobody could be heard, because whoever listens stood still.
@@ -109,6 +126,8 @@ class Registry {
     std::set<EndpointHandle> readers;
     /// Its reply writers and writers of beats.
     std::size_t writers = 0;
+    /// When it is said that it has proved nothing; nothing: it has, or it was said.
+    std::optional<SteadyTime> doubted_at{};
   };
 
   /// Far more writers than leave before their last words are taken.
@@ -117,6 +136,13 @@ class Registry {
   [[nodiscard]] bool is_matched(EndpointHandle handle) const {
     return match_all_ || matched_.contains(handle);
   }
+  [[nodiscard]] bool is_believed(EndpointHandle participant) const {
+    return !names_asked_ || names_.contains(participant);
+  }
+  [[nodiscard]] bool was_believed(EndpointHandle participant) const {
+    return is_believed(participant) || gone_names_.contains(participant);
+  }
+  void on_doubt(Process& process, SteadyTime now);
   [[nodiscard]] const InstanceIdentity* ready_now(const InstanceId& id) const;
   [[nodiscard]] bool can_answer(const InstanceId& id, EndpointHandle participant) const;
   [[nodiscard]] const Writer* writer_of(EndpointHandle handle) const;
@@ -141,6 +167,13 @@ class Registry {
   std::deque<std::pair<EndpointHandle, Writer>> departed_;
   std::unordered_set<EndpointHandle> matched_;
   bool match_all_ = false;
+  bool names_asked_ = false;
+  /// By participant: what it has proved to be.
+  std::map<EndpointHandle, std::string> names_;
+  /// Of those that are gone, the first one in front.
+  std::set<EndpointHandle> gone_names_;
+  std::deque<EndpointHandle> gone_in_turn_;
+  std::vector<std::pair<InstanceId, std::string>> unproven_;
   std::map<InstanceId, InstanceIdentity> announced_;
   /// Of whom something may be different since the last call of changes().
   std::set<InstanceId> touched_;

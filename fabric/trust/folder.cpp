@@ -15,6 +15,7 @@
 #include "base/openssl/revocations.hpp"
 #include "base/openssl/signed_text.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/trust/permissions.hpp"
 
 namespace millrace::fabric::trust {
 
@@ -62,12 +63,22 @@ Result<Key> read_key(const fs::path& file) {
   return read_as<Key>(file);
 }
 
-/// Signed by the one authority that counts.
-Result<void> check_document(const fs::path& file, const Certificate& authority) {
-  return content_of(file).and_then([&](const std::string& text) -> Result<void> {
-    const auto verified = openssl::verified_text(text, authority);
-    return verified ? Result<void>{} : refuse(file, verified.error());
+/// What the one authority that counts has signed.
+Result<std::string> document_in(const fs::path& file, const Certificate& authority) {
+  return content_of(file).and_then([&](const std::string& text) -> Result<std::string> {
+    auto verified = openssl::verified_text(text, authority);
+    return verified ? Result<std::string>(*std::move(verified)) : refuse(file, verified.error());
   });
+}
+
+/// The list of those taken back, if that authority has signed it.
+Result<openssl::RevocationList> read_list(const fs::path& folder, const Certificate& authority) {
+  auto list = read_as<openssl::RevocationList>(folder / files::revoked);
+  if (list && !list->is_issued_by(authority)) {
+    return refuse(folder / files::revoked,
+                  fmt::format("is not signed by the authority in {}", files::identity_authority));
+  }
+  return list;
 }
 
 Result<void> check_certificate(const fs::path& folder, const Certificate& certificate,
@@ -79,6 +90,11 @@ Result<void> check_certificate(const fs::path& folder, const Certificate& certif
   const auto authority = read_as<Certificate>(folder / files::identity_authority);
   if (!authority) {
     return tl::unexpected(authority.error());
+  }
+  if (now >= authority->until()) {
+    return refuse(folder / files::identity_authority,
+                  fmt::format("expired on {:%F %R} UTC", authority->until()),
+                  "`millrace trust renew-authorities` where they are, then copy the folder anew");
   }
   if (!certificate.is_issued_by(*authority)) {
     return refuse(file,
@@ -93,13 +109,9 @@ Result<void> check_certificate(const fs::path& folder, const Certificate& certif
     return refuse(file, fmt::format("is not valid before {:%F %R} UTC", certificate.from()),
                   "look at this host's clock");
   }
-  const auto revoked = read_as<openssl::RevocationList>(folder / files::revoked);
+  const auto revoked = read_list(folder, *authority);
   if (!revoked) {
     return tl::unexpected(revoked.error());
-  }
-  if (!revoked->is_issued_by(*authority)) {
-    return refuse(folder / files::revoked,
-                  fmt::format("is not signed by the authority in {}", files::identity_authority));
   }
   if (revoked->names(certificate)) {
     return refuse(file, "has been revoked", "ask who answers for the plant's trust");
@@ -182,10 +194,19 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   if (!authority) {
     return tl::unexpected(authority.error());
   }
-  for (const std::string_view document : {files::permissions, governance_file(protection)}) {
-    if (auto checked = check_document(folder / document, *authority); !checked) {
-      return tl::unexpected(checked.error());
-    }
+  const auto permissions = document_in(folder / files::permissions, *authority);
+  if (!permissions) {
+    return tl::unexpected(permissions.error());
+  }
+  std::vector<std::string> badge = badge_in(*permissions);
+  if (badge.empty()) {
+    return refuse(folder / files::permissions,
+                  "is of an earlier version of millrace: it says nothing of a badge",
+                  "`millrace trust renew` where the plant's authorities are, then copy the folder "
+                  "anew");
+  }
+  if (auto checked = document_in(folder / governance_file(protection), *authority); !checked) {
+    return tl::unexpected(checked.error());
   }
   const auto plugin_folder = plugins();
   if (!plugin_folder) {
@@ -194,7 +215,14 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   return Credentials{.name = certificate->common_name(),
                      .from = certificate->from(),
                      .until = certificate->until(),
+                     .badge = std::move(badge),
                      .cyclone_configuration = configuration_of(folder, protection, *plugin_folder)};
+}
+
+tl::expected<std::set<std::string>, std::string> read_revoked(const fs::path& folder) {
+  return read_as<Certificate>(folder / files::identity_authority)
+      .and_then([&](const Certificate& authority) { return read_list(folder, authority); })
+      .map([](const openssl::RevocationList& list) { return list.common_names(); });
 }
 
 }  // namespace millrace::fabric::trust

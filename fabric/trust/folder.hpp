@@ -8,8 +8,10 @@
 
 #include <chrono>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <tl/expected.hpp>
 
@@ -40,6 +42,8 @@ struct Credentials {
   std::string name;
   std::chrono::sys_seconds from;
   std::chrono::sys_seconds until;
+  /// Where its badge may be shown, by its permissions.
+  std::vector<std::string> badge;
   /// A fragment for the participant: <Security>…</Security>.
   std::string cyclone_configuration;
 };
@@ -51,5 +55,9 @@ struct Credentials {
 tl::expected<Credentials, std::string> read_folder(const std::filesystem::path& folder,
                                                    Protection protection,
                                                    std::chrono::sys_seconds now);
+
+/// Whose certificates the folder's list takes back, by their names; the error names the file and
+/// says what to do.
+tl::expected<std::set<std::string>, std::string> read_revoked(const std::filesystem::path& folder);
 
 }  // namespace millrace::fabric::trust

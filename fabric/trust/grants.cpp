@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <initializer_list>
 
+#include "fabric/badge.hpp"
 #include "fabric/messages.hpp"
 #include "fabric/wire/data_topics.hpp"
 #include "fabric/wire/notice_codec.hpp"
@@ -58,6 +59,19 @@ class Grants {
     }
   }
 
+  /// Who he is, for all to see, and who the others are.
+  void badge_of(const Member& member) {
+    Badge badge{.name = member.name};
+    for (const Role role : member.roles) {
+      badge.roles.emplace(name_of(role));
+    }
+    badge.machines.insert(member.machines.begin(), member.machines.end());
+    for (const std::string& partition : badge_partitions(fabric_, badge)) {
+      grants_.push_back({Way::write, badge_topic_name, partition});
+    }
+    grants_.push_back({Way::read, badge_topic_name, all_badges(fabric_)});
+  }
+
   std::vector<Grant> take() {
     std::ranges::sort(grants_);
     const auto twice = std::ranges::unique(grants_);
@@ -106,6 +120,7 @@ std::vector<Grant> grants_of(const Member& member, std::string_view fabric) {
   for (const Role role : member.roles) {
     grants.of(role, member);
   }
+  grants.badge_of(member);
   return grants.take();
 }
 

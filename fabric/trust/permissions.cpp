@@ -1,12 +1,14 @@
 #include "fabric/trust/permissions.hpp"
 
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
+#include "fabric/badge.hpp"
 #include "fabric/trust/governance.hpp"
 
 namespace millrace::fabric::trust {
@@ -19,21 +21,77 @@ std::string time_text(std::chrono::sys_seconds time) {
 
 }  // namespace
 
+namespace {
+
+/// What stands between the two at or after `from`, which is moved behind it; nothing if they are
+/// not there.
+std::optional<std::string_view> between(std::string_view text, std::string_view begin,
+                                        std::string_view end, std::size_t& from) {
+  const auto first = text.find(begin, from);
+  const auto last = first == std::string_view::npos ? first : text.find(end, first);
+  if (last == std::string_view::npos) {
+    return std::nullopt;
+  }
+  from = last + end.size();
+  return text.substr(first + begin.size(), last - first - begin.size());
+}
+
+/// The other way round than base::text::xml_text.
+std::string plain_text(std::string_view xml) {
+  std::string text(xml);
+  for (const auto& [escaped, plain] : {std::pair<std::string_view, std::string_view>{"&lt;", "<"},
+                                       {"&gt;", ">"},
+                                       {"&quot;", "\""},
+                                       {"&apos;", "'"},
+                                       {"&amp;", "&"}}) {
+    for (auto at = text.find(escaped); at != std::string::npos;
+         at = text.find(escaped, at + plain.size())) {
+      text.replace(at, escaped.size(), plain);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> badge_in(std::string_view document) {
+  const std::string topic = fmt::format("<topic>{}</topic>", badge_topic_name);
+  std::vector<std::string> all;
+  std::size_t at = 0;
+  while (const auto rule = between(document, "<publish>", "</publish>", at)) {
+    std::size_t in_rule = 0;
+    while (rule->find(topic) != std::string_view::npos) {
+      const auto partition = between(*rule, "<partition>", "</partition>", in_rule);
+      if (!partition) {
+        break;
+      }
+      all.push_back(plain_text(*partition));
+    }
+  }
+  return all;
+}
+
 std::string permissions_document(const std::vector<Grant>& grants, std::string_view subject,
                                  std::chrono::sys_seconds from, std::chrono::sys_seconds until) {
-  // The topics of one partition go together: a rule is of all its topics in all its partitions.
-  std::map<std::pair<Way, std::string>, std::string> topics;
+  // A rule allows an endpoint whose partitions are all in it: those of a topic go together, and
+  // topics that have the same ones.
+  std::map<std::pair<Way, std::string>, std::string> partitions;
   for (const Grant& grant : grants) {
-    topics[{grant.way, grant.partition}] +=
-        fmt::format("          <topic>{}</topic>\n", base::text::xml_text(grant.topic));
+    partitions[{grant.way, grant.topic}] +=
+        fmt::format("          <partition>{}</partition>\n", base::text::xml_text(grant.partition));
+  }
+  std::map<std::pair<Way, std::string>, std::string> topics;
+  for (const auto& [what, where] : partitions) {
+    topics[{what.first, where}] +=
+        fmt::format("          <topic>{}</topic>\n", base::text::xml_text(what.second));
   }
   std::string rules;
   for (const auto& [where, of_it] : topics) {
     const std::string_view way = where.first == Way::write ? "publish" : "subscribe";
     rules += fmt::format(
         "      <{0}>\n        <topics>\n{1}        </topics>\n"
-        "        <partitions><partition>{2}</partition></partitions>\n      </{0}>\n",
-        way, of_it, base::text::xml_text(where.second));
+        "        <partitions>\n{2}        </partitions>\n      </{0}>\n",
+        way, of_it, where.second);
   }
   return fmt::format(
       R"(<?xml version="1.0" encoding="UTF-8"?>

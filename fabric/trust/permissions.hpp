@@ -17,4 +17,8 @@ namespace millrace::fabric::trust {
 std::string permissions_document(const std::vector<Grant>& grants, std::string_view subject,
                                  std::chrono::sys_seconds from, std::chrono::sys_seconds until);
 
+/// Where a document lets its member show a badge (fabric/badge.hpp); nothing in one that an earlier
+/// version has made.
+std::vector<std::string> badge_in(std::string_view document);
+
 }  // namespace millrace::fabric::trust

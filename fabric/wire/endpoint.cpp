@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "fabric/dds/badges.hpp"
+
 namespace millrace::fabric::wire {
 
 dds::Qos writer_qos(const Topic& topic, const EndpointOptions& options) {
@@ -40,6 +42,20 @@ dds::Entity create_subscriber(const dds::Participant& participant, const std::st
   return dds::Entity(dds::check(
       dds_create_subscriber(participant.handle(), partition_qos(partition).get(), nullptr),
       fmt::format("subscribe to {}", partition)));
+}
+
+dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options) {
+  dds::Listener listener(dds_create_listener(nullptr));
+  if (options.listener != nullptr) {
+    dds_copy_listener(listener.get(), options.listener);
+  }
+  dds_on_subscription_matched_fn taken = nullptr;
+  dds_lget_subscription_matched(listener.get(), &taken);
+  // Who listens to matches himself judges himself.
+  if (participant.badges() != nullptr && taken == nullptr) {
+    participant.badges()->listen(listener.get());
+  }
+  return listener;
 }
 
 dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topic,

@@ -19,6 +19,9 @@ struct EndpointOptions {
   const dds_listener_t* listener = nullptr;
   /// A reader that does not hear the writers of its own participant.
   bool others_only = false;
+  /// A reader that hands out also what nobody is believed to have said, marked so
+  /// (Taken::standing).
+  bool doubtful = false;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
   /// A writer that is taken for gone, although its process is there, when it has neither written
@@ -38,6 +41,10 @@ dds::Entity create_topic(const dds::Participant& participant, const Topic& topic
 dds::Entity create_publisher(const dds::Participant& participant, const std::string& partition);
 /// A subscriber of `partition`, which may be a pattern; throws std::runtime_error.
 dds::Entity create_subscriber(const dds::Participant& participant, const std::string& partition);
+
+/// The listener of a reader, which also notes whose writers it is matched with where there is
+/// trust.
+dds::Listener reader_listener(const dds::Participant& participant, const EndpointOptions& options);
 
 /// A writer; throws std::runtime_error with `what`.
 dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topic,

@@ -12,6 +12,7 @@
 
 #include "fabric/wire/codec.hpp"
 #include "fabric/wire/endpoint.hpp"
+#include "fabric/wire/witness.hpp"
 
 namespace millrace::fabric::wire {
 
@@ -33,6 +34,9 @@ struct Taken {
   /// Who has sent it, as in the samples of DCPSPublication: what DDS says, whatever the sample
   /// does.
   dds_instance_handle_t writer = DDS_HANDLE_NIL;
+  /// Whether its writer may say so, where there is trust. What is not believed is handed out by
+  /// readers that ask for it (EndpointOptions::doubtful), and told of and dropped by the others.
+  Standing standing = Standing::believed;
 };
 
 /// RAII; the constructor throws std::runtime_error with Cyclone's reason.
@@ -57,7 +61,14 @@ class Reader {
   /// Handles of the writers that are matched, as in the samples of DCPSPublication.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
 
+  [[nodiscard]] const Witness& witness() const { return witness_; }
+
  private:
+  /// Whether it is to be handed out.
+  bool judge(Taken<Value>& taken);
+
+  Witness witness_;
+  bool doubtful_;
   dds::Entity topic_;
   dds::Entity subscriber_;
   dds_entity_t reader_ = 0;
@@ -104,21 +115,44 @@ inline Presence presence_of(const dds_sample_info_t& info) {
 template <typename Value>
 Reader<Value>::Reader(const dds::Participant& participant, const std::string& partition, Keep keep,
                       const EndpointOptions& options)
-    : topic_(create_topic(participant, Codec<Value>::topic())),
+    : witness_(participant),
+      doubtful_(options.doubtful),
+      topic_(create_topic(participant, Codec<Value>::topic())),
       subscriber_(create_subscriber(participant, partition)),
       reader_(dds::check(dds_create_reader(subscriber_.handle(), topic_.handle(),
                                            reader_qos(Codec<Value>::topic(), keep, options).get(),
-                                           options.listener),
+                                           reader_listener(participant, options).get()),
                          fmt::format("read {} in {}", Codec<Value>::topic().name, partition))) {}
+
+template <typename Value>
+bool Reader<Value>::judge(Taken<Value>& taken) {
+  const Claim claim = claim_of(taken.value);
+  taken.standing = witness_.judge(taken.writer, claim, taken.presence != Presence::alive);
+  if (taken.standing == Standing::believed) {
+    name_issuer(taken.value, witness_, taken.writer);
+    return true;
+  }
+  if (!doubtful_) {
+    witness_.complain(taken.writer, claim, Codec<Value>::topic().name);
+  }
+  return doubtful_;
+}
 
 template <typename Value>
 std::vector<Taken<Value>> Reader<Value>::take() {
   std::vector<Taken<Value>> taken;
-  take_lent<typename Codec<Value>::Sample>(
-      reader_, [&](const auto& sample, const dds_sample_info_t& info) {
-        taken.push_back({Codec<Value>::decode(sample), info.valid_data, presence_of(info),
-                         info.publication_handle});
-      });
+  std::size_t count = 0;
+  // Nothing is left only if nothing was there.
+  do {
+    count = take_lent<typename Codec<Value>::Sample>(
+        reader_, [&](const auto& sample, const dds_sample_info_t& info) {
+          taken.push_back({Codec<Value>::decode(sample), info.valid_data, presence_of(info),
+                           info.publication_handle});
+          if (witness_.asks() && !judge(taken.back())) {
+            taken.pop_back();
+          }
+        });
+  } while (taken.empty() && count > 0);
   return taken;
 }
 

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "fabric/reply_kind.hpp"
 #include "gateway/channel/open_call.hpp"
 #include "gateway/words.hpp"
 
@@ -32,6 +33,10 @@ bool stands_beside(const Snapshot& snapshot, const Call& call) {
 bool OpenCall::take(const fabric::Reply& reply, ChannelOutput& out, Moment now) {
   if (call_.answer) {
     return call_.answer->instance == reply.instance;
+  }
+  if (!fabric::is_known(reply)) {
+    take_final(reply, out, now);
+    return true;
   }
   switch (reply.kind) {
     case fabric::ReplyKind::interim:
@@ -85,7 +90,9 @@ void OpenCall::take_final(const fabric::Reply& reply, ChannelOutput& out, Moment
   if (std::ranges::count(refused_, said) > 0) {
     return;
   }
-  auto response = Response::of(reply.text, reply.state, call_.awaited);
+  auto response = fabric::is_known(reply)
+                      ? Response::of(reply.text, reply.state, call_.awaited)
+                      : tl::unexpected(std::string("is of a kind that this gateway does not know"));
   if (!response || reply.code == fabric::ServiceCode::refused) {
     // While the call is held, any number may come.
     refused_.push_back(said);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "fabric/channel_scope.hpp"
 #include "gateway/control/call_control.hpp"
 
 namespace millrace::gateway::control {
@@ -119,7 +120,7 @@ void CallControl::forget_inherited(const fabric::ChannelKey& key, const fabric::
 
 Policy CallControl::policy_of(const fabric::ChannelKey& key,
                               const std::string& canonical_uuid) const {
-  return options_.policies.of(key.machine, canonical_uuid);
+  return options_.policies.of(std::string(fabric::machine_of(key.machine)), canonical_uuid);
 }
 
 void CallControl::reconsider(Moment now) {

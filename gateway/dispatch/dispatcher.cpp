@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "fabric/channel_scope.hpp"
 #include "gateway/dispatch/near_miss.hpp"
 #include "gateway/words.hpp"
 
@@ -178,7 +179,14 @@ std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
     return fmt::format("V.G.SERVICE.UUID {} is served for {}, not for {}", printable(uuid),
                        scope_of(service.elsewhere->identity), key.to_string());
   }
-  return explain_unserved(uuid, instances_.uuids());
+  std::string why = explain_unserved(uuid, instances_.uuids());
+  constexpr std::string_view variable = "V.G.SERVICE.UUID";
+  if (!fabric::queue_of(key.machine).empty() && why.starts_with(variable)) {
+    // It is no program that says who gets the messages of a queue, or the call of a command
+    // ("call.7f3a").
+    why.replace(0, variable.size(), "uuid");
+  }
+  return why;
 }
 
 fabric::Delivery Dispatcher::delivery_of(const std::string& uuid) const {

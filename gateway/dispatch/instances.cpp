@@ -1,6 +1,9 @@
 #include "gateway/dispatch/instances.hpp"
 
 #include <algorithm>
+#include <array>
+
+#include "fabric/channel_scope.hpp"
 
 namespace millrace::gateway::dispatch {
 
@@ -37,12 +40,25 @@ void Instances::visit_buckets(const Group& group, const fabric::ChannelKey& key,
     visit(only->second);
     return;
   }
-  for (const fabric::ChannelScope& scope : std::array<fabric::ChannelScope, 4>{
-           {{key.machine, key.channel}, {"", key.channel}, {key.machine, 0}, any_channel}}) {
-    const auto found = group.buckets.find(scope);
-    if (found != group.buckets.end() && !visit(found->second)) {
-      return;
+  const auto visit_all = [&](const auto& scopes) {
+    for (const fabric::ChannelScope& scope : scopes) {
+      const auto found = group.buckets.find(scope);
+      if (found != group.buckets.end() && !visit(found->second)) {
+        return false;
+      }
     }
+    return true;
+  };
+  using Two = std::array<fabric::ChannelScope, 2>;
+  using Four = std::array<fabric::ChannelScope, 4>;
+  if (fabric::queue_of(key.machine).empty()) {
+    visit_all(Four{{{key.machine, key.channel}, {"", key.channel}, {key.machine, 0}, any_channel}});
+    return;
+  }
+  // A queue's calls are for those of its machine and channel too.
+  const std::string machine(fabric::machine_of(key.machine));
+  if (visit_all(Two{{{key.machine, key.channel}, {key.machine, 0}}})) {
+    visit_all(Four{{{machine, key.channel}, {"", key.channel}, {machine, 0}, any_channel}});
   }
 }
 
@@ -163,7 +179,8 @@ Instance* Instances::choose_to_wait(const std::string& uuid, const fabric::Chann
 bool Instances::serves(const fabric::InstanceIdentity& identity, const fabric::ChannelKey& key) {
   return identity.channels.empty() ||
          std::ranges::any_of(identity.channels, [&](const fabric::ChannelScope& scope) {
-           return (scope.machine.empty() || scope.machine == key.machine) &&
+           return (scope.machine.empty() || scope.machine == key.machine ||
+                   scope.machine == fabric::machine_of(key.machine)) &&
                   (scope.channel == 0 || scope.channel == key.channel);
          });
 }

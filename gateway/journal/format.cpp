@@ -81,6 +81,36 @@ AnsweredEntry get(const pb::Answered& in) {
   return {get(in.call()), {instance_of(in.instance()), in.attempt(), in.text(), in.state()}};
 }
 
+template <typename Out>
+void put_key(Out& out, const fabric::ChannelKey& key) {
+  out.set_machine(key.machine);
+  out.set_channel(key.channel);
+}
+
+template <typename In>
+fabric::ChannelKey key_of(const In& in) {
+  return {in.machine(), static_cast<std::uint16_t>(in.channel())};
+}
+
+void put(pb::Message& out, const MessageEntry& in) {
+  put_key(out, in.key);
+  out.set_number(in.number);
+  out.set_element(in.element);
+  out.set_text(in.text);
+  out.set_seen(in.seen.time_since_epoch().count());
+}
+
+MessageEntry get(const pb::Message& in) {
+  return {key_of(in), in.number(), in.element(), in.text(),
+          fabric::Time(std::chrono::nanoseconds(in.seen()))};
+}
+
+void put(pb::LastGet& out, const LastGetEntry& in) {
+  put_key(out, in.key);
+  out.set_element(in.element);
+  out.set_number(in.number);
+}
+
 pb::Record message_of(const JournalEntry& entry) {
   pb::Record record;
   std::visit(fabric::Cases{
@@ -96,6 +126,12 @@ pb::Record message_of(const JournalEntry& entry) {
                  [&](const AnsweredEntry& in) { put(*record.mutable_answered(), in); },
                  [&](const ClearingEntry& in) { put(*record.mutable_clearing(), in.call); },
                  [&](const EndedEntry& in) { put(*record.mutable_ended(), in.call); },
+                 [&](const MessageEntry& in) { put(*record.mutable_message(), in); },
+                 [&](const MessageEndedEntry& in) {
+                   put_key(*record.mutable_message_ended(), in.key);
+                   record.mutable_message_ended()->set_number(in.number);
+                 },
+                 [&](const LastGetEntry& in) { put(*record.mutable_last_get(), in); },
              },
              entry);
   return record;
@@ -115,6 +151,13 @@ std::optional<JournalEntry> entry_of(const pb::Record& record) {
       return ClearingEntry{get(record.clearing())};
     case pb::Record::kEnded:
       return EndedEntry{get(record.ended())};
+    case pb::Record::kMessage:
+      return get(record.message());
+    case pb::Record::kMessageEnded:
+      return MessageEndedEntry{key_of(record.message_ended()), record.message_ended().number()};
+    case pb::Record::kLastGet:
+      return LastGetEntry{key_of(record.last_get()), record.last_get().element(),
+                          record.last_get().number()};
     case pb::Record::ENTRY_NOT_SET:
       break;
   }

@@ -31,7 +31,11 @@ void Ledger::apply(const JournalEntry& entry) {
   std::visit(
       [this](const auto& one) {
         using T = std::decay_t<decltype(one)>;
-        if constexpr (!std::is_same_v<T, NumbersEntry>) {
+        if constexpr (std::is_same_v<T, MessageEndedEntry>) {
+          end(one);
+        } else if constexpr (std::is_same_v<T, MessageEntry> || std::is_same_v<T, LastGetEntry>) {
+          queues_[one.key].apply(one);
+        } else if constexpr (!std::is_same_v<T, NumbersEntry>) {
           const auto found = calls_.find(one.call);
           if (found == calls_.end()) {
             return;
@@ -49,6 +53,15 @@ void Ledger::apply(const JournalEntry& entry) {
         }
       },
       entry);
+}
+
+/// The end of the message is the end of its call, which may not have been written any more.
+void Ledger::end(const MessageEndedEntry& entry) {
+  queues_[entry.key].apply(entry);
+  std::erase_if(calls_, [&](const auto& one) {
+    return one.second.key == entry.key &&
+           one.second.request.state == request_state_of(entry.number);
+  });
 }
 
 void Ledger::open(const DispatchedEntry& entry) {
@@ -77,6 +90,10 @@ std::vector<Call> Ledger::open_calls() const {
 
 std::vector<JournalEntry> Ledger::snapshot() const {
   std::vector<JournalEntry> entries{numbers_};
+  for (const auto& [key, book] : queues_) {
+    const auto of_queue = book.snapshot(key);
+    entries.insert(entries.end(), of_queue.begin(), of_queue.end());
+  }
   for (const Call& call : open_calls()) {
     for (const Attempt& attempt : call.attempts) {
       entries.emplace_back(DispatchedEntry{call.id, call.key, call.request, call.seen,

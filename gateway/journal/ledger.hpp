@@ -11,6 +11,7 @@
 
 #include "gateway/call.hpp"
 #include "gateway/journal_entry.hpp"
+#include "gateway/queue_book.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -24,14 +25,18 @@ class Ledger {
   [[nodiscard]] const NumbersEntry& numbers() const { return numbers_; }
   /// In the order they were claimed; at most one for each channel.
   [[nodiscard]] std::vector<Call> open_calls() const;
+  /// What is known of message queues, by the key of each.
+  [[nodiscard]] const std::map<fabric::ChannelKey, QueueBook>& queues() const { return queues_; }
   /// Entries that lead to the same ledger.
   [[nodiscard]] std::vector<JournalEntry> snapshot() const;
 
  private:
   void open(const DispatchedEntry& entry);
+  void end(const MessageEndedEntry& entry);
 
   NumbersEntry numbers_;
   std::map<fabric::CallId, Call> calls_;
+  std::map<fabric::ChannelKey, QueueBook> queues_;
 };
 
 }  // namespace millrace::gateway::journal

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "base/posix/host.hpp"
+#include "fabric/channel_scope.hpp"
 #include "gateway/live/gateway_impl.hpp"
 #include "gateway/live/machine_link.hpp"
 
@@ -64,6 +65,8 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
           {.begin_event = [this] { begin_event(); },
            .written = [this](const auto& written) { tell(written); }},
           log),
+      queues(
+          executor, [this] { return now(); }, *this),
       machines(own, *this, *this) {
   static_cast<void>(
       control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
@@ -124,6 +127,7 @@ void Gateway::Impl::tell_load() {
     if (!error) {
       begin_event();
       machines.tell_load();
+      queues.tell_numbers();
       tell_left_out();
       tell_load();
     }
@@ -157,6 +161,7 @@ std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSe
     gate.emplace([this] { begin_event(); }, events);
   }
   auto link = std::make_unique<MachineLink>(executor, machine, *gate, log);
+  clients[machine.name] = link->client();
   data.connect(machine.name, link->client(), link->location());
   variables.connect(machine.name, link->client(), link->location());
   link->start();
@@ -171,13 +176,15 @@ void Gateway::Impl::start() {
   for (const Call& call : journal->ledger().open_calls()) {
     const bool configured = std::ranges::any_of(
         settings.machines, [&](const auto& machine) { return machine.name == call.key.machine; });
-    if (!configured) {
+    if (!configured && fabric::queue_of(call.key.machine).empty()) {
       log->warn("call {} of {} stays in the journal: the configuration has no such machine",
                 call.id.to_string(), call.key.to_string());
     }
   }
   data.set(settings.machines);
   variables.set(settings.machines);
+  queues.set(settings.machines, journal->ledger());
+  warn_of_volatile_queues();
   machines.set(settings.machines);
   beat();
   tell_load();
@@ -193,6 +200,7 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
   carry_out(control.change(settings::paces_of(settings.machines), settings.policies, now()));
   data.set(settings.machines);
   variables.set(settings.machines);
+  queues.set(settings.machines, journal->ledger());
   machines.set(settings.machines);
 }
 

@@ -41,11 +41,15 @@ void Gateway::Impl::carry_out(control::ChannelActions actions) {
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Read& action) {
-  machines.read(key, action.look);
+  queues.has(key) ? queues.read(key, action.look) : machines.read(key, action.look);
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Write& action) {
-  machines.write(key, action.variable, action.value);
+  if (queues.has(key)) {
+    queues.write(key, action.variable, action.value);
+  } else {
+    machines.write(key, action.variable, action.value);
+  }
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
@@ -93,7 +97,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Show& action)
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Hide&) {
   timers.erase(key);
   call_end.let_go(key);
-  machines.on_over(key);
+  queues.has(key) ? queues.on_over(key) : machines.on_over(key);
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Say& action) {

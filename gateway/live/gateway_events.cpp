@@ -30,6 +30,7 @@ void Gateway::Impl::on_link_up(const std::string& machine,
                                const std::vector<std::uint16_t>& channels) {
   data.on_up(machine, channels);
   variables.on_up(machine, channels);
+  queues.on_up(machine, channels, clients[machine]);
   carry_out(control.on_link_up(machine, channels, now()));
 }
 
@@ -37,24 +38,28 @@ void Gateway::Impl::on_link_down(const std::string& machine, const std::string& 
   carry_out(control.on_link_down(machine, reason, now()));
   data.on_down(machine);
   variables.on_down(machine, reason);
+  queues.on_down(machine, reason);
 }
 
 void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
   carry_out(control.on_link_dropped(machine, reason, now()));
   data.on_dropped(machine);
   variables.on_dropped(machine);
+  queues.on_left(machine, 0, reason);
 }
 
 void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
   carry_out(control.retire(key, now()));
   data.on_over(key);
   variables.on_over(key);
+  queues.on_left(key.machine, key.channel, "the configuration names its channel no more");
 }
 
 void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
   carry_out(control.release(key, reason, now()));
   data.on_over(key);
   variables.on_over(key);
+  queues.on_left(key.machine, key.channel, reason);
 }
 
 void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
@@ -118,8 +123,9 @@ void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
 void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
   begin_event();
   if (instance_lines.admit(now().steady)) {
-    log->info("instance {} of {} is ready: {} on {}, pid {}", instance.id.to_string(),
-              instance.uuid, instance.name, instance.host, instance.pid);
+    log->info("instance {} of {} is ready: {} on {}, pid {}{}", instance.id.to_string(),
+              instance.uuid, instance.name, instance.host, instance.pid,
+              instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
   carry_out(control.on_instance_ready(instance, now()));
 }

@@ -25,6 +25,7 @@
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/live/plant_data.hpp"
+#include "gateway/live/plant_queues.hpp"
 #include "gateway/live/plant_variables.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
@@ -40,7 +41,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
                              fabric::ends::CommandListener,
                              fabric::ends::GatewayWatchListener,
                              machines::MachinesIo,
-                             machines::MachinesListener {
+                             machines::MachinesListener,
+                             QueueEvents {
   Impl(const boost::asio::any_io_executor& the_executor, SpinAfterPublish& the_spin,
        settings::Settings the_settings, base::program::Log the_log);
 
@@ -85,6 +87,22 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
                 const std::string& reason) override;
   void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
+
+  // What message queues want; gateway_queues.cpp.
+  void on_queue_event() override { begin_event(); }
+  void on_queue_open(const fabric::ChannelKey& key) override;
+  void on_queue_down(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_queue_retired(const fabric::ChannelKey& key) override;
+  void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
+  void on_queue_write(const fabric::ChannelKey& key) override;
+  void on_queue_change(const fabric::ChannelKey& key) override;
+  void record_of_queue(const std::vector<JournalEntry>& entries,
+                       std::function<void()> recorded) override;
+  void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) override;
+  void tell_queue(const fabric::DataSample& sample) override;
+  void notice_queue(const std::string& kind, const fabric::ChannelKey& key,
+                    const std::string& trouble, const std::string& advice);
+  void warn_of_volatile_queues();
 
   // What other gateways say.
   void on_machine(const fabric::MachineStatus& status) override;
@@ -149,6 +167,9 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   /// Before the machines, whose links it uses.
   PlantData data;
   PlantVariables variables;
+  /// Of each machine, for its queues.
+  std::map<std::string, std::weak_ptr<cnc::ads::Client>> clients;
+  PlantQueues queues;
   /// Of all links; before the machines, which have them.
   std::optional<machines::LinkGate> gate;
   machines::Machines machines;

@@ -36,6 +36,8 @@ class PlantData {
   void on_dropped(const std::string& machine);
   /// The channel is not ours any more.
   void on_over(const fabric::ChannelKey& key);
+  /// What else there is to tell beside machine data; without values that it is over.
+  void publish_also(const fabric::DataSample& sample);
 
  private:
   struct Machine {

@@ -9,6 +9,7 @@
 #include "base/text/number.hpp"
 #include "fabric/channel_scope.hpp"
 #include "gateway/settings/data_reader.hpp"
+#include "gateway/settings/queue_reader.hpp"
 #include "idl/gateway.pb.h"
 
 namespace millrace::gateway::settings {
@@ -57,6 +58,7 @@ class Reader {
     to.programs = DataReader(mistakes_).read_programs(from, path);
     to.variables = DataReader(mistakes_).read_variables(from, path);
     to.variables.cycle = to.pace.active;
+    to.queues = read_queues(from, path, mistakes_);
     return to;
   }
 

@@ -18,6 +18,7 @@
 #include "gateway/pace.hpp"
 #include "gateway/policy.hpp"
 #include "gateway/programs/program_watch.hpp"
+#include "gateway/queues/queue_settings.hpp"
 #include "gateway/variables/write_rules.hpp"
 
 namespace millrace::gateway::settings {
@@ -47,6 +48,7 @@ struct MachineSettings {
   data::DataSettings data{};
   std::vector<programs::ProgramSettings> programs{};
   variables::VariableSettings variables{};
+  std::vector<queues::QueueSettings> queues{};
   bool operator==(const MachineSettings&) const = default;
 
   /// "cnc (127.0.0.1:48898, 127.0.0.1.1.1)"

@@ -46,7 +46,8 @@ int serve_folder(int argc, char** argv) {
         .domain = join.domain,
         .fabric = join.fabric,
         .lease = join.lease,
-        .configuration = join.configuration};
+        .configuration = join.configuration,
+        .trust = join.trust};
     std::optional<batch::Folder> folder;
     services::sdk::StopSignals signals(log);
     folder.emplace(file, options, log);

@@ -90,7 +90,8 @@ int serve(int argc, char** argv) {
                                                     .fabric = options.fabric,
                                                     .lease = options.lease,
                                                     .name = "mail observer",
-                                                    .configuration = options.configuration},
+                                                    .configuration = options.configuration,
+                                                    .trust = options.trust},
                     config, *postman, service.log());
     }
     return [&](const sdk::Call& call) { return postman->answer(info(call)); };

@@ -126,6 +126,7 @@ void ServiceProgram::take_fabric() {
   options_.fabric = std::move(join.fabric);
   options_.lease = join.lease;
   options_.configuration = std::move(join.configuration);
+  options_.trust = std::move(join.trust);
 }
 
 int serve(int argc, char** argv, const ServiceOptions& options, const Handler& handler) {

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/posix/host.hpp"
+#include "fabric/dds/trust.hpp"
 #include "fabric/ends/instance_commands.hpp"
 #include "fabric/ends/reply_end.hpp"
 #include "services/sdk/member.hpp"
@@ -62,7 +63,9 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
           .fabric = options.fabric,
           .lease = options.lease,
           .name = options.name,
-          .configuration = options.configuration};
+          .configuration = options.configuration,
+          .trusted_as = options.trust ? options.trust->name : std::string(),
+          .trust = options.trust};
 }
 
 struct Instance::Impl final : Hosted {

@@ -31,6 +31,7 @@ Read read_profile(std::string_view value, IsgSettings& settings) {
   settings.options.fabric = std::move(profile->fabric);
   settings.options.lease = profile->lease;
   settings.options.configuration = std::move(profile->configuration);
+  settings.options.trust = std::move(profile->trust);
   return {};
 }
 

@@ -14,6 +14,7 @@
 #include <spdlog/spdlog.h>
 
 #include "base/loop/watchdog.hpp"
+#include "fabric/dds/badges.hpp"
 #include "fabric/ends/beat_end.hpp"
 #include "fabric/ends/instance_commands.hpp"
 #include "fabric/registry/beats.hpp"
@@ -47,6 +48,8 @@ struct Member::Impl final : fabric::ends::InstanceCommandsListener {
   [[nodiscard]] std::optional<std::uint32_t> running(
       const fabric::InstanceId& instance) const override;
   void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
+  /// What is not believed.
+  void tell_ignored();
   void on_untold(const fabric::Command& command, const std::string& reason) override;
 
   const std::shared_ptr<spdlog::logger> log;
@@ -57,6 +60,7 @@ struct Member::Impl final : fabric::ends::InstanceCommandsListener {
   /// The supervisor of a service looks whether this loop turns.
   const base::loop::Watchdog watchdog{context.get_executor()};
   std::optional<fabric::ends::InstanceCommands> commands;
+  std::optional<fabric::dds::Badges::Watcher> badges;
   // On the loop only.
   std::map<fabric::InstanceId, Hosted*> hosted;
   fabric::registry::Beats beats{fabric::InstanceId::random()};
@@ -66,6 +70,10 @@ struct Member::Impl final : fabric::ends::InstanceCommandsListener {
 
 void Member::Impl::start() {
   commands.emplace(participant, context.get_executor(), *this);
+  if (participant.badges() != nullptr) {
+    badges.emplace(*participant.badges(),
+                   [this] { asio::post(context, [this] { tell_ignored(); }); });
+  }
   beat_timer.expires_after(std::chrono::nanoseconds(0));
   thread = std::thread([this] {
     const auto work = asio::make_work_guard(context);
@@ -104,6 +112,13 @@ void Member::Impl::on_drain(const fabric::InstanceId& instance, const std::strin
   }
 }
 
+void Member::Impl::tell_ignored() {
+  static_cast<void>(badges->take());
+  for (const std::string& line : participant.badges()->take_complaints()) {
+    log->warn("{}", line);
+  }
+}
+
 void Member::Impl::on_untold(const fabric::Command& command, const std::string& reason) {
   log->warn("{} is not told what came of its command: {}", command.issuer, reason);
 }
@@ -116,6 +131,7 @@ Member::Member(const fabric::dds::ParticipantOptions& join, std::shared_ptr<spdl
 Member::~Member() {
   impl_->context.stop();
   impl_->thread.join();
+  impl_->badges.reset();
   // Without a thread that runs it, the end may go anywhere.
   impl_->commands.reset();
 }

@@ -63,6 +63,7 @@ struct ServiceOptions {
   std::string fabric = "millrace";
   std::chrono::milliseconds lease = fabric::dds::ParticipantOptions{}.lease;
   std::string configuration{};
+  std::shared_ptr<const fabric::dds::Trust> trust{};
 };
 
 /// RAII: serves from the end of its constructor; its destructor leaves like stop().

@@ -10,6 +10,8 @@
 // are started together can. Exit code 1 if a goal is missed: the median of a call with SIGN at most
 // 1.5 times, with ENCRYPT 1.7 times that without, a process joins in at most 100 ms more, all
 // instances within 10 s.
+#include "fabric/dds/trust.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -74,6 +76,9 @@ class Row : public fabric::ends::CallEndListener {
         throw std::runtime_error(credentials.error());
       }
       options.configuration = credentials->cyclone_configuration;
+      options.trusted_as = credentials->name;
+      options.trust = std::make_shared<const fabric::dds::Trust>(fabric::dds::Trust{
+          .name = credentials->name, .badge = credentials->badge, .until = credentials->until});
     }
     participant_.emplace(options);
     end_.emplace(*participant_, context_.get_executor(), *this, fabric::ends::CallEnd::Of::tool);

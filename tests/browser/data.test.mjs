@@ -1,5 +1,6 @@
 // The view of machine data and programs, beside a machine that changes.
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { after, afterEach, before, test } from 'node:test';
 import { awaitText, Browser, picture, textOf, violations } from './browser.mjs';
 import { Plant, until } from './plant.mjs';
@@ -196,6 +197,8 @@ test('a recording shows what programs said of themselves', async () => {
   const third = plant.recorder(plant.file('third.mcap'));
   await third.ready();
   await until(async () => (await (await fetch(`${web.url}/api/notices`)).json()).some((each) => /third/.test(each.text)), 'the word of the third recorder');
+  // The second one has heard it, too: who comes later hears the end only.
+  await until(() => readFileSync(`${file}.part`).includes('third.mcap'), 'the word of the third recorder in the second');
   await third.stop();
   await second.stop();
   const page = await browser.open(web.url, { view: '#/recordings/second.mcap' });

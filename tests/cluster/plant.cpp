@@ -1,13 +1,16 @@
 #include "tests/cluster/plant.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "gateway/journal/format.hpp"
 #include "tools/mcap/file.hpp"
@@ -25,6 +28,11 @@ using testing::Not;
 constexpr std::uint64_t seed = 20260301;
 
 constexpr const char* default_profile = "one_network.fabric.textproto";
+/// What shipped profiles of networks say, which the desk of the plant has to make first.
+constexpr const char* shipped_trust = "trust { folder: \"/etc/millrace/trust\" }";
+
+/// Of docker/Dockerfile.
+constexpr uid_t container_user = 10001;
 
 constexpr const char* port = "48898";
 
@@ -53,7 +61,22 @@ Plant::Plant(Backend backend)
           {"gateway", "recorder", "controller", "service-1", "service-2", "service-3", "service-4"},
           seed)) {
   for (const auto& entry : std::filesystem::directory_iterator(MILLRACE_PROFILES)) {
-    std::filesystem::copy_file(entry.path(), hosts_->folder() / entry.path().filename());
+    std::ofstream(hosts_->folder() / entry.path().filename())
+        << replaced(read_file(entry.path()), shipped_trust, "unprotected: true");
+  }
+}
+
+void Plant::with_trust() {
+  trust_.emplace(hosts_->folder(), std::vector<std::string>{slow_uuid});
+  const std::filesystem::path plant = hosts_->folder() / "plant";
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(plant)) {
+    // Containers have a user of their own.
+    if (::chown(entry.path().c_str(), container_user, container_user) != 0) {
+      throw std::system_error(errno, std::generic_category(), entry.path().string());
+    }
+  }
+  if (::chown(plant.c_str(), container_user, container_user) != 0) {
+    throw std::system_error(errno, std::generic_category(), plant.string());
   }
 }
 
@@ -61,9 +84,14 @@ void Plant::set_profile(const std::string& host, const std::string& file) {
   profiles_[host] = file;
 }
 
-Flags Plant::joining(const std::string& host) const {
+Flags Plant::joining(const std::string& host, const std::string& program) const {
   const auto own = profiles_.find(host);
   const std::string file = own == profiles_.end() ? default_profile : own->second;
+  if (trust_) {
+    return {"--fabric-config", trust_->profile(TrustMaterial::member_of(program),
+                                               replaced(read_file(hosts_->folder() / file),
+                                                        "unprotected: true", "# trust below"))};
+  }
   return {"--fabric-config", hosts_->folder() / file};
 }
 
@@ -77,13 +105,13 @@ Task& Plant::run(const std::string& host, const std::string& name, const std::st
 
 Task& Plant::start(const std::string& host, const std::string& name, const std::string& program,
                    Flags flags) {
-  const Flags join = joining(host);
+  const Flags join = joining(host, program);
   flags.insert(flags.end(), join.begin(), join.end());
   return run(host, name, program, flags);
 }
 
 std::string Plant::millrace(const std::string& host, Flags flags, int exit_code) {
-  const Flags join = joining(host);
+  const Flags join = joining(host, "millrace");
   flags.insert(flags.end(), join.begin(), join.end());
   const auto task = hosts_->up(host, "millrace", flags);
   EXPECT_EQ(task->wait(), exit_code) << task->output() << task->log();
@@ -133,7 +161,7 @@ Task& Plant::cnc(const Load& load) {
 Task& Plant::gateway(const Flags& flags) {
   record();
   const std::string address = hosts_->address("controller");
-  Flags all = joining("gateway");
+  Flags all = joining("gateway", "millrace-gateway");
   all.insert(all.end(), {"--machine", fmt::format("cnc={}:{}/{}", address, port, net_id(address)),
                          "--journal", hosts_->folder() / "journal"});
   all.insert(all.end(), flags.begin(), flags.end());
@@ -142,7 +170,7 @@ Task& Plant::gateway(const Flags& flags) {
 
 Flags Plant::of_service(const std::string& host, const std::string& name,
                         const Flags& flags) const {
-  Flags all = joining(host);
+  Flags all = joining(host, "millrace-slow-service");
   all.insert(all.end(), {"--name", name, "--record", hosts_->folder() / "executions"});
   all.insert(all.end(), flags.begin(), flags.end());
   return all;

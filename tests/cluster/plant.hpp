@@ -15,11 +15,13 @@
 #include <ios>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/cluster/driver/hosts.hpp"
 #include "tests/cluster/history/verdict.hpp"
+#include "tests/support/trust_material.hpp"
 
 namespace millrace::tests::cluster {
 
@@ -41,12 +43,16 @@ struct Load {
 class Plant {
  public:
   /// Hosts gateway, recorder, controller, service-1 to service-4. Every program joins the fabric by
-  /// the profile deploy/profiles/one_network.fabric.textproto unless told otherwise.
+  /// the profile deploy/profiles/one_network.fabric.textproto unless told otherwise, with
+  /// unprotected: true in the place of its trust.
   explicit Plant(Backend backend);
 
   Hosts& hosts() { return *hosts_; }
   Network& network() { return hosts_->network(); }
 
+  /// From now on each program shows what it is, as its name says: gateway, service, or operator and
+  /// recorder.
+  void with_trust();
   /// From now on programs on `host` join by this file of deploy/profiles, or of the hosts' folder.
   void set_profile(const std::string& host, const std::string& file);
   /// The fabric is recorded on `host` rather than on the host "recorder".
@@ -95,12 +101,13 @@ class Plant {
             const Flags& flags);
   void record();
   void end_recording();
-  [[nodiscard]] Flags joining(const std::string& host) const;
+  [[nodiscard]] Flags joining(const std::string& host, const std::string& program) const;
   [[nodiscard]] Flags of_service(const std::string& host, const std::string& name,
                                  const Flags& flags) const;
   [[nodiscard]] std::string write_program(const Load& load) const;
 
   std::unique_ptr<Hosts> hosts_;
+  std::optional<TrustMaterial> trust_;
   /// By host.
   std::map<std::string, std::string> profiles_;
   std::map<std::string, std::unique_ptr<Task>> tasks_;

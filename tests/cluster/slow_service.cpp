@@ -1,6 +1,7 @@
 // millrace-slow-service: a service for tests. It takes its time, answers with the request's own
 // text, and keeps a record of each time its handler ran.
 #include <chrono>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <thread>
@@ -24,10 +25,17 @@ int main(int argc, char** argv) {
   std::uint32_t state = 1;
   program.app().add_option("--state", state, "State of each answer");
   program.app().add_option("--interim", interim, "Interim state to show first, 0 = none");
+  std::string texts;
+  program.app().add_option(
+      "--texts", texts,
+      "File to which the call and the text of each execution are added, a line each");
   return program.run(argc, argv, [&]() -> sdk::Handler {
     const auto log = std::make_shared<ExecutionLog>(record, program.options().name);
     return [=](const sdk::Call& call) -> sdk::Response {
       log->started(call.id(), call.attempt(), call.channel());
+      if (!texts.empty()) {
+        std::ofstream(texts, std::ios::app) << call.id().to_string() << ' ' << call.text() << '\n';
+      }
       if (interim != 0) {
         call.interim({.text = "busy", .state = interim});
       }

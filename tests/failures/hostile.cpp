@@ -10,68 +10,7 @@
 
 namespace millrace::tests::failures {
 
-namespace {
-
 using namespace fabric;
-
-constexpr std::uint32_t any_value = 0x7FFFFFFF;
-
-/// The operations of the type, in which each enumeration may have any value (dds_opcodes.h).
-std::vector<std::uint32_t> without_limits(const dds_topic_descriptor_t& type) {
-  // The keys stand last, an instruction of two words each.
-  const std::size_t size = type.m_keys[type.m_nkeys - 1].m_offset + 2;
-  std::vector<std::uint32_t> ops(type.m_ops, type.m_ops + size);
-  for (std::uint32_t& op : ops) {
-    constexpr std::uint32_t type_mask = 0x007F0000;
-    if ((op & 0xFF000000) == DDS_OP_ADR && (op & type_mask) == DDS_OP_TYPE_ENU) {
-      (&op)[2] = any_value;
-    }
-  }
-  return ops;
-}
-
-/// Without what it says of itself in XTypes: else it would be seen to be another type.
-dds_topic_descriptor_t lawless(const std::vector<std::uint32_t>& ops) {
-  const dds_topic_descriptor_t& type = millrace_Reply_desc;
-  return {.m_size = type.m_size,
-          .m_align = type.m_align,
-          .m_flagset = type.m_flagset & ~static_cast<std::uint32_t>(DDS_TOPIC_XTYPES_METADATA),
-          .m_nkeys = type.m_nkeys,
-          .m_typename = type.m_typename,
-          .m_keys = type.m_keys,
-          .m_nops = type.m_nops,
-          .m_ops = ops.data(),
-          .m_meta = type.m_meta,
-          .type_information = {},
-          .type_mapping = {},
-          .restrict_data_representation = 0};
-}
-
-}  // namespace
-
-LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::string& partition,
-                             const std::string& user_data)
-    : ops_(without_limits(millrace_Reply_desc)),
-      type_(lawless(ops_)),
-      topic_(dds::check(
-          dds_create_topic(participant.handle(), &type_, wire::reply_topic.name, nullptr, nullptr),
-          "create a lawless topic")),
-      publisher_(wire::create_publisher(participant, partition)),
-      writer_(dds::check(
-          dds_create_writer(publisher_.handle(), topic_.handle(),
-                            wire::writer_qos(wire::reply_topic, user_data).get(), nullptr),
-          "write lawless replies")) {}
-
-void LawlessWriter::write(Reply reply, std::uint32_t kind) {
-  const std::string text = std::exchange(reply.text, "");
-  auto sample = wire::Codec<Reply>::encode(reply).value();
-  // Only read; see Filler::text.
-  sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
-  sample.text._length = static_cast<std::uint32_t>(text.size());
-  sample.text._maximum = sample.text._length;
-  sample.kind = static_cast<millrace_ReplyKind>(kind);
-  dds::check(dds_write(writer_, &sample), "write a lawless reply");
-}
 
 Hostile::Hostile(std::uint32_t domain, std::string uuid)
     : participant_({.domain = domain}),
@@ -105,7 +44,7 @@ void Hostile::forge_reply() {
 }
 
 void Hostile::forge_bad_reply() {
-  constexpr std::uint32_t unknown_kind = 77;
+  constexpr std::uint32_t kind_of_nobody = 77;
   Reply reply{.key = last_.key,
               .instance = last_.assigned,
               .call = last_.call,
@@ -124,18 +63,17 @@ void Hostile::forge_bad_reply() {
       reply.text.assign(200, 'x');
       break;
     default:
-      kind = unknown_kind;
+      kind = kind_of_nobody;
       break;
   }
   replies_.write(std::move(reply), kind);
 }
 
 void Hostile::answer_nothing() {
-  constexpr std::uint64_t epochs = 64;
   ++count_;
   replies_.write({.key = {"cnc", static_cast<std::uint16_t>(1 + count_ % 8)},
                   .instance = last_.assigned,
-                  .call = {.epoch = count_ % epochs, .number = count_},
+                  .call = {.epoch = count_, .number = count_},
                   .text = "nobody asked",
                   .state = 1},
                  millrace_final_reply);

@@ -18,25 +18,9 @@
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
+#include "tests/support/lawless_writer.hpp"
 
 namespace millrace::tests::failures {
-
-/// A writer of replies that checks nothing, and whose enumerations have any value.
-class LawlessWriter {
- public:
-  LawlessWriter(const fabric::dds::Participant& participant, const std::string& partition,
-                const std::string& user_data);
-
-  /// `kind` as on the wire; the text of any length.
-  void write(fabric::Reply reply, std::uint32_t kind);
-
- private:
-  std::vector<std::uint32_t> ops_;
-  dds_topic_descriptor_t type_;
-  fabric::dds::Entity topic_;
-  fabric::dds::Entity publisher_;
-  dds_entity_t writer_ = 0;
-};
 
 class Hostile {
  public:
@@ -51,7 +35,8 @@ class Hostile {
   void forge_reply();
   /// The same with a NUL, of state 0, too long, of a kind that nobody knows, in turn.
   void forge_bad_reply();
-  /// A reply to a call that was never asked.
+  /// A reply to a call that was never asked, of a caller that there never was, another one each
+  /// time.
   void answer_nothing();
   /// A request from nobody's gateway, to who was asked last or, if `astray`, in his mailbox to
   /// somebody else.

@@ -14,6 +14,7 @@
 
 #include "fabric/ends/reply_end.hpp"
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/reply_keys.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
@@ -316,6 +317,82 @@ TEST_F(AHostileParticipant, AnnouncesWhatNoInstanceIsAndIsSaidToOnceAndShownToNo
     expect_clean(shown.output());
     expect_clean(shown.error_output());
   }
+}
+
+// Cyclone keeps 0.6 kB of each key until its writer is gone: 192 MB after 15 s of this.
+TEST_F(AHostileParticipant, AnswersCallsOfEverNewCallersAndFillsNoMemory) {
+  start(2);
+  Hostile sut(chain.domain(), slow_uuid);
+  await("a request that is overheard", [&] {
+    sut.overhear();
+    return sut.has_heard();
+  });
+  const auto flood = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      sut.answer_nothing();
+      if (i % 64 == 0) {
+        // A writer keeps what is not acknowledged yet.
+        std::this_thread::yield();
+      }
+    }
+  };
+  const auto pinged = [&] {
+    await(
+        "the gateway to answer a ping",
+        [&] {
+          Process ping = chain.millrace({"health"});
+          return ping.wait(allowed) == 0;
+        },
+        allowed);
+    return bench::resident_mib(gateway->pid());
+  };
+  flood(ReplyKeys::most_others + 4000);
+  gateway->await_error("replies to calls that nobody asked here, of more than 16384", allowed);
+  const double full = pinged();
+  flood(30'000);
+  const double fuller = pinged();
+  std::cout << fmt::format(
+      "the gateway's memory at the bound and after 30,000 keys more: {:.1f}, "
+      "{:.1f} MiB\n",
+      full, fuller);
+  // 0.6 kB of each were 18 MiB.
+  EXPECT_LT(fuller - full, 6.0);
+  // And who is asked is heard.
+  Process call = chain.millrace({"call", slow_uuid, "still there"});
+  EXPECT_EQ(call.wait(allowed), 0) << call.error_output();
+  EXPECT_THAT(call.output(), HasSubstr("still there"));
+}
+
+// An instance of another vendor's DDS, or of a later version.
+TEST_F(AHostileParticipant, AnswersItsOwnCallWithAKindThatNobodyKnowsAndTheProgramIsTold) {
+  const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+  const InstanceIdentity odd{.id = InstanceId::random(), .uuid = uuid, .name = "odd"};
+  dds::Participant participant({.domain = chain.domain()});
+  LawlessWriter replies(participant, wire::service_partition("millrace", uuid),
+                        registry::format_instance(odd.id));
+  wire::Reader<Request> requests(participant, wire::mailbox_partition("millrace", uuid, odd.id),
+                                 wire::Keep::all, {.user_data = registry::format_identity(odd)});
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "square_root_of_3.nc")}));
+  gateway.emplace(chain.gateway());
+  std::optional<Request> asked;
+  await("the call", [&] {
+    for (const wire::Taken<Request>& taken : requests.take()) {
+      if (taken.valid) {
+        asked = taken.value;
+      }
+    }
+    return asked.has_value();
+  });
+  replies.write({.key = asked->key,
+                 .instance = odd.id,
+                 .call = asked->call,
+                 .attempt = asked->attempt,
+                 .text = "1.7",
+                 .state = 1},
+                77);
+  cnc->await("response = ERROR: the service's answer is of a kind that this gateway does not know");
+  cnc->await("state = 500");
+  gateway->await_error("is of a kind that this gateway does not know");
 }
 
 }  // namespace

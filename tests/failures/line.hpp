@@ -43,6 +43,8 @@ struct LineOptions {
   Point point = Point::running;
   bool at_most_once = false;
   bool journal = true;
+  /// Each program shows what it is.
+  bool trust = false;
 };
 
 class Line {

@@ -89,6 +89,38 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"ControllerBeforeTheProgramIsReleased", controller, before_release, Fault::freeze}),
     [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
 
+/// Where each shows what it is: a restart is a handshake more, and the dead one's place is taken by
+/// one that has to prove itself first.
+class EveryTrustedProcess : public testing::TestWithParam<Case> {};
+
+TEST_P(EveryTrustedProcess, MayDieOrFreezeInACallAsOneWithoutTrust) {
+  Line sut({.point = GetParam().point, .trust = true});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  if (GetParam().fault == Fault::freeze) {
+    ASSERT_NO_FATAL_FAILURE(sut.freeze(GetParam().victim));
+  } else {
+    sut.kill(GetParam().victim);
+  }
+  sut.expect_every_answer();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Crash, EveryTrustedProcess,
+    testing::Values(Case{"GatewayWhileTheCallRuns", gateway, running, Fault::kill},
+                    Case{"GatewayBeforeItReleasesTheProgram", gateway, before_release, Fault::kill},
+                    Case{"ServiceWhileItRuns", service, running, Fault::kill},
+                    Case{"ServiceWhileItRunsFrozen", service, running, Fault::freeze}),
+    [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
+
+TEST(ATrustedAtMostOnceCall, IsHeldForAnOperatorWhoShowsThatHeIsOne) {
+  Line sut({.point = running, .at_most_once = true, .trust = true});
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  sut.kill(service);
+  sut.answer_the_held_call();
+  sut.expect_every_answer();
+  sut.expect_no_call_ran_twice();
+}
+
 struct OnceCase {
   const char* name;
   Victim victim;

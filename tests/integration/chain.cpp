@@ -17,6 +17,18 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
 
 }  // namespace
 
+void Chain::with_trust(const std::vector<std::string>& uuids, const std::string& protection) {
+  trust_.emplace(folder(), uuids, protection);
+}
+
+Flags Chain::joining(const std::string& name) const {
+  Flags flags{"--domain", std::to_string(domain_.number())};
+  if (trust_) {
+    flags.insert(flags.end(), {"--fabric-config", trust_->profile(TrustMaterial::member_of(name))});
+  }
+  return flags;
+}
+
 Process Chain::start(const std::string& name, Flags command) {
   command.insert(command.begin(), binary(name));
   Process process(std::move(command));
@@ -36,8 +48,8 @@ Process Chain::cnc(const Flags& flags) {
 }
 
 Process Chain::gateway(const Flags& flags) {
-  Flags command{"--domain", std::to_string(domain_.number()), "--machine",
-                "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1"};
+  Flags command = joining("millrace-gateway");
+  command.insert(command.end(), {"--machine", "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1"});
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-gateway", std::move(command));
 }
@@ -48,20 +60,21 @@ void Chain::configure(std::string configuration) {
 
 Process Chain::configured_gateway(const std::string& configuration, const Flags& flags) {
   configure(configuration);
-  Flags command{"--domain", std::to_string(domain_.number()), "--config",
-                this->configuration().string()};
+  Flags command = joining("millrace-gateway");
+  command.insert(command.end(), {"--config", this->configuration().string()});
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-gateway", std::move(command));
 }
 
 Process Chain::slow_service(const Flags& flags) {
-  Flags command{"--domain", std::to_string(domain_.number()), "--record", record().string()};
+  Flags command = joining("millrace-slow-service");
+  command.insert(command.end(), {"--record", record().string()});
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-slow-service", std::move(command));
 }
 
 Process Chain::square_root(const Flags& flags) {
-  Flags command{"--domain", std::to_string(domain_.number())};
+  Flags command = joining("millrace-square-root");
   command.insert(command.end(), flags.begin(), flags.end());
   return start("millrace-square-root", std::move(command));
 }
@@ -83,7 +96,8 @@ Flags Chain::command(Flags command) const {
   command.insert(command.begin(), binary("millrace"));
   const std::string& what = command.at(1);
   if (what != "log" && what != "completion") {
-    command.insert(command.end(), {"--domain", std::to_string(domain_.number())});
+    const Flags join = joining("millrace");
+    command.insert(command.end(), join.begin(), join.end());
   }
   return command;
 }

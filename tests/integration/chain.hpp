@@ -8,12 +8,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/support/trust_material.hpp"
 
 namespace millrace::tests::integration {
 
@@ -21,6 +23,10 @@ using Flags = std::vector<std::string>;
 
 class Chain {
  public:
+  /// From now on each program shows what it is, made for services of these UUIDs.
+  void with_trust(const std::vector<std::string>& uuids, const std::string& protection = "SIGN");
+  [[nodiscard]] const TrustMaterial& trust() const { return trust_.value(); }
+
   /// A virtual CNC with two channels unless the flags say otherwise, ready; the gateways started
   /// after it serve this one.
   Process cnc(const Flags& flags = {});
@@ -65,9 +71,12 @@ class Chain {
 
  private:
   Process start(const std::string& name, Flags command);
+  /// How a program of this name joins the fabric.
+  [[nodiscard]] Flags joining(const std::string& name) const;
 
   Domain domain_;
   TemporaryFolder folder_;
+  std::optional<TrustMaterial> trust_;
   std::string port_;
 };
 

@@ -59,7 +59,7 @@ Help help_of(Words path) {
       in_subcommands = true;
     } else if (line.empty()) {
       in_subcommands = false;
-    } else if (in_subcommands && std::regex_search(line, found, std::regex("^  ([a-z]+)"))) {
+    } else if (in_subcommands && std::regex_search(line, found, std::regex("^  ([a-z-]+)"))) {
       help.subcommands.push_back(found[1]);
     } else if (std::regex_search(line, found, std::regex("^  (?:-[a-zA-Z],)?(--[a-z0-9-]+)"))) {
       help.options.push_back(found[1]);
@@ -148,8 +148,10 @@ TEST(TheHelp, OfEverySubcommandShowsAnExample) {
 TEST(TheHelp, OfEverySubcommandThatPrintsHasJson) {
   // A script for a shell; an export whose format is chosen otherwise; what is told over HTTP; what
   // writes files, and says where.
-  const std::set<std::string> others{"completion", "log export",  "web",         "trust export",
-                                     "trust init", "trust issue", "trust renew", "trust revoke"};
+  const std::set<std::string> others{
+      "completion",  "log export",  "web",         "trust export",
+      "trust init",  "trust issue", "trust renew", "trust renew-authorities",
+      "trust revoke"};
   for (const auto& [words, help] : all_help()) {
     if (help.subcommands.empty() && !others.contains(words)) {
       EXPECT_THAT(help.options, Contains("--json")) << words;

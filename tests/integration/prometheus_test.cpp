@@ -267,6 +267,57 @@ TEST_F(ThePrometheus, CallsWhenAJournalCannotBeWritten) {
   expect_no_alert("MillraceJournalFull");
 }
 
+/// A gateway that tells what becomes of programs, and samples a value that the controller has and
+/// one that it has not.
+class ThePrometheusOfData : public ThePrometheus {
+ protected:
+  void SetUp() override {
+    ThePrometheus::SetUp();
+    if (IsSkipped()) {
+      return;
+    }
+    start_web();
+    start_prometheus();
+    cnc.emplace(chain.cnc());
+    gateway.emplace(chain.configured_gateway(
+        "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
+        "programs { period_ms: 20 } "
+        "data { name: \"state\" variable: [\"state\", \"V.E.NONE\"] period_ms: 20 } }\n"));
+    await("data", [&] { return value_of("millrace_data_values{quality=\"good\"}") == 1.0; });
+  }
+  /// The same controller, off and on again, with a program that ends with an error after a while.
+  void run_into_an_error() {
+    const std::string place = "127.0.0.1:" + std::to_string(chain.port());
+    const auto program = chain.folder() / "bad.nc";
+    std::ofstream(program) << "%bad\n#FLUSH WAIT\n#TIME 4\n#FLUSH WAIT\nP1 = 1 / 0\nM30\n";
+    cnc->kill();
+    cnc.emplace(Process({binary("millrace-cnc"), "--listen", place, "--channels", "2", "--dir",
+                         chain.folder().string(), "--run", "1=" + program.string()}));
+    cnc->await("^ready: ");
+  }
+};
+
+TEST_F(ThePrometheusOfData, CallsWhenAProgramIsAborted) {
+  const auto aborted = [&] { return value_of("sum(millrace_programs_total{result=\"aborted\"})"); };
+  run_into_an_error();
+  await("an aborted program", [&] { return aborted() == 1.0; });
+  // Prometheus sees what is more than before.
+  run_into_an_error();
+  expect_alert("MillraceProgramAborted");
+}
+
+TEST_F(ThePrometheusOfData, CallsWhileSampledValuesAreStaleAndWhileTheyAreRefused) {
+  expect_alert("MillraceDataRefused");
+  EXPECT_FALSE(fires("MillraceDataStale"));
+  const std::string place = "127.0.0.1:" + std::to_string(chain.port());
+  cnc->kill();
+  expect_alert("MillraceDataStale");
+  cnc.emplace(Process({binary("millrace-cnc"), "--listen", place, "--channels", "2", "--dir",
+                       chain.folder().string()}));
+  cnc->await("^ready: ");
+  expect_no_alert("MillraceDataStale");
+}
+
 TEST_F(ThePrometheus, CallsWhenTheCertificateEndsSoon) {
   const std::string key = (chain.folder() / "web.key").string();
   const std::string certificate = (chain.folder() / "web.crt").string();

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "base/posix/host.hpp"
+#include "fabric/badge.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
@@ -41,7 +42,7 @@ class Desk : public std::enable_shared_from_this<Desk> {
       if (!heard.contains(command.id)) {
         sent_.insert_or_assign(command.id, Clock::now());
         fabric::Command named = command;
-        named.issuer = issuer_of(participant_.options().trusted_as, command.issuer);
+        named.issuer = fabric::issuer_of(participant_.options().trusted_as, command.issuer);
         if (const auto written = writer_.write(named); !written) {
           throw std::runtime_error(written.error());
         }
@@ -94,11 +95,6 @@ std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
     io.run_one_until(std::min(next_sending, end));
   }
   return std::move(desk->heard);
-}
-
-std::string issuer_of(const std::string& trusted_as, const std::string& said) {
-  // At most 127 bytes fit.
-  return trusted_as.empty() ? said : fmt::format("{:.40} ({:.80})", trusted_as, said);
 }
 
 std::string issuer_here() {

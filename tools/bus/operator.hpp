@@ -27,9 +27,6 @@ std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
                                           const std::vector<fabric::Command>& commands,
                                           std::chrono::milliseconds patience);
 
-/// Who a command is from: where there is trust, the name in the certificate comes first: "office
-/// (user@host)".
-std::string issuer_of(const std::string& trusted_as, const std::string& said);
 /// "user@host", for a command's issuer.
 std::string issuer_here();
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "fabric/reply_kind.hpp"
 #include "gateway/call.hpp"
 
 namespace millrace::tools::caller {
@@ -69,6 +70,10 @@ void Calls::on_reply(const fabric::Reply& reply, Moment now) {
   }
   if (reply.kind == fabric::ReplyKind::declined) {
     decline(reply, now);
+    return;
+  }
+  if (!fabric::is_known(reply)) {
+    end(reply.call, std::nullopt, "the answer is of a kind that this program does not know", now);
     return;
   }
   const bool last = reply.kind == fabric::ReplyKind::final;

@@ -7,6 +7,7 @@
 #include <boost/asio/io_context.hpp>
 
 #include "base/posix/host.hpp"
+#include "fabric/dds/badges.hpp"
 #include "fabric/ends/discovery.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/notice_reader.hpp"
@@ -27,9 +28,11 @@ constexpr auto patience_for_the_time = std::chrono::milliseconds(1000);
 
 struct Listener : fabric::observer::ObserverListener, bus::NoticeListener {
   void on_entry(recording::Entry entry) override { live.add(entry); }
+  void on_ignored(const std::string& reason) override { doubts.push_back(reason); }
   void on_notice(const fabric::Notice& notice) override { live.add(notice); }
   void on_notice_gone(const fabric::NoticeKey& key) override { live.take_back(key); }
   bus::Live live;
+  std::vector<std::string> doubts;
 };
 
 /// The name of the interface that `wanted`, a name or an address, means; `wanted` if none.
@@ -138,6 +141,14 @@ class Visit {
     const std::string& fabric = participant_.options().fabric;
     observer_.drain();
     found_.live = listener_.live;
+    found_.doubts = listener_.doubts;
+    if (participant_.badges() != nullptr) {
+      for (const fabric::Proof& proof : participant_.badges()->all()) {
+        if (!proof.revoked) {
+          found_.badges.push_back(*proof.badge);
+        }
+      }
+    }
     found_.programs = programs_in(directory_, fabric);
     found_.misfits = misfits_in(directory_, readers_.matched(), fabric);
     found_.clocks = compare_clocks(participant_, found_.live);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "fabric/badge.hpp"
 #include "tools/bus/live.hpp"
 #include "tools/doctor/clock.hpp"
 #include "tools/doctor/hearing.hpp"
@@ -81,6 +82,10 @@ struct Findings {
   std::vector<Misfit> misfits{};
   /// Instances that discovery shows but whose words about themselves make no sense.
   std::vector<std::string> ignored{};
+  /// What the others have proved to be; only with trust.
+  std::vector<fabric::Badge> badges{};
+  /// What is not believed, and of whom.
+  std::vector<std::string> doubts{};
   std::vector<Peer> peers{};
   std::vector<HostClock> clocks{};
   bus::Live live{};

@@ -114,9 +114,12 @@ class Reader {
 
   void words(const syntax::Words& words) {
     for (const syntax::WordsItem& item : words.items) {
-      std::visit(Cases{[&](const syntax::Word& one) { word(one); },
-                       [&](const syntax::Assignment& one) { assign(one); }, [](const auto&) {}},
-                 item);
+      std::visit(
+          Cases{[&](const syntax::Word& one) { word(one); },
+                [&](const syntax::Assignment& one) { assign(one); },
+                [&](const syntax::DataAssignment& one) { read(one.value); },
+                [&](const syntax::QueueMessage& one) { read(one.value); }, [](const auto&) {}},
+          item);
     }
   }
 

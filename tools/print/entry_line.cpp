@@ -45,9 +45,10 @@ class Tail {
     return std::string(name_of(status.state)) + detail_of(status.reason);
   }
   std::string operator()(const recording::InstanceNews& news) const {
-    return fmt::format("{}  {} {} on {} ({})", name_of(news.change), entry_.uuid,
-                       safe(news.identity.name), safe(news.identity.host),
-                       news.identity.id.to_string());
+    return fmt::format(
+        "{}  {} {} on {} ({}){}", name_of(news.change), entry_.uuid, safe(news.identity.name),
+        safe(news.identity.host), news.identity.id.to_string(),
+        news.identity.certificate.empty() ? "" : " as " + safe(news.identity.certificate));
   }
   std::string operator()(const fabric::InstanceStatus& status) const {
     return fmt::format("{}  {} running, {} answered, {} failed, mean {}",

@@ -34,6 +34,9 @@ void put_identity(boost::json::object& out, const fabric::InstanceIdentity& iden
   out["awaited"] = name_of(identity.awaited);
   out["concurrency"] = identity.concurrency;
   out["draining"] = identity.draining;
+  if (!identity.certificate.empty()) {
+    out["certificate"] = utf8(identity.certificate);
+  }
 }
 
 void put_status(boost::json::object& out, const fabric::InstanceStatus& status) {

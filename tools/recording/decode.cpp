@@ -88,6 +88,7 @@ InstanceNews sample_of(const proto::Instance& message, Entry& entry) {
           message.awaits_response() ? fabric::Awaited::response : fabric::Awaited::response_state,
       .concurrency = message.concurrency(),
       .draining = message.draining(),
+      .certificate = message.certificate(),
   };
   for (const std::string& text : message.channel()) {
     if (const auto scope = fabric::parse_channel_scope(text)) {

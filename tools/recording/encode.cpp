@@ -126,6 +126,9 @@ class ToMessage {
       message.add_channel(fabric::format_channel_scope(scope));
     }
     message.set_delivery(static_cast<proto::Delivery>(identity.delivery));
+    if (!identity.certificate.empty()) {
+      message.set_certificate(utf8(identity.certificate));
+    }
     message.set_awaits_response(identity.awaited == fabric::Awaited::response);
     message.set_concurrency(identity.concurrency);
     message.set_draining(identity.draining);

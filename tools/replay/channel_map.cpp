@@ -12,7 +12,7 @@ namespace {
 std::optional<fabric::ChannelKey> parse_channel(std::string_view text) {
   const std::size_t slash = text.rfind('/');
   const std::string_view machine = text.substr(0, slash);
-  if (slash == std::string_view::npos || !fabric::is_machine_name(machine)) {
+  if (slash == std::string_view::npos || !fabric::is_channel_owner(machine)) {
     return std::nullopt;
   }
   const auto number = base::text::parse_number<std::uint16_t>(text.substr(slash + 1));
@@ -48,6 +48,12 @@ std::optional<fabric::ChannelKey> ChannelMap::find(const fabric::ChannelKey& rec
   }
   if (const auto machine = machines_.find(recorded.machine); machine != machines_.end()) {
     return fabric::ChannelKey{machine->second, recorded.channel};
+  }
+  // A queue goes with its machine.
+  const std::string_view queue = fabric::queue_of(recorded.machine);
+  if (const auto machine = machines_.find(std::string(fabric::machine_of(recorded.machine)));
+      !queue.empty() && machine != machines_.end()) {
+    return fabric::ChannelKey{fabric::queue_owner(machine->second, queue), recorded.channel};
   }
   return std::nullopt;
 }

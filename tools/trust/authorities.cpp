@@ -1,5 +1,6 @@
 #include "tools/trust/authorities.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -14,6 +15,7 @@
 #include "fabric/trust/governance.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
+#include "tools/trust/late_number.hpp"
 
 namespace millrace::tools::trust {
 
@@ -45,6 +47,22 @@ tl::expected<std::string, std::string> content_of(const fs::path& file) {
         fmt::format("{}: cannot be read ({})", file.string(), std::strerror(errno)));
   }
   return text;
+}
+
+/// With what documents are signed. Cyclone 0.10.2 builds a chain from the certificate that goes
+/// with a document to the authority that it was given; if that is the root of an authority itself,
+/// it has to be the same file, so that no document of before a renewal would count after it, and
+/// none of after it before. One that the authority has given its own key has no such trouble.
+/// Others (Fast DDS, later Cyclones) look for the authority by issuer and serial number, hence that
+/// of the authority, which a renewal keeps, too.
+Certificate signing_certificate(const Certificate& authority, const Key& key) {
+  return openssl::issue(key,
+                        {.organisation = authority.organisation(),
+                         .common_name = "permissions",
+                         .from = authority.from(),
+                         .until = authority.until(),
+                         .serial = authority.serial()},
+                        authority, key);
 }
 
 }  // namespace
@@ -117,20 +135,62 @@ tl::expected<void, std::string> Authorities::write(const fs::path& folder,
   });
 }
 
-Material Authorities::issue(const fabric::trust::Member& member, std::string_view fabric, Time from,
-                            Time until, const std::vector<openssl::Revoked>& revoked) const {
+void Authorities::renew(Time until) {
+  for (Authority* authority : {&identity_, &permissions_}) {
+    const Certificate& old = authority->certificate;
+    authority->certificate =
+        openssl::self_signed(authority->key, {.organisation = old.organisation(),
+                                              .common_name = old.common_name(),
+                                              .from = old.from(),
+                                              .until = until,
+                                              .serial = old.serial()});
+  }
+}
+
+tl::expected<void, std::string> Authorities::write_certificates(const fs::path& folder) const {
+  const auto put = [&](const Authority& authority, std::string_view name) {
+    return base::posix::write_durably(certificate_file(folder, name), authority.certificate.pem());
+  };
+  return put(identity_, identity_name).and_then([&] {
+    return put(permissions_, permissions_name);
+  });
+}
+
+tl::expected<Time, std::string> Authorities::end_of(const fs::path& folder) {
+  const auto end = [&](std::string_view name) {
+    const fs::path file = certificate_file(folder, name);
+    return content_of(file).and_then([&](const std::string& pem) {
+      return Certificate::read(pem)
+          .map([](const Certificate& certificate) { return certificate.until(); })
+          .map_error(
+              [&](const std::string& what) { return fmt::format("{}: {}", file.string(), what); });
+    });
+  };
+  return end(identity_name).and_then([&](Time identity) {
+    return end(permissions_name).map([&](Time permissions) {
+      return std::min(identity, permissions);
+    });
+  });
+}
+
+Material Authorities::issue(const fabric::trust::Member& member, bool foreign,
+                            std::string_view fabric, Time from, Time until,
+                            const std::vector<openssl::Revoked>& revoked) const {
   using fabric::trust::Protection;
   const Key key = Key::generate();
   // The plant's name is that of its authorities.
+  openssl::Subject subject{.organisation = identity_.certificate.organisation(),
+                           .common_name = member.name,
+                           .from = from,
+                           .until = until};
+  if (foreign) {
+    subject.number = late_number(subject);
+  }
   const Certificate certificate =
-      openssl::issue(key,
-                     {.organisation = identity_.certificate.organisation(),
-                      .common_name = member.name,
-                      .from = from,
-                      .until = until},
-                     identity_.certificate, identity_.key);
+      openssl::issue(key, subject, identity_.certificate, identity_.key);
+  const Certificate signer = signing_certificate(permissions_.certificate, permissions_.key);
   const auto sign = [&](const std::string& document) {
-    return openssl::sign_text(document, permissions_.certificate, permissions_.key);
+    return openssl::sign_text(document, signer, permissions_.key);
   };
   const auto governance = [&](Protection protection) {
     return Material::File{std::string(fabric::trust::governance_file(protection)),

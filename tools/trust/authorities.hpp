@@ -50,9 +50,19 @@ class Authorities {
   [[nodiscard]] tl::expected<void, std::string> write(const std::filesystem::path& folder,
                                                       std::string_view passphrase) const;
 
-  /// A new key, a certificate and permissions of the same validity, and what all members have.
-  [[nodiscard]] Material issue(const fabric::trust::Member& member, std::string_view fabric,
-                               Time from, Time until,
+  /// The same two keys and names, valid for longer: what was signed before goes on counting for who
+  /// has the new certificates, and what is signed from now on for who has the old ones.
+  void renew(Time until);
+  /// Puts new certificates in the place of the old ones; keys stay as they are.
+  [[nodiscard]] tl::expected<void, std::string> write_certificates(
+      const std::filesystem::path& folder) const;
+  /// How long those in the folder are valid; needs no passphrase.
+  static tl::expected<Time, std::string> end_of(const std::filesystem::path& folder);
+
+  /// A new key, a certificate and permissions of the same validity, and what all members have. Who
+  /// is `foreign` has a name that makes the others begin the handshake: see late_number().
+  [[nodiscard]] Material issue(const fabric::trust::Member& member, bool foreign,
+                               std::string_view fabric, Time from, Time until,
                                const std::vector<base::openssl::Revoked>& revoked) const;
   /// The list of taken-back certificates, as each member has it.
   [[nodiscard]] std::string revocations(const std::vector<base::openssl::Revoked>& revoked,

@@ -47,6 +47,7 @@ Entry entry_of(const config::TrustMember& record) {
   entry.member.name = record.name();
   entry.host = record.host();
   entry.revoked = all_revoked(record);
+  entry.foreign = record.foreign();
   for (const std::string& role : record.role()) {
     if (const auto known = fabric::trust::role_named(role)) {
       entry.member.roles.insert(*known);
@@ -206,6 +207,9 @@ Result<Entry> Plant::issue(const Member& member, const IssueOptions& options,
   if (!options.host.empty()) {
     record.set_host(options.host);
   }
+  if (options.foreign) {
+    record.set_foreign(true);
+  }
   // Registered before its folder is there: what the authorities have signed is never forgotten.
   config::TrustMember& added = *register_->add_member();
   added = record;
@@ -222,6 +226,12 @@ Result<Entry> Plant::renew(std::string_view name, int days, std::string_view pas
   if (found == register_->mutable_member()->end()) {
     return entry(name);
   }
+  if (found->issue_size() > 0 && all_revoked(*found)) {
+    return tl::unexpected(
+        fmt::format("\"{}\" has been revoked, and nobody believes that name any more; `millrace "
+                    "trust issue` it under another one",
+                    name));
+  }
   return make(*found, days, passphrase, now);
 }
 
@@ -237,12 +247,12 @@ Result<Entry> Plant::make(config::TrustMember& record, int days, std::string_vie
   const Time until = std::min(now + std::chrono::days(days), authorities->until());
   if (until <= now) {
     return tl::unexpected(fmt::format(
-        "the authorities in {} are no longer valid; a new plant needs new ones: `millrace trust "
-        "init`",
-        (folder_ / authorities_name).string()));
+        "the authorities in {} are no longer valid; `millrace trust renew-authorities {}` "
+        "renews them, and all members",
+        (folder_ / authorities_name).string(), folder_.string()));
   }
-  const Material material =
-      authorities->issue(entry_of(record).member, register_->fabric(), now, until, revoked());
+  const Material material = authorities->issue(entry_of(record).member, record.foreign(),
+                                               register_->fabric(), now, until, revoked());
   config::Issue& issue = *record.add_issue();
   issue.set_serial(material.serial);
   issue.set_from(seconds_of(now));
@@ -256,6 +266,28 @@ Result<Entry> Plant::make(config::TrustMember& record, int days, std::string_vie
     return tl::unexpected(done.error());
   }
   return entry_of(record);
+}
+
+Result<void> Plant::renew_authorities(int days, int member_days, std::string_view passphrase,
+                                      Time now) {
+  if (auto checked = check_days(days).and_then([&] { return check_days(member_days); }); !checked) {
+    return checked;
+  }
+  const fs::path folder = folder_ / authorities_name;
+  auto done = Authorities::read(folder, passphrase).and_then([&](Authorities authorities) {
+    authorities.renew(now + std::chrono::days(days));
+    return authorities.write_certificates(folder);
+  });
+  for (config::TrustMember& member : *register_->mutable_member()) {
+    if (done && !all_revoked(member)) {
+      done = make(member, member_days, passphrase, now).map([](const Entry&) {});
+    }
+  }
+  return done;
+}
+
+Result<Time> Plant::authorities_until() const {
+  return Authorities::end_of(folder_ / authorities_name);
 }
 
 Result<void> Plant::revoke(std::string_view name, std::string_view passphrase, Time now) {
@@ -289,7 +321,7 @@ std::vector<base::openssl::Revoked> Plant::revoked() const {
   for (const config::TrustMember& member : register_->member()) {
     for (const config::Issue& issue : member.issue()) {
       if (issue.revoked() != 0) {
-        all.push_back({issue.serial(), time_of(issue.revoked())});
+        all.push_back({issue.serial(), time_of(issue.revoked()), member.name()});
       }
     }
   }

@@ -38,12 +38,16 @@ struct Entry {
   Time until;
   /// Everything it ever got has been taken back.
   bool revoked = false;
+  /// A program on another DDS.
+  bool foreign = false;
 };
 
 struct IssueOptions {
   std::string host{};
   /// How long it is valid, in days; never longer than the authorities are.
   int days = 825;
+  /// For a program on another DDS.
+  bool foreign = false;
 };
 
 /// Holds the folder's lock; two commands do not write it at once. Errors are for people and name
@@ -75,6 +79,13 @@ class Plant {
   /// is over.
   tl::expected<Entry, std::string> renew(std::string_view name, int days,
                                          std::string_view passphrase, Time now);
+  /// The authorities, for so many days from now and with the keys they have, then every member that
+  /// is not revoked, as renew() does: what hosts have until then and what they get now count for
+  /// each other. An error may leave some members as they were; the same again goes on.
+  tl::expected<void, std::string> renew_authorities(int days, int member_days,
+                                                    std::string_view passphrase, Time now);
+  /// How long the authorities are valid, and so whatever they sign.
+  [[nodiscard]] tl::expected<Time, std::string> authorities_until() const;
   /// Takes back everything that the member ever got, and tells all members' folders of it.
   tl::expected<void, std::string> revoke(std::string_view name, std::string_view passphrase,
                                          Time now);

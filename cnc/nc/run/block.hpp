@@ -10,6 +10,7 @@
 #include "cnc/nc/diagnostic.hpp"
 #include "cnc/nc/event.hpp"
 #include "cnc/nc/run/circle.hpp"
+#include "cnc/nc/run/system_data.hpp"
 #include "cnc/nc/run/tick.hpp"
 #include "cnc/nc/syntax/statement.hpp"
 
@@ -46,6 +47,11 @@ struct TimerOrder {
   std::size_t id = 0;
 };
 
+/// SSD and its relatives.
+struct DataWrite {
+  DataOrder order;
+};
+
 /// M00, M01: the interpolator waits for the operator.
 struct Hold {};
 
@@ -53,8 +59,8 @@ struct Hold {};
 struct End {};
 
 struct Block {
-  using Action =
-      std::variant<Motion, Dwell, MachineFunction, SynchronousMessage, TimerOrder, Hold, End>;
+  using Action = std::variant<Motion, Dwell, MachineFunction, SynchronousMessage, TimerOrder,
+                              DataWrite, Hold, End>;
   Action action;
   Place place;
   /// Routines above the one it stands in.

@@ -18,9 +18,10 @@ class Decoder {
  public:
   /// A program or subprogram of the name `stream_name`, if it is not empty, is read from the
   /// stream.
-  Decoder(Surroundings surroundings, std::string stream_name, bool flush_continue_waits)
-      : state_{surroundings, {},    std::move(stream_name), {}, {}, 0, {}, {},
-               false,        false, flush_continue_waits} {}
+  Decoder(Surroundings surroundings, std::string stream_name, bool flush_continue_waits,
+          Duration cycle)
+      : state_{surroundings, {},    std::move(stream_name), {},   {}, 0, {}, {},
+               false,        false, flush_continue_waits,   cycle} {}
 
   /// How a program is run.
   struct Run {

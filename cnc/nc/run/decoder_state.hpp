@@ -80,6 +80,8 @@ struct DecoderState {
   bool restart_needed = false;
   /// #FLUSH CONTINUE stops the decoder as #FLUSH WAIT does.
   bool flush_continue_waits = false;
+  /// Of the interpolator, in the channel's time scale.
+  Duration cycle{};
 
   [[nodiscard]] Frame& frame() { return frames.back(); }
   [[nodiscard]] const syntax::Operation& operation() const {

@@ -16,6 +16,9 @@ Result<void> Evaluator::write(const syntax::Reference& reference, const Value& v
     if (Memory::owns(name)) {
       return scope_.memory.assign(name, value);
     }
+    if (name.starts_with("SD.")) {
+      return fault(0, name + " is system data, which are assigned with SSD");
+    }
     if (scope_.system.read(name)) {
       return fault(0, name + " can only be read");
     }

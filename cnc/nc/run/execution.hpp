@@ -66,10 +66,14 @@ class Execution {
   values::Result<void> collect(const syntax::Assignment& assignment, std::vector<WordValue>&);
   values::Result<void> collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&);
   values::Result<void> collect(const syntax::MacroUse& macro, std::vector<WordValue>& words);
+  values::Result<void> collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&);
+  values::Result<void> collect(const syntax::QueueMessage& message, std::vector<WordValue>&);
+  values::Result<void> collect(const syntax::QueueInit& init, std::vector<WordValue>&);
   values::Result<void> change(const syntax::Reference& target, values::BinaryOperator operation,
                               const Value& operand);
   values::Result<Value> value_for(const syntax::Reference& target, const syntax::Expression& value);
   values::Result<Outcome> apply(Meaning meaning);
+  void take_a_cycle(Motion& motion);
   // execution_control.cpp
   Outcome go_to(std::size_t operation);
   values::Result<Outcome> enter_loop(const syntax::For& loop, std::size_t begin);
@@ -97,6 +101,8 @@ class Execution {
   const Tick& tick_;
   Evaluator evaluator_;
   int macro_depth_ = 0;
+  /// What the block in hand writes into system data, in its order.
+  std::vector<DataOrder> data_orders_;
 };
 
 }  // namespace millrace::cnc::nc::run

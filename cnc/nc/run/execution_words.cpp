@@ -1,4 +1,5 @@
 // Blocks of words and assignments.
+#include <algorithm>
 #include <utility>
 
 #include "cnc/nc/run/execution.hpp"
@@ -45,9 +46,20 @@ Result<Outcome> Execution::operator()(const syntax::Words& words) {
 }
 
 Result<Outcome> Execution::apply(Meaning meaning) {
+  const bool with_message = std::ranges::any_of(data_orders_, [](const DataOrder& order) {
+    return std::holds_alternative<WriteMessage>(order);
+  });
+  // As the motion begins (our choice).
+  for (DataOrder& order : data_orders_) {
+    push(DataWrite{std::move(order)});
+  }
   bool moved = false;
   for (Block::Action& action : meaning.actions) {
-    moved = moved || std::holds_alternative<Motion>(action);
+    auto* motion = std::get_if<Motion>(&action);
+    moved = moved || motion != nullptr;
+    if (motion != nullptr && with_message) {
+      take_a_cycle(*motion);
+    }
     push(std::move(action));
   }
   if (meaning.end == BlockEnd::program) {
@@ -63,6 +75,17 @@ Result<Outcome> Execution::apply(Meaning meaning) {
     return Outcome::jumped;
   }
   return repeat_modal_cycle(moved);
+}
+
+// Documented: messages in blocks that are shorter than a cycle make the motion jerk.
+void Execution::take_a_cycle(Motion& motion) {
+  if (motion.duration < state_.cycle) {
+    motion.duration = state_.cycle;
+    warn(
+        "SSDQ in a block whose motion is shorter than a cycle of the interpolator: it takes one, "
+        "and "
+        "the motion jerks");
+  }
 }
 
 Result<void> Execution::collect(const syntax::Words& block, std::vector<WordValue>& words) {
@@ -113,6 +136,32 @@ Result<void> Execution::change(const syntax::Reference& target, values::BinaryOp
 
 Result<void> Execution::collect(const syntax::MacroDefinition& macro, std::vector<WordValue>&) {
   return state_.around.macros.define(macro.name, macro.text);
+}
+
+// Computed when it is decoded (our choice), written when the interpolator is there (documented).
+Result<void> Execution::collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&) {
+  return evaluator_.name_of(assignment.target).and_then([&](const std::string& name) {
+    return evaluator_.evaluate_text(assignment.value).map([&](Value value) {
+      data_orders_.emplace_back(AssignData{name, std::move(value)});
+    });
+  });
+}
+
+Result<void> Execution::collect(const syntax::QueueMessage& message, std::vector<WordValue>&) {
+  const auto queue = evaluator_.name_of(message.queue);
+  const auto control = queue ? evaluator_.name_of(message.control) : queue;
+  if (!control) {
+    return tl::make_unexpected(control.error());
+  }
+  return evaluator_.evaluate_text(message.value).map([&](Value value) {
+    data_orders_.emplace_back(WriteMessage{*queue, *control, std::move(value)});
+  });
+}
+
+Result<void> Execution::collect(const syntax::QueueInit& init, std::vector<WordValue>&) {
+  return evaluator_.name_of(init.control).map([&](std::string control) {
+    data_orders_.emplace_back(InitQueue{std::move(control)});
+  });
 }
 
 Result<void> Execution::collect(const syntax::MacroUse& macro, std::vector<WordValue>& words) {

@@ -202,6 +202,13 @@ bool Interpolator::execute(const TimerOrder& order, const Tick& /*tick*/) {
   return true;
 }
 
+bool Interpolator::execute(const DataWrite& write, const Tick& tick) {
+  if (auto written = carry_out(write.order, tick.environment); !written) {
+    fault_ = std::move(written.error());
+  }
+  return !fault_;
+}
+
 bool Interpolator::execute(const Hold& /*hold*/, const Tick& tick) {
   if (!hold_announced_) {
     hold_announced_ = true;
@@ -279,6 +286,7 @@ void Interpolator::reset() {
   step_announced_ = false;
   approach_.reset();
   finished_ = false;
+  fault_.reset();
 }
 
 }  // namespace millrace::cnc::nc::run

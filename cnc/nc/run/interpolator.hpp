@@ -3,8 +3,10 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "cnc/nc/environment.hpp"
 #include "cnc/nc/motion.hpp"
 #include "cnc/nc/run/message_box.hpp"
 #include "cnc/nc/run/queue.hpp"
@@ -27,6 +29,8 @@ class Interpolator {
   /// Nothing is being executed.
   [[nodiscard]] bool idle() const { return !current_; }
   [[nodiscard]] bool held() const { return held_; }
+  /// What went wrong in the block in hand, once; then it executes nothing more.
+  [[nodiscard]] std::optional<Fault> take_fault() { return std::exchange(fault_, std::nullopt); }
   /// The End block was executed.
   [[nodiscard]] bool finished() const { return finished_; }
   /// The operator lets it go on after a Hold.
@@ -67,6 +71,7 @@ class Interpolator {
   bool execute(const MachineFunction& function, const Tick& tick);
   bool execute(const SynchronousMessage& message, const Tick& tick);
   bool execute(const TimerOrder& order, const Tick& tick);
+  bool execute(const DataWrite& write, const Tick& tick);
   bool execute(const Hold& hold, const Tick& tick);
   bool execute(const End& end, const Tick& tick);
   /// Of the current motion or dwell, at an override of 100 %: what is done of it by a time.
@@ -113,6 +118,7 @@ class Interpolator {
   bool hold_announced_ = false;
   bool held_ = false;
   bool finished_ = false;
+  std::optional<Fault> fault_;
 };
 
 }  // namespace millrace::cnc::nc::run

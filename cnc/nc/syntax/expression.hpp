@@ -55,7 +55,7 @@ struct VariablePart {
   std::vector<Expression> elements;
 };
 
-/// V.… with all its parts; the first is "V".
+/// V.… or SD.… (system data) with all its parts; the first is "V" or "SD".
 struct Variable {
   std::vector<VariablePart> parts;
 };

@@ -53,7 +53,7 @@ Parameter parse_parameter(Cursor& cursor) {
 
 // The name without indices, if it is external.
 void note_external(Cursor& cursor, const Variable& variable, bool synchronous) {
-  if (variable.parts.size() < 3 || variable.parts[1].name != "E") {
+  if (variable.parts.size() < 3 || variable.parts[0].name != "V" || variable.parts[1].name != "E") {
     return;
   }
   std::string name = variable.parts[0].name;
@@ -65,8 +65,9 @@ void note_external(Cursor& cursor, const Variable& variable, bool synchronous) {
 
 Variable parse_variable(Cursor& cursor) {
   Variable variable;
+  const bool system_data = cursor.at_word("SD");
   const bool synchronous = cursor.take().text.size() == 2;  // Vs.E.NAME
-  variable.parts.push_back({"V", {}});
+  variable.parts.push_back({system_data ? "SD" : "V", {}});
   while (cursor.peek().is(".") && variable.parts.size() < most_parts) {
     cursor.take();
     const Token part = cursor.take_name_part();
@@ -77,7 +78,9 @@ Variable parse_variable(Cursor& cursor) {
     variable.parts.push_back({std::string(part.text), {}});
     variable.parts.back().elements = parse_elements(cursor);
   }
-  if (variable.parts.size() < 3) {
+  if (system_data && variable.parts.size() < 2) {
+    cursor.fail("system data are written SD.NAME");
+  } else if (!system_data && variable.parts.size() < 3) {
     cursor.fail(
         "a variable is written V.G.NAME, V.P.NAME, V.L.NAME, V.S.NAME, V.CYC.NAME, "
         "V.E.NAME or V.A.NAME");
@@ -97,7 +100,7 @@ CycleParameter parse_cycle_parameter(Cursor& cursor) {
 }
 
 bool at_variable(const Cursor& cursor) {
-  return cursor.at_word("V") || cursor.at_word("VS");
+  return cursor.at_word("V") || cursor.at_word("VS") || cursor.at_word("SD");
 }
 
 }  // namespace

@@ -37,7 +37,26 @@ struct MacroUse {
   std::string name;
 };
 
-using WordsItem = std::variant<Word, Assignment, MacroDefinition, MacroUse>;
+/// SSD[SD.NAME = value] and SSDE: assigned when the interpolator gets to the block.
+struct DataAssignment {
+  Variable target;
+  Expression value;
+};
+
+/// SSDQ[SD.QUEUE, SD.CONTROL, value]: a message behind the last one of a queue.
+struct QueueMessage {
+  Variable queue;
+  Variable control;
+  Expression value;
+};
+
+/// SSDQInit[SD.CONTROL]: the queue is empty.
+struct QueueInit {
+  Variable control;
+};
+
+using WordsItem = std::variant<Word, Assignment, MacroDefinition, MacroUse, DataAssignment,
+                               QueueMessage, QueueInit>;
 
 /// A block of words and assignments.
 struct Words {

@@ -6,6 +6,7 @@
 #include "cnc/nc/characters.hpp"
 #include "cnc/nc/syntax/call_parser.hpp"
 #include "cnc/nc/syntax/expression_parser.hpp"
+#include "cnc/nc/syntax/system_data_parser.hpp"
 
 namespace millrace::cnc::nc::syntax {
 namespace {
@@ -30,7 +31,12 @@ constexpr std::array<AssignmentRule, 5> assignment_rules = {{
 
 Assignment parse_assignment(Cursor& cursor) {
   Assignment assignment;
+  const Token target = cursor.peek();
   assignment.target = parse_reference(cursor);
+  if (is_system_data(assignment.target)) {
+    cursor.fail_at(target, "system data are assigned with SSD[SD.NAME = value]");
+    return assignment;
+  }
   for (const AssignmentRule& rule : assignment_rules) {
     if (cursor.accept(rule.spelling)) {
       assignment.operation = rule.operation;
@@ -135,7 +141,9 @@ bool at_bare_value(const Cursor& cursor) {
 Words parse_words(Cursor& cursor) {
   Words words;
   while (!cursor.at_block_end() && !cursor.peek().is("$") && !at_call(cursor)) {
-    if (cursor.peek().is("@")) {
+    if (at_system_data(cursor)) {
+      words.items.push_back(parse_system_data(cursor));
+    } else if (cursor.peek().is("@")) {
       words.items.emplace_back(parse_cycle_word(cursor));
     } else if (at_reference(cursor)) {
       words.items.emplace_back(parse_assignment(cursor));

@@ -35,6 +35,17 @@ Object number_of_objects(const ObjectTable& table) {
       .read = [number](const Context&) -> ads::Result<ads::Bytes> { return encode_u32(number); }};
 }
 
+Object bytes_of_system_data() {
+  return {
+      .name = "system data",
+      .type = "BYTES",
+      .read = [](const Context& at) { return at.machine.system_data().read(at.offset, at.room); },
+      .write =
+          [](const Context& at, ads::BytesView bytes) {
+            return at.machine.system_data().write(at.offset, bytes);
+          }};
+}
+
 /// What a group and the upper half of an offset address; an error if there is no such thing.
 ads::Result<std::pair<Scope, Context>> resolve(Machine& machine, Group group, std::uint32_t axis) {
   Context at{machine, machine.channel(group.channel), axis};
@@ -57,7 +68,7 @@ ads::Result<std::pair<Scope, Context>> resolve(Machine& machine, Group group, st
 
 }  // namespace
 
-Catalogue::Catalogue() : variable_(variable_by_handle()) {
+Catalogue::Catalogue() : variable_(variable_by_handle()), system_data_(bytes_of_system_data()) {
   constexpr std::uint16_t sda_port = variables::sda_port;
   ObjectTable& decoder = tables_[{sda_port, GroupKind::decoder, Scope::channel}];
   add_old_program_variables(decoder);
@@ -89,6 +100,13 @@ Catalogue::Catalogue() : variable_(variable_by_handle()) {
 
 ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::Index index,
                                     std::uint32_t room) const {
+  if (index.group == system_data_group && port == variables::sda_port &&
+      machine.settings().connections.variable_symbols) {
+    Context at{machine};
+    at.offset = index.offset;
+    at.room = room;
+    return Target{&system_data_, at, Attribute::value};
+  }
   const auto group = Group::decode(index.group);
   const bool old = (index.group & variables::new_group_bit) == 0;
   const AnswerRules& rules = machine.settings().answers;

@@ -22,6 +22,10 @@ inline constexpr std::uint16_t com_port = 553;
 /// The number of an axis stands in the upper half of an index offset (documented).
 inline constexpr unsigned axis_shift = 16;
 
+/// Where the symbols of system data lead (our choice: look them up by name); the offset counts
+/// bytes.
+inline constexpr std::uint32_t system_data_group = 0x140000;
+
 /// Objects of one kind of group exist once, per channel, per axis of a channel, or per axis of the
 /// CNC.
 enum class Scope { cnc, channel, axis, cnc_axis };
@@ -71,6 +75,7 @@ class Catalogue {
   std::map<GroupKind, Object> queries_;
   /// The value of a variable, at its handle among the offsets.
   Object variable_;
+  Object system_data_;
 };
 
 }  // namespace millrace::cnc::simulator::objects

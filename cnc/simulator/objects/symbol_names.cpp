@@ -89,7 +89,26 @@ std::optional<ads::Symbol> SymbolNames::find_variable(const VirtualChannel& chan
                      ""};
 }
 
+std::optional<ads::Symbol> SymbolNames::find_system_data(std::string_view name) const {
+  const auto place = machine_.system_data().find(name);
+  if (!place || !machine_.settings().connections.variable_symbols) {
+    return std::nullopt;
+  }
+  std::string type = place->element ? std::string(variables::name_of(place->element->type)) : "";
+  const std::uint32_t number = adst_of(type);
+  return ads::Symbol{std::string(name),
+                     {system_data_group, place->offset},
+                     place->size,
+                     number,
+                     0,
+                     std::move(type),
+                     ""};
+}
+
 std::optional<ads::Symbol> SymbolNames::find(std::uint16_t port, std::string_view name) const {
+  if (port == variables::sda_port && is_system_data(name)) {
+    return find_system_data(name);
+  }
   std::string_view rest = name;
   const std::uint32_t channel = take_number("CH", rest);
   const std::uint32_t axis = channel == 0 ? 0 : take_number("AX", rest);

@@ -5,6 +5,8 @@
 //   CH[2].mc_command_mode_w           an object of channel 2
 //   CH[2].AX[1].actual position       of its first axis
 //   CH[2].V.G.SERVICE.REQUEST_STATE   a variable of channel 2, behind the port that owns them
+//   SD.QUEUE, SD.CONTROL.LastGet      system data, in the same place; the bytes of an array or
+//   structure
 //
 // Behind each AMS port stand its own objects, by the names that the object directory or attribute
 // 0x100 tells; upper and lower case are the same, but for variables.
@@ -30,6 +32,7 @@ class SymbolNames : public ads::SymbolDirectory {
   [[nodiscard]] std::uint32_t number_of(const Group& group) const;
   [[nodiscard]] std::optional<ads::Symbol> find_variable(const VirtualChannel& channel,
                                                          std::string_view name) const;
+  [[nodiscard]] std::optional<ads::Symbol> find_system_data(std::string_view name) const;
 
   Machine& machine_;
   const Catalogue& catalogue_;

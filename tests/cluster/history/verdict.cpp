@@ -47,6 +47,10 @@ struct Reader {
   void operator()(const gateway::EndedEntry& entry) const {
     stories[entry.call.to_string()].ended = true;
   }
+  // What messages of queues come to, their calls show.
+  void operator()(const gateway::MessageEntry&) const {}
+  void operator()(const gateway::MessageEndedEntry&) const {}
+  void operator()(const gateway::LastGetEntry&) const {}
 };
 
 /// Where the handler of one call was started.

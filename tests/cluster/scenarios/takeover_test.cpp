@@ -7,6 +7,8 @@
 namespace millrace::tests::cluster {
 namespace {
 
+using testing::HasSubstr;
+
 constexpr std::chrono::seconds allowed{1};
 
 class ASecondInstance : public Scenario {
@@ -54,6 +56,31 @@ TEST_P(ASecondInstance, TakesOverFromOneThatIsFrozen) {
   sut().task("first").resume();
   sut().expect_all_answered();
 }
+
+// Whoever comes back proves again what he is, across hosts: the times are another matter.
+class ATrustedPlant : public Scenario {};
+
+TEST_P(ATrustedPlant, LosesNoCallWhenAnInstanceAHostAndTheGatewayAreLostOneAfterTheOther) {
+  sut().with_trust();
+  sut().service("service-1", "first", {"--work", "50"});
+  sut().service("service-2", "second", {"--work", "50"});
+  sut().gateway();
+  sut().cnc({.channels = 2, .calls = 60});
+  sut().await_finished(5);
+  sut().task("first").kill();
+  sut().await_finished(5);
+  sut().service("service-3", "third", {"--work", "50"});
+  sut().task("gateway").await_log("instance .* is ready: third");
+  sut().network().cut("service-2");
+  sut().await_finished(5);
+  sut().network().heal();
+  sut().task("gateway").kill();
+  sut().gateway();
+  EXPECT_THAT(sut().millrace("recorder", {"services"}), HasSubstr("third"));
+  sut().expect_all_answered();
+}
+
+INSTANTIATE_TEST_SUITE_P(Cluster, ATrustedPlant, testing::ValuesIn(backends), name_of);
 
 INSTANTIATE_TEST_SUITE_P(Cluster, ASecondInstance, testing::ValuesIn(backends), name_of);
 

@@ -47,6 +47,28 @@ void set_common(Qos& qos, const EndpointOptions& options) {
   }
 }
 
+/// The folder of a member as Fast DDS is told of it.
+void show(dds::DomainParticipantQos& qos, const std::string& folder, bool encrypt) {
+  auto& properties = qos.properties().properties();
+  const auto add = [&](const std::string& name, const std::string& value) {
+    properties.emplace_back(name, value);
+  };
+  const auto add_file = [&](const std::string& name, const std::string& file) {
+    add(name, "file://" + folder + "/" + file);
+  };
+  add("dds.sec.auth.plugin", "builtin.PKI-DH");
+  add_file("dds.sec.auth.builtin.PKI-DH.identity_ca", "identity_authority.pem");
+  add_file("dds.sec.auth.builtin.PKI-DH.identity_certificate", "certificate.pem");
+  add_file("dds.sec.auth.builtin.PKI-DH.identity_crl", "revoked.pem");
+  add_file("dds.sec.auth.builtin.PKI-DH.private_key", "key.pem");
+  add("dds.sec.access.plugin", "builtin.Access-Permissions");
+  add_file("dds.sec.access.builtin.Access-Permissions.permissions_ca", "permissions_authority.pem");
+  add_file("dds.sec.access.builtin.Access-Permissions.governance",
+           encrypt ? "governance_encrypt.p7s" : "governance_sign.p7s");
+  add_file("dds.sec.access.builtin.Access-Permissions.permissions", "permissions.p7s");
+  add("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
 }  // namespace
 
 Fabric::Fabric(const Options& options) : options_(options) {
@@ -60,6 +82,9 @@ Fabric::Fabric(const Options& options) : options_(options) {
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
   discovery.leaseDuration = {options_.lease_seconds, 0};
   discovery.leaseDuration_announcementperiod = {options_.lease_seconds / 4, 0};
+  if (!options_.trust.empty()) {
+    show(qos, options_.trust, options_.encrypt);
+  }
   participant_ = made(dds::DomainParticipantFactory::get_instance()->create_participant(
                           options_.domain, qos, options_.listener, dds::StatusMask::none()),
                       "a participant");
@@ -95,6 +120,9 @@ dds::DataWriter* Fabric::write(const std::string& topic_name, const dds::TypeSup
                                const EndpointOptions& options, dds::DataWriterListener* listener) {
   dds::PublisherQos publisher = dds::PUBLISHER_QOS_DEFAULT;
   publisher.partition().push_back(options.partition.c_str());
+  for (const std::string& partition : options.more_partitions) {
+    publisher.partition().push_back(partition.c_str());
+  }
   dds::DataWriterQos qos = dds::DATAWRITER_QOS_DEFAULT;
   set_common(qos, options);
   // What is lost shows by the next heartbeat; Fast DDS has one every 3 s.

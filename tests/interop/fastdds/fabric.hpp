@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -18,6 +19,8 @@ namespace dds = eprosima::fastdds::dds;
 /// What an endpoint is beyond its topic.
 struct EndpointOptions {
   std::string partition;
+  /// Of a writer that is in several at once.
+  std::vector<std::string> more_partitions{};
   std::string user_data{};
   bool best_effort = false;
   /// How many keys it may know at once; 0 = no limit.
@@ -32,6 +35,9 @@ class Fabric {
     std::string name = "millrace";
     /// Of the participant.
     int lease_seconds = 20;
+    /// What `millrace trust issue` has made; empty without trust. SIGN, unless `encrypt`.
+    std::string trust{};
+    bool encrypt = false;
     dds::DomainParticipantListener* listener = nullptr;
   };
 

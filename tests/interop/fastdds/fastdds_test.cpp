@@ -99,6 +99,50 @@ TEST_F(AForeignService, AnswersFiveThousandCallsOfSeveralChannels) {
   expect_times(sut, "run ", 5000);
 }
 
+class AForeignServiceThatShowsWhatItIs : public AForeignService,
+                                         public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override {
+    AForeignService::SetUp();
+    if (IsSkipped()) {
+      return;
+    }
+    chain.with_trust({square_root_uuid}, GetParam());
+    chain.trust().run(
+        {"issue", "PLANT", "fastdds", "--role", "service", "--uuid", foreign_uuid, "--foreign"});
+  }
+  Process shown(const std::string& member) {
+    return service(
+        {"--trust", chain.trust().of(member), "--protection", GetParam(), "--certificate", member});
+  }
+};
+
+TEST_P(AForeignServiceThatShowsWhatItIs, AnswersCallsAndIsSeen) {
+  Process sut = shown("fastdds");
+  Process cnc = controller(2, 50);
+  Process gateway = chain.gateway();
+  expect_all_answered(cnc);
+  expect_times(sut, "run ", 100);
+  await("the foreign service to be listed", [&] {
+    Process services = chain.millrace({"services"});
+    services.wait();
+    return services.output().find(foreign_uuid) != std::string::npos;
+  });
+}
+
+// Nor may it be another UUID's because it is another vendor's.
+TEST_P(AForeignServiceThatShowsWhatItIs, AnswersNothingThatItsCertificateDoesNotSay) {
+  chain.trust().run(
+      {"issue", "PLANT", "other", "--role", "service", "--uuid", square_root_uuid, "--foreign"});
+  Process sut = start("fastdds_service", {"--trust", chain.trust().of("other"), "--protection",
+                                          GetParam(), "--domain", std::to_string(chain.domain())});
+  EXPECT_NE(sut.wait(), 0);
+  EXPECT_THAT(sut.output(), Not(HasSubstr("ready: ")));
+}
+
+INSTANTIATE_TEST_SUITE_P(, AForeignServiceThatShowsWhatItIs, testing::Values("SIGN", "ENCRYPT"),
+                         [](const auto& protection) { return protection.param; });
+
 TEST_F(AForeignService, IsListedAsEveryOther) {
   const Process sut = service({"--name", "foreign one", "--concurrency", "3"});
   // Fast DDS may take a second to answer a newcomer, which is more than the command waits.

@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "badgePubSubTypes.h"
 #include "millracePubSubTypes.h"
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 
@@ -24,6 +25,13 @@ Service::Service(Fabric& fabric, Options options, Handler handler)
     : options_(std::move(options)),
       handler_(std::move(handler)),
       desk_(options_.identity.id, options_.room) {
+  if (!options_.certificate.empty()) {
+    const std::string prefix = fabric.name() + "/@";
+    fabric.write("millrace/badge", dds::TypeSupport(new BadgePubSubType()),
+                 {.partition = prefix + "name/" + options_.certificate,
+                  .more_partitions = {prefix + "role/service"},
+                  .best_effort = true});
+  }
   const std::string of_uuid = fabric.name() + "/" + options_.identity.uuid;
   replies_ = fabric.write("millrace/v2/reply", dds::TypeSupport(new ReplyPubSubType()),
                           {.partition = of_uuid,

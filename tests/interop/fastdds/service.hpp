@@ -31,6 +31,8 @@ class Service final : dds::DataReaderListener {
     std::uint32_t room = 1;
     /// Of its reader and writers: Fast DDS's own limit is 10.
     int max_instances = 0;
+    /// With trust: the common name of its certificate, for its badge.
+    std::string certificate{};
     /// Called in the listener, in Fast DDS's own thread, for each request that comes.
     std::function<void(const Request&)> on_request;
   };

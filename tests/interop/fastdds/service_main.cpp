@@ -1,6 +1,8 @@
 // fastdds_service: answers with its request's own text, and says on standard output what it does.
 //
 //   --domain N --fabric NAME --uuid UUID --name NAME
+//   --trust FOLDER        what `millrace trust issue` has made for it; --protection SIGN or ENCRYPT
+//   --certificate NAME    with --trust: the name in its certificate, which its badge says
 //   --concurrency N       calls that it says it takes at once
 //   --room N              calls that it takes; the others it declines
 //   --work MS             how long each takes
@@ -53,6 +55,7 @@ int main(int argc, char** argv) {
   options.room = static_cast<std::uint32_t>(
       arguments.number("--room", static_cast<int>(options.identity.concurrency)));
   options.max_instances = arguments.number("--max-instances", 0);
+  options.certificate = arguments.text("--certificate", "");
   const std::string blocking = arguments.text("--block", "");
   std::atomic<bool> blocked = false;
   options.on_request = [&](const millrace::Request& request) {
@@ -65,7 +68,9 @@ int main(int argc, char** argv) {
   const std::chrono::milliseconds work(arguments.number("--work", 0));
 
   Fabric fabric({.domain = static_cast<std::uint32_t>(arguments.number("--domain", 0)),
-                 .name = arguments.text("--fabric", "millrace")});
+                 .name = arguments.text("--fabric", "millrace"),
+                 .trust = arguments.text("--trust", ""),
+                 .encrypt = arguments.text("--protection", "SIGN") == "ENCRYPT"});
   Service service(fabric, options, [&](const millrace::Request& request) -> Answer {
     say("run", request);
     std::this_thread::sleep_for(work);

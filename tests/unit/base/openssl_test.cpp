@@ -110,6 +110,16 @@ TEST(Revocations, NameWhoWasTakenBackAndNobodyElse) {
   EXPECT_FALSE(sut->is_issued_by(Authority().certificate));
 }
 
+TEST(Revocations, NoteWhoseTheCertificatesWere) {
+  const Authority authority;
+  const auto sut = RevocationList::read(
+      revocation_list({{"1A", from, "square-root"}, {"1B", from}, {"1C", from, "B\xC3\xBCro"}},
+                      authority.certificate, authority.key, from, until));
+  ASSERT_TRUE(sut) << sut.error();
+  EXPECT_EQ(sut->common_names(), (std::set<std::string>{"B\xC3\xBCro", "square-root"}));
+  EXPECT_TRUE(sut->is_issued_by(authority.certificate));
+}
+
 TEST(Revocations, AreOfSerialNumbers) {
   const Authority authority;
   EXPECT_THROW(
@@ -134,6 +144,31 @@ TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
   EXPECT_THAT(verified_text(sut, authority.certificate).error(), HasSubstr("is not signed by"));
   EXPECT_THAT(verified_text("nothing", authority.certificate).error(),
               HasSubstr("no signed document"));
+}
+
+// As it is signed so that a renewed authority can be told from none.
+TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
+  const Authority authority;
+  const auto lasting = [&](Time end) {
+    return self_signed(authority.key, {.organisation = "plant",
+                                       .common_name = "authority",
+                                       .from = from,
+                                       .until = end,
+                                       .serial = authority.certificate.serial()});
+  };
+  const Certificate renewed = lasting(until + 24h);
+  EXPECT_EQ(renewed.serial(), authority.certificate.serial());
+  const Certificate signer =
+      issue(authority.key,
+            {.organisation = "plant", .common_name = "signer", .from = from, .until = until},
+            authority.certificate, authority.key);
+  const std::string sut = sign_text("<dds/>\n", signer, authority.key);
+  EXPECT_TRUE(verified_text(sut, authority.certificate));
+  EXPECT_TRUE(verified_text(sut, renewed));
+  // With the root itself only for who has that very root: Cyclone takes no other.
+  const std::string by_root = sign_text("<dds/>\n", authority.certificate, authority.key);
+  EXPECT_TRUE(verified_text(by_root, authority.certificate));
+  EXPECT_THAT(verified_text(by_root, renewed).error(), HasSubstr("has not given"));
 }
 
 // Who got a certificate to show who he is cannot sign what he may do.

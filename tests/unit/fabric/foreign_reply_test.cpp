@@ -7,9 +7,12 @@
 #include "fabric/ends/call_end.hpp"
 #include "fabric/ends/reply_end.hpp"
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/reply_kind.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/sample_fields.hpp"
+#include "idl/millrace.h"
+#include "tests/support/lawless_writer.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
@@ -103,6 +106,22 @@ TEST_F(AForeignReply, WithANulArrivesWithIt) {
   service.write(sent);
   ASSERT_TRUE(until_replies(1));
   EXPECT_EQ(gateway.replies.front().text, sent.text);
+}
+
+// A Reader<Reply> would drop it, and its call would wait for ever.
+TEST_F(AForeignReply, OfAKindThatNobodyKnowsArrivesAsSuch) {
+  const InstanceId instance = InstanceId::random();
+  tests::LawlessWriter service(there, partition, registry::format_instance(instance));
+  std::uint64_t number = 0;
+  for (const std::uint32_t kind : {3U, 77U, 256U, 0x7FFFFFFFU}) {
+    service.write(reply(instance, ++number), kind);
+  }
+  service.write(reply(instance, ++number), millrace_final_reply);
+  ASSERT_TRUE(until_replies(number));
+  for (const Reply& one : gateway.replies) {
+    EXPECT_EQ(one.kind, one.call.number == number ? ReplyKind::final : unknown_kind)
+        << one.call.number;
+  }
 }
 
 // The key of a reply has its instance's id, which anybody can write.

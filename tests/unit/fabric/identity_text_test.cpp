@@ -93,7 +93,8 @@ TEST(CheckIdentity, RefusesWhatCannotBeAnnounced) {
 }
 
 TEST(ChannelScopeText, ReadsMachineAndChannelOrWildcards) {
-  for (const std::string text : {"cnc/1", "cnc/*", "*/65535", "*/*", "mill_7-b/3"}) {
+  for (const std::string text :
+       {"cnc/1", "cnc/*", "*/65535", "*/*", "mill_7-b/3", "press.alarms/1"}) {
     const auto sut = parse_channel_scope(text);
     ASSERT_TRUE(sut) << sut.error();
     EXPECT_EQ(format_channel_scope(*sut), text);
@@ -102,7 +103,8 @@ TEST(ChannelScopeText, ReadsMachineAndChannelOrWildcards) {
 
 TEST(ChannelScopeText, RefusesEverythingElse) {
   for (const std::string text :
-       {"", "cnc", "cnc/", "/1", "cnc/0", "cnc/65536", "cnc/1x", "c nc/1", "cnc/1/2", "cnc*/1"}) {
+       {"", "cnc", "cnc/", "/1", "cnc/0", "cnc/65536", "cnc/1x", "c nc/1", "cnc/1/2", "cnc*/1",
+        "press./1", ".alarms/1", "press.alarms.x/1"}) {
     EXPECT_FALSE(parse_channel_scope(text)) << text;
   }
 }

@@ -1,12 +1,16 @@
 #include "fabric/profile/profile.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "idl/fabric.pb.h"
 #include "tests/support/expected_mistakes.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -69,11 +73,56 @@ TEST(Profile, NamesEveryMistakeWithItsPlace) {
   }
 }
 
+// A network is joined with trust, which has to be made first; nothing else is missing.
 TEST(Profile, ReadsTheProfilesThatAreShipped) {
   for (const auto& entry : std::filesystem::directory_iterator(MILLRACE_PROFILES)) {
     const auto sut = profile::read_profile(entry.path());
-    EXPECT_TRUE(sut) << sut.error();
+    if (entry.path().filename() == "one_host.fabric.textproto") {
+      EXPECT_TRUE(sut) << sut.error();
+      continue;
+    }
+    ASSERT_FALSE(sut) << entry.path();
+    EXPECT_THAT(sut.error(), AllOf(HasSubstr("trust.folder: /etc/millrace/trust: is no folder"),
+                                   HasSubstr("millrace trust issue")));
+    EXPECT_EQ(std::ranges::count(sut.error(), '\n'), 0) << sut.error();
   }
+}
+
+/// What systemd puts into the environment of a unit with LoadCredential=.
+class HandedBySystemd : public testing::Test {
+ protected:
+  ~HandedBySystemd() override { ::unsetenv("CREDENTIALS_DIRECTORY"); }
+  [[nodiscard]] std::string why_refused(const std::string& folder) const {
+    const std::filesystem::path file = temporary_.path() / "fabric.textproto";
+    std::ofstream(file) << "trust { folder: \"" << folder << "\" }\n";
+    const auto sut = profile::read_profile(file);
+    return sut ? "not refused" : sut.error();
+  }
+  tests::TemporaryFolder temporary_;
+};
+
+TEST_F(HandedBySystemd, IsLookedForWhereItHasPutIt) {
+  std::filesystem::create_directory(temporary_.path() / "here");
+  ::setenv("CREDENTIALS_DIRECTORY", temporary_.path().c_str(), 1);
+  EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY"),
+              HasSubstr((temporary_.path() / "certificate.pem").string() + ": cannot be read"));
+  EXPECT_THAT(
+      why_refused("$CREDENTIALS_DIRECTORY/here"),
+      HasSubstr((temporary_.path() / "here" / "certificate.pem").string() + ": cannot be read"));
+}
+
+TEST_F(HandedBySystemd, IsMissedWithAWordToWhoStartsAProgramByHand) {
+  for (const char* value : {"", static_cast<const char*>(nullptr)}) {
+    value == nullptr ? ::unsetenv("CREDENTIALS_DIRECTORY")
+                     : ::setenv("CREDENTIALS_DIRECTORY", value, 1);
+    EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY"),
+                AllOf(HasSubstr("is not set"), HasSubstr("--fabric-config")));
+  }
+}
+
+TEST_F(HandedBySystemd, IsNoPartOfAnotherName) {
+  ::setenv("CREDENTIALS_DIRECTORY", temporary_.path().c_str(), 1);
+  EXPECT_THAT(why_refused("$CREDENTIALS_DIRECTORY.old"), HasSubstr("expected"));
 }
 
 }  // namespace

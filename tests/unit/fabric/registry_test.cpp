@@ -246,5 +246,75 @@ TEST_F(RegistryTest, HasRoomForSoManyEndpointsAndNoMore) {
   EXPECT_EQ(sut.reader_seen(reader, {identity, process}, start), Seen::taken);
 }
 
+TEST_F(RegistryTest, AskedForNamesTakesNobodyWhoHasProvedNothing) {
+  sut.ask_for_names();
+  see_both();
+  match();
+  EXPECT_THAT(sut.changes().ready, IsEmpty());
+  EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id));
+  sut.named(process, "square-root");
+  const auto ready = sut.changes().ready;
+  ASSERT_EQ(ready.size(), 1U);
+  EXPECT_EQ(ready.front().certificate, "square-root");
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(RegistryTest, KnowsANameThatIsProvedBeforeTheInstanceIsSeen) {
+  sut.ask_for_names();
+  sut.named(process, "square-root");
+  see_both();
+  match();
+  EXPECT_EQ(sut.changes().ready.size(), 1U);
+}
+
+TEST_F(RegistryTest, TakesWhoIsRevokedForGoneAndDropsHisWord) {
+  sut.ask_for_names();
+  sut.named(process, "square-root");
+  see_both();
+  match();
+  sut.changes();
+  sut.named(process, std::nullopt);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  EXPECT_FALSE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(RegistryTest, HearsTheLastWordsOfWhoHasLeft) {
+  sut.ask_for_names();
+  sut.named(process, "square-root");
+  see_both();
+  match();
+  sut.changes();
+  sut.name_gone(process);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
+TEST_F(RegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
+  sut.ask_for_names();
+  see_both();
+  match();
+  EXPECT_THAT(sut.take_unproven(), IsEmpty());
+  ASSERT_EQ(sut.next_time(), start + registry::Registry::proof_time);
+  sut.on_time(start + registry::Registry::proof_time);
+  EXPECT_THAT(sut.take_unproven(), ElementsAre(std::pair(identity.id, identity.uuid)));
+  sut.on_time(start + 2 * registry::Registry::proof_time);
+  EXPECT_THAT(sut.take_unproven(), IsEmpty());
+  // A foreign program may show its badge last.
+  sut.named(process, "square-root");
+  EXPECT_EQ(sut.changes().ready.size(), 1U);
+}
+
+TEST_F(RegistryTest, IsNotKeptFromTheRightOneByWhoHasProvedNothing) {
+  sut.ask_for_names();
+  constexpr registry::EndpointHandle squatter = 7;
+  sut.reader_seen(squatter, {identity, other_participant}, start);
+  sut.matched(squatter, true);
+  sut.named(process, "square-root");
+  see_both();
+  match();
+  EXPECT_EQ(sut.changes().ready.size(), 1U);
+  EXPECT_TRUE(sut.speaks_for(reply_writer, identity.id));
+}
+
 }  // namespace
 }  // namespace millrace::fabric

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/badge.hpp"
 #include "fabric/trust/governance.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
@@ -36,7 +37,10 @@ std::vector<Grant> of_way(Way way, const std::vector<Grant>& grants) {
 
 TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
   EXPECT_THAT(grants_of(service(), "hall"),
-              UnorderedElementsAre(Grant{Way::write, "millrace/v2/reply", own},
+              UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/root"},
+                                   Grant{Way::write, "millrace/badge", "hall/@role/service"},
+                                   Grant{Way::read, "millrace/badge", "hall/@*"},
+                                   Grant{Way::write, "millrace/v2/reply", own},
                                    Grant{Way::write, "millrace/v2/beat", "hall"},
                                    Grant{Way::write, "millrace/outcome", "hall"},
                                    Grant{Way::write, "millrace/notice", "hall"},
@@ -47,7 +51,9 @@ TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
 TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
   const auto sut = grants_of({.name = "o", .roles = {Role::observer}}, "hall");
   EXPECT_THAT(of_way(Way::write, sut),
-              UnorderedElementsAre(Grant{Way::write, "millrace/notice", "hall"}));
+              UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/o"},
+                                   Grant{Way::write, "millrace/badge", "hall/@role/observer"},
+                                   Grant{Way::write, "millrace/notice", "hall"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v2/request", "hall/*"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/event", "hall"}));
 }
@@ -69,7 +75,9 @@ TEST(Grants, LetWhoSeesEverythingReadEachTopicThatThereIs) {
 
 TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
   EXPECT_THAT(of_way(Way::write, grants_of({.name = "o", .roles = {Role::operating}}, "hall")),
-              UnorderedElementsAre(Grant{Way::write, "millrace/command", "hall"},
+              UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/o"},
+                                   Grant{Way::write, "millrace/badge", "hall/@role/operator"},
+                                   Grant{Way::write, "millrace/command", "hall"},
                                    Grant{Way::write, "millrace/variable/request", "hall"}));
 }
 
@@ -85,6 +93,17 @@ TEST(Grants, OfAGatewayLetItAnswerNoCalls) {
   EXPECT_THAT(of_way(Way::write, grants_of(member, "hall")),
               AllOf(Contains(Field(&Grant::topic, "millrace/machine")),
                     Not(Contains(Field(&Grant::topic, "millrace/v2/reply")))));
+}
+
+TEST(Grants, OfAGatewayLetItShowTheBadgeOfItsMachinesAndNoOthers) {
+  const Member member{.name = "g", .roles = {Role::gateway}, .machines = {"press_1", "a<b"}};
+  const auto sut = grants_of(member, "hall");
+  EXPECT_THAT(sut, AllOf(Contains(Grant{Way::write, "millrace/badge", "hall/@machine/press_1"}),
+                         Contains(Grant{Way::write, "millrace/badge", "hall/@machine/a<b"})));
+  const auto shown = badge_in(permissions_document(sut, "CN=g", {}, {}));
+  const auto badge = parse_badge("hall", shown);
+  ASSERT_TRUE(badge);
+  EXPECT_EQ(*badge, (Badge{.name = "g", .roles = {"gateway"}, .machines = {"press_1", "a<b"}}));
 }
 
 TEST(Grants, AreOfOneFabric) {
@@ -130,6 +149,29 @@ TEST(Permissions, SayWhatIsGrantedAndDenyTheRest) {
   EXPECT_THAT(sut, HasSubstr("<partition>hall/x</partition>"));
   EXPECT_THAT(sut, HasSubstr("<default>DENY</default>"));
   EXPECT_THAT(sut, Not(HasSubstr("subscribe")));
+}
+
+// Cyclone allows an endpoint if one rule has all its partitions.
+TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
+  const std::string sut = permissions_document({{Way::write, "badge", "hall/@name/g"},
+                                                {Way::write, "badge", "hall/@role/gateway"},
+                                                {Way::write, "beat", "hall"},
+                                                {Way::write, "notice", "hall"}},
+                                               "CN=g", {}, {});
+  const auto first = sut.find("<publish>");
+  const std::string rule = sut.substr(first, sut.find("</publish>") - first);
+  EXPECT_THAT(sut, HasSubstr("hall/@role/gateway"));
+  const bool badge_first = rule.find("@name") != std::string::npos;
+  EXPECT_EQ(rule.find("@role") != std::string::npos, badge_first);
+  EXPECT_EQ(rule.find("<topic>beat</topic>") != std::string::npos, !badge_first);
+  EXPECT_EQ(rule.find("<topic>notice</topic>") != std::string::npos, !badge_first);
+}
+
+TEST(Permissions, OfAnEarlierVersionSayNothingOfABadge) {
+  EXPECT_THAT(
+      badge_in(permissions_document({{Way::write, "millrace/v2/reply", "hall/x"}}, "CN=g", {}, {})),
+      testing::IsEmpty());
+  EXPECT_THAT(badge_in("<publish><topic>millrace/badge</topic><partition>"), testing::IsEmpty());
 }
 
 TEST(Governance, TakesNobodyWhoShowsNothing) {

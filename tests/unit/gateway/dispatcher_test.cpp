@@ -114,6 +114,27 @@ TEST_F(DispatcherTest, PrefersTheClosestNameOfAChannel) {
   EXPECT_THAT(add(8), ElementsAre("8→1#1"));
 }
 
+TEST_F(DispatcherTest, GivesTheCallsOfAQueueToWhoNamesItOrItsChannelOrItsMachine) {
+  const auto queued = [&](std::uint64_t number) {
+    return words(sut.add({.id = {1, number}, .key = {"cnc.alarms", 7}, .request = {uuid, "", 1}}));
+  };
+  auto other = instance(9);
+  other.channels = {{"cnc", 8}, {"press", 7}, {"cnc.parts", 7}};
+  sut.on_instance_ready(other);
+  EXPECT_THAT(queued(1), ElementsAre(HasSubstr("no instance of")));
+  for (const auto& [number, scope] : {std::pair<std::uint8_t, fabric::ChannelScope>{1, {"cnc", 0}},
+                                      {2, {"cnc", 7}},
+                                      {3, {"cnc.alarms", 7}}}) {
+    auto one = instance(number);
+    one.channels = {scope};
+    const auto given = words(sut.on_instance_ready(one));
+    // The first of them takes the one that has waited.
+    EXPECT_EQ(given.empty(), number != 1);
+  }
+  EXPECT_THAT(queued(2), ElementsAre("7→3#1"));
+  EXPECT_THAT(queued(3), ElementsAre("7→2#1"));
+}
+
 TEST_F(DispatcherTest, TakesAnInstanceForAnyChannelIfTheOneThatNamesItIsBusy) {
   ready({1});
   auto named = instance(2);

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/reply_kind.hpp"
 #include "gateway/response.hpp"
 #include "tests/unit/gateway/desk.hpp"
 
@@ -71,6 +72,16 @@ TEST_F(RefusedAnswer, GivesTheProgramTheErrorAndState500AtOnce) {
     EXPECT_EQ(sut().status().failed, 1U);
     EXPECT_THAT(desk.left_be, SizeIs(1)) << "its instance has answered, as badly as it may be";
   }
+}
+
+// Of a later version, or of nobody's.
+TEST_F(RefusedAnswer, OfAKindThatNobodyKnowsIsToldToo) {
+  desk.dispatched_call();
+  auto said = desk.reply("4", 1);
+  said.kind = fabric::unknown_kind;
+  reply(said);
+  expect_told("ERROR: the service's answer is of a kind that this gateway does not know", 500);
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, refused, replied, written));
 }
 
 TEST_F(RefusedAnswer, OfAServiceThatSaysSoItselfIsWrittenAsItSays) {

@@ -34,7 +34,7 @@ TEST(GatewaySettings, NameThePlaceAndTheExpectationOfEachMistake) {
 
 TEST(GatewaySettings, AreReadFromEachGoodFile) {
   for (const char* name :
-       {"nothing", "one_machine", "everything", "policies", "data", "variables"}) {
+       {"nothing", "one_machine", "everything", "policies", "data", "variables", "queues"}) {
     EXPECT_EQ(
         usage_error([&] {
           settings::read_settings(folder / "good" / (name + std::string(".gateway.textproto")));
@@ -61,6 +61,22 @@ TEST(GatewaySettings, SayWhatOfAMachineIsSampled) {
   ASSERT_EQ(sut.machines.at(0).programs.size(), 2U);
   EXPECT_EQ(sut.machines.at(0).programs[0].counter, "V.E.PARTS");
   EXPECT_EQ(sut.machines.at(0).programs[1].channel, 2);
+}
+
+TEST(GatewaySettings, SayWhichMessageQueuesAreRead) {
+  const settings::Settings sut = settings::read_settings(folder / "good/queues.gateway.textproto");
+  const auto& press = sut.machines.at(0).queues;
+  ASSERT_EQ(press.size(), 3U);
+  EXPECT_EQ(press[0].array, "SD.ALARMS");
+  EXPECT_EQ(press[0].key("press").to_string(), "press.ALARMS/1");
+  EXPECT_EQ(press[0].drain, queues::Drain::journalled);
+  EXPECT_EQ(press[1].array, "SD.LINE.PARTS");
+  EXPECT_EQ(press[1].last_get, "Out");
+  EXPECT_EQ(press[1].drain, queues::Drain::when_answered);
+  EXPECT_EQ(press[1].period, std::chrono::milliseconds(100));
+  EXPECT_EQ(press[1].backlog, 50U);
+  EXPECT_TRUE(press[1].events);
+  EXPECT_EQ(press[2].key("press").to_string(), "press.ALARMS/2");
 }
 
 TEST(GatewaySettings, SayWhichVariablesMayBeWritten) {

@@ -8,7 +8,7 @@
 namespace millrace::gateway {
 namespace {
 
-const PendingRequest request{"uuid", "text", 7};
+const PendingRequest pending_request{"uuid", "text", 7};
 constexpr std::array<std::uint32_t, 1> interim_5{5};
 constexpr std::span<const std::uint32_t> none;
 
@@ -18,33 +18,34 @@ Snapshot whole(const std::string& uuid, const std::string& text, std::uint32_t r
 }
 
 TEST(Judge, SaysThatAnUnchangedRequestIsPending) {
-  EXPECT_EQ(judge(whole("uuid", "text", 7, 0), request, none), Standing::pending);
+  EXPECT_EQ(judge(whole("uuid", "text", 7, 0), pending_request, none), Standing::pending);
 }
 
 TEST(Judge, SaysThatTwoZeroStatesAreACleared) {
-  EXPECT_EQ(judge(whole("uuid", "text", 0, 0), request, none), Standing::cleared);
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 0), pending_request, none), Standing::cleared);
 }
 
 TEST(Judge, SeesANewStateAndNewTextsUnderTheSameState) {
-  EXPECT_EQ(judge(whole("uuid", "text", 8, 0), request, none), Standing::replaced);
-  EXPECT_EQ(judge(whole("uuid", "other", 7, 0), request, none), Standing::replaced);
-  EXPECT_EQ(judge(whole("other", "text", 7, 0), request, none), Standing::replaced);
+  EXPECT_EQ(judge(whole("uuid", "text", 8, 0), pending_request, none), Standing::replaced);
+  EXPECT_EQ(judge(whole("uuid", "other", 7, 0), pending_request, none), Standing::replaced);
+  EXPECT_EQ(judge(whole("other", "text", 7, 0), pending_request, none), Standing::replaced);
 }
 
 TEST(Judge, ComparesOnlyWhatTheLookTookIn) {
-  EXPECT_EQ(judge({ReadSet::state, "", "", 7, 0, ""}, request, none), Standing::pending);
-  EXPECT_EQ(judge({ReadSet::states, "", "", 7, 0, ""}, request, none), Standing::pending);
+  EXPECT_EQ(judge({ReadSet::state, "", "", 7, 0, ""}, pending_request, none), Standing::pending);
+  EXPECT_EQ(judge({ReadSet::states, "", "", 7, 0, ""}, pending_request, none), Standing::pending);
 }
 
 TEST(Judge, KnowsACallByItsInterimStateWhereTheKernelClearedTheRequest) {
-  EXPECT_EQ(judge(whole("uuid", "text", 0, 5), request, interim_5), Standing::pending);
-  EXPECT_EQ(judge({ReadSet::states, "", "", 0, 5, ""}, request, interim_5), Standing::pending);
-  EXPECT_EQ(judge(whole("uuid", "other", 0, 5), request, interim_5), Standing::answered);
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 5), pending_request, interim_5), Standing::pending);
+  EXPECT_EQ(judge({ReadSet::states, "", "", 0, 5, ""}, pending_request, interim_5),
+            Standing::pending);
+  EXPECT_EQ(judge(whole("uuid", "other", 0, 5), pending_request, interim_5), Standing::answered);
 }
 
 TEST(Judge, SeesThatSomebodyElseAnswered) {
-  EXPECT_EQ(judge(whole("uuid", "text", 0, 1), request, none), Standing::answered);
-  EXPECT_EQ(judge(whole("uuid", "text", 0, 1), request, interim_5), Standing::answered);
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 1), pending_request, none), Standing::answered);
+  EXPECT_EQ(judge(whole("uuid", "text", 0, 1), pending_request, interim_5), Standing::answered);
 }
 
 // The texts of a request that was given up are still there when the next one's state is written.

@@ -294,6 +294,14 @@ tl::expected<void, Fault> MapEnvironment::write(std::string_view name, const Val
   return {};
 }
 
+std::size_t MapEnvironment::elements(std::string_view name) {
+  std::size_t count = 0;
+  while (variables_.contains(std::string(name) + '[' + std::to_string(count + 1) + ']')) {
+    ++count;
+  }
+  return count;
+}
+
 bool MapEnvironment::synchronous(std::string_view name) {
   return !asynchronous_.contains(name);
 }

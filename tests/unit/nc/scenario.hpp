@@ -27,6 +27,7 @@ class MapEnvironment : public Environment {
   tl::expected<Value, Fault> read(std::string_view name) override;
   tl::expected<void, Fault> write(std::string_view name, const Value& value) override;
   bool synchronous(std::string_view name) override;
+  std::size_t elements(std::string_view name) override;
   tl::expected<std::string, Fault> load(std::string_view program) override;
 
  private:

@@ -52,6 +52,16 @@ TEST(Configuration, ReadsTheAxesOfChannels) {
   EXPECT_EQ(sut.axes_of(3)[0].name, "W");
 }
 
+TEST(Configuration, ReadsSystemData) {
+  const Settings sut = read_settings(good / "every_switch.cnc.textproto");
+  ASSERT_EQ(sut.system_data.size(), 3);
+  EXPECT_EQ(sut.system_data[0].elements, 100);
+  EXPECT_EQ(sut.system_data[0].element_size(), 128);
+  EXPECT_TRUE(sut.system_data[1].structure());
+  EXPECT_EQ(sut.system_data[1].size(), 6);
+  EXPECT_EQ(sut.system_data[2].value, nc::Value(2.5));
+}
+
 TEST(Configuration, LaysOutExternalVariablesInTheirScope) {
   const Settings sut = read_settings(good / "every_switch.cnc.textproto");
   ASSERT_EQ(sut.externals.size(), 3);

@@ -1,4 +1,5 @@
-// `millrace data` and `millrace programs`: what gateways tell of their machines besides calls.
+// `millrace data`, `millrace programs` and `millrace queues`: what gateways tell of their machines
+// besides calls.
 #pragma once
 
 #include "tools/commands/subcommand.hpp"
@@ -7,5 +8,6 @@ namespace millrace::tools::commands::data {
 
 void add_data(CLI::App& app, Chosen& chosen);
 void add_programs(CLI::App& app, Chosen& chosen);
+void add_queues(CLI::App& app, Chosen& chosen);
 
 }  // namespace millrace::tools::commands::data

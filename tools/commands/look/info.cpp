@@ -32,6 +32,9 @@ void print_instance(const bus::LiveInstance& instance) {
   line("awaited", std::string(fabric::name_of(identity.awaited)));
   line("concurrency", std::to_string(identity.concurrency));
   line("draining", identity.draining ? "yes" : "no");
+  if (!identity.certificate.empty()) {
+    line("certificate", base::text::safe(identity.certificate));
+  }
   line("started", instance.status ? ago(instance.status->started) : "-");
 }
 

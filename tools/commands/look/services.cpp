@@ -1,4 +1,6 @@
 // millrace services: every instance on the fabric.
+#include <algorithm>
+
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
@@ -17,6 +19,11 @@ namespace {
 
 using print::Align;
 
+/// What they have proved to be has a column where there is trust.
+bool has_proof(const bus::LiveInstance* instance) {
+  return !instance->identity.certificate.empty();
+}
+
 std::vector<std::string> row_of(const bus::LiveInstance& instance) {
   const fabric::InstanceIdentity& identity = instance.identity;
   const fabric::InstanceStatus status = instance.status.value_or(fabric::InstanceStatus{});
@@ -33,18 +40,27 @@ std::vector<std::string> row_of(const bus::LiveInstance& instance) {
 }
 
 void print_services(const std::vector<const bus::LiveInstance*>& instances) {
-  print::Table table({{"UUID"},
-                      {"NAME"},
-                      {"HOST"},
-                      {"PID", Align::right},
-                      {"CHANNELS"},
-                      {"BUSY", Align::right},
-                      {"CALLS", Align::right},
-                      {"ERRORS", Align::right},
-                      {"MEAN", Align::right},
-                      {"DELIVERY"}});
+  std::vector<print::Column> columns{{"UUID"},
+                                     {"NAME"},
+                                     {"HOST"},
+                                     {"PID", Align::right},
+                                     {"CHANNELS"},
+                                     {"BUSY", Align::right},
+                                     {"CALLS", Align::right},
+                                     {"ERRORS", Align::right},
+                                     {"MEAN", Align::right},
+                                     {"DELIVERY"}};
+  const bool proofs = std::ranges::any_of(instances, &has_proof);
+  if (proofs) {
+    columns.push_back({"CERTIFICATE"});
+  }
+  print::Table table(columns);
   for (const bus::LiveInstance* instance : instances) {
-    table.add(row_of(*instance));
+    std::vector<std::string> row = row_of(*instance);
+    if (proofs) {
+      row.push_back(base::text::safe(instance->identity.certificate));
+    }
+    table.add(std::move(row));
   }
   fmt::print("{}", table.text());
 }

@@ -1,4 +1,4 @@
-// init, issue, renew, revoke: what writes the folder of a plant.
+// init, issue, renew, renew-authorities, revoke: what writes the folder of a plant.
 #include "tools/commands/trust/make.hpp"
 
 #include <fstream>
@@ -88,6 +88,24 @@ int renew(const NamedOptions& options) {
   return base::program::exit_done;
 }
 
+struct AuthoritiesOptions : PlantOptions {
+  int days = InitOptions{}.days;
+  int member_days = tools::trust::IssueOptions{}.days;
+};
+
+int renew_authorities(const AuthoritiesOptions& options) {
+  tools::trust::Plant plant = open(options);
+  must(plant.renew_authorities(options.days, options.member_days, passphrase_of(options), now()));
+  fmt::print(
+      "{0}: the authorities are valid until {1:%F}, and all members are renewed. Copy each "
+      "member's "
+      "folder to its host and restart its programs, one after the other: what hosts have until "
+      "then "
+      "goes on counting until its time is over\n",
+      options.folder, must(plant.authorities_until()));
+  return base::program::exit_done;
+}
+
 int revoke(const NamedOptions& options) {
   tools::trust::Plant plant = open(options);
   must(plant.revoke(options.name, passphrase_of(options), now()));
@@ -135,6 +153,9 @@ void add_issue(CLI::App& trust, Chosen& chosen) {
   command.add_option("--host", options->how.host, "Where it is meant to be, for people");
   command.add_option("--days", options->how.days, "How long it is valid")->capture_default_str();
   command.add_flag("--renew", options->renew, "Make it new if it is there");
+  command.add_flag(
+      "--foreign", options->how.foreign,
+      "For a program on another DDS, Fast DDS say: the others begin the handshake with it");
   command.callback([options, &chosen] { chosen.run = [options] { return issue(*options); }; });
 }
 
@@ -147,6 +168,21 @@ void add_renew(CLI::App& trust, Chosen& chosen) {
   command.add_option("name", options->name, "Whose")->required();
   command.add_option("--days", options->days, "How long it is valid")->capture_default_str();
   command.callback([options, &chosen] { chosen.run = [options] { return renew(*options); }; });
+}
+
+void add_renew_authorities(CLI::App& trust, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      trust, "renew-authorities", "Have the authorities be valid for longer, and renew all members",
+      "millrace trust renew-authorities plant");
+  auto options = std::make_shared<AuthoritiesOptions>();
+  add_plant(command, *options);
+  add_passphrase(command, *options);
+  command.add_option("--days", options->days, "How long the authorities are valid from now on")
+      ->capture_default_str();
+  command.add_option("--member-days", options->member_days, "How long the members are")
+      ->capture_default_str();
+  command.callback(
+      [options, &chosen] { chosen.run = [options] { return renew_authorities(*options); }; });
 }
 
 void add_revoke(CLI::App& trust, Chosen& chosen) {

@@ -40,6 +40,7 @@ struct ExportOptions : PlantOptions {
 
 std::vector<std::string> roles_of(const Entry& entry) {
   std::vector<std::string> names;
+  names.reserve(entry.member.roles.size());
   for (const fabric::trust::Role role : entry.member.roles) {
     names.emplace_back(fabric::trust::name_of(role));
   }
@@ -65,6 +66,7 @@ boost::json::object json_of(const Entry& entry) {
           {"uuids", strings(entry.member.uuids)},
           {"machines", strings(entry.member.machines)},
           {"host", entry.host},
+          {"foreign", entry.foreign},
           {"serial", entry.serial},
           {"from", fmt::format("{:%FT%TZ}", entry.from)},
           {"until", fmt::format("{:%FT%TZ}", entry.until)},
@@ -73,13 +75,16 @@ boost::json::object json_of(const Entry& entry) {
 
 int list(const ListOptions& options) {
   const tools::trust::Plant plant = open(options);
+  const tools::trust::Time end = must(plant.authorities_until());
   if (options.json) {
     boost::json::array members;
     for (const Entry& entry : plant.entries()) {
       members.push_back(json_of(entry));
     }
-    print::print_json(boost::json::object{
-        {"plant", plant.name()}, {"fabric", plant.fabric()}, {"members", std::move(members)}});
+    print::print_json(boost::json::object{{"plant", plant.name()},
+                                          {"fabric", plant.fabric()},
+                                          {"until", fmt::format("{:%FT%TZ}", end)},
+                                          {"members", std::move(members)}});
     return base::program::exit_done;
   }
   print::Table table({{"NAME"}, {"ROLE"}, {"OF"}, {"HOST"}, {"UNTIL"}, {"STATE"}});
@@ -91,6 +96,14 @@ int list(const ListOptions& options) {
                fmt::format("{:%F}", entry.until), state_of(entry)});
   }
   fmt::print("{}", table.text());
+  // Nobody is valid for longer than they are: a year before there is time for the next round of
+  // renewals.
+  if (end <= now() + std::chrono::days(365)) {
+    fmt::print(
+        "the authorities are valid until {:%F}: `millrace trust renew-authorities {}` before "
+        "that\n",
+        end, options.folder);
+  }
   return base::program::exit_done;
 }
 
@@ -116,6 +129,9 @@ int show(const ShowOptions& options) {
              fmt::join(roles_of(entry), ", "), state_of(entry), entry.until, entry.serial);
   if (!entry.host.empty()) {
     fmt::print("meant for {}\n", entry.host);
+  }
+  if (entry.foreign) {
+    fmt::print("on another DDS: the others begin the handshake with it\n");
   }
   for (const std::string& machine : entry.member.machines) {
     fmt::print("machine {}\n", machine);
@@ -211,6 +227,7 @@ void add_trust(CLI::App& app, Chosen& chosen) {
   add_list(trust, chosen);
   add_show(trust, chosen);
   add_renew(trust, chosen);
+  add_renew_authorities(trust, chosen);
   add_revoke(trust, chosen);
   add_export(trust, chosen);
 }

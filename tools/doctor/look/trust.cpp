@@ -4,6 +4,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/text/quoted.hpp"
 #include "tools/doctor/look/look.hpp"
@@ -17,6 +18,14 @@ using base::text::safe;
 
 /// Time enough to renew a member and to go to its host.
 constexpr std::chrono::days soon{30};
+
+/// "gateway-1 as gateway of press_1, press_2"
+std::string text_of(const fabric::Badge& badge) {
+  return fmt::format(
+      "{} as {}{}", safe(badge.name), safe(fmt::format("{}", fmt::join(badge.roles, " and "))),
+      badge.machines.empty() ? std::string()
+                             : " of " + safe(fmt::format("{}", fmt::join(badge.machines, ", "))));
+}
 
 void at_our_own(const Joining& joining, Report& report) {
   const std::string text = fmt::format("this program is trusted as {} until {:%F %R} UTC",
@@ -53,6 +62,18 @@ void at_trust(const Findings& found, Report& report) {
   }
   if (!believed.empty()) {
     report.fine("believed here: " + list_of(believed));
+  }
+  std::set<std::string> proved;
+  for (const fabric::Badge& badge : found.badges) {
+    proved.insert(text_of(badge));
+  }
+  if (!proved.empty()) {
+    report.fine("trusted: " + list_of(proved));
+  }
+  for (const std::string& doubt : found.doubts) {
+    report.problem(doubt,
+                   "if it is meant, `millrace trust issue` it a certificate that says so; if not, "
+                   "`millrace trust revoke` it and find out what runs there");
   }
 }
 

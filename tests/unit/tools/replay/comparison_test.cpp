@@ -104,6 +104,14 @@ TEST(ChannelMap, MapsChannelsAndWholeMachines) {
   EXPECT_EQ(sut.find({"else", 2}), std::nullopt);
 }
 
+TEST(ChannelMap, MapsAQueueByItselfOrWithItsMachine) {
+  ChannelMap sut;
+  EXPECT_TRUE(sut.add("cnc.alarms/1=test/7").has_value());
+  EXPECT_TRUE(sut.add("cnc=other").has_value());
+  EXPECT_EQ(sut.find({"cnc.alarms", 1}), (fabric::ChannelKey{"test", 7}));
+  EXPECT_EQ(sut.find({"cnc.parts", 2}), (fabric::ChannelKey{"other.parts", 2}));
+}
+
 TEST(ChannelMap, RefusesWhatMapsNothing) {
   ChannelMap sut;
   for (const char* wrong : {"", "cnc", "cnc/1", "cnc/1=test", "cnc=test/1", "cnc/0=test/1",

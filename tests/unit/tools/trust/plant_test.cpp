@@ -1,12 +1,15 @@
 #include "tools/trust/plant.hpp"
 
+#include <array>
 #include <fstream>
 #include <iterator>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include "base/openssl/certificate.hpp"
 #include "fabric/trust/folder.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -18,8 +21,10 @@ using fabric::trust::Member;
 using fabric::trust::Protection;
 using fabric::trust::read_folder;
 using fabric::trust::Role;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::SizeIs;
+using testing::StartsWith;
 
 constexpr Time now{1'800'000'000s};
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
@@ -164,6 +169,9 @@ TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
   EXPECT_THAT(why_refused("kept"), HasSubstr("has been revoked"));
   EXPECT_EQ(why_refused("another"), "not refused");
   EXPECT_TRUE(sut.entry("root")->revoked);
+  // Who is on is known by his name.
+  EXPECT_EQ(fabric::trust::read_revoked(folder / "another"), std::set<std::string>{"root"});
+  EXPECT_THAT(sut.renew("root", 100, {}, now).error(), HasSubstr("nobody believes that name"));
 }
 
 TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
@@ -183,6 +191,72 @@ TEST_F(PlantTest, SignsNothingThatOutlivesItsAuthorities) {
   EXPECT_EQ(sut.issue(service(), {.days = 825}, {}, now)->until, now + std::chrono::days(30));
   EXPECT_THAT(sut.renew("root", 825, {}, now + std::chrono::days(31)).error(),
               HasSubstr("no longer valid"));
+}
+
+TEST_F(PlantTest, RenewsItsAuthoritiesWithTheKeysThatTheyHave) {
+  ASSERT_TRUE(Plant::create(folder, "plant", "millrace", 30, {}, now));
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  sut.issue(service("gone"), {}, {}, now).value();
+  ASSERT_TRUE(sut.revoke("gone", {}, now));
+  EXPECT_EQ(sut.authorities_until(), now + std::chrono::days(30));
+  const std::string key = content_of(folder / "authorities/permissions.key");
+  const std::string gone = content_of(folder / "gone/certificate.pem");
+
+  const Time later = now + std::chrono::days(20);
+  const auto done = sut.renew_authorities(3650, 825, {}, later);
+  ASSERT_TRUE(done) << done.error();
+  EXPECT_EQ(sut.authorities_until(), later + std::chrono::days(3650));
+  EXPECT_EQ(content_of(folder / "authorities/permissions.key"), key);
+  EXPECT_EQ(sut.entry("root")->until, later + std::chrono::days(825));
+  EXPECT_EQ(why_refused("root", later + std::chrono::days(824)), "not refused");
+  EXPECT_EQ(content_of(folder / "gone/certificate.pem"), gone);
+  EXPECT_TRUE(sut.entry("gone")->revoked);
+}
+
+// What the others look at is their own authorities and revocations, and somebody's certificate and
+// documents.
+TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRenewed) {
+  ASSERT_TRUE(Plant::create(folder, "plant", "millrace", 30, {}, now));
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  fs::copy(folder / "root", folder / "old", fs::copy_options::recursive);
+  ASSERT_TRUE(sut.renew_authorities(3650, 825, {}, now + std::chrono::days(20)));
+  fs::copy(folder / "root", folder / "new", fs::copy_options::recursive);
+  for (const char* theirs :
+       {"identity_authority.pem", "permissions_authority.pem", "revoked.pem"}) {
+    EXPECT_NE(content_of(folder / "old" / theirs), content_of(folder / "new" / theirs));
+    fs::rename(folder / "old" / theirs, folder / "kept");
+    fs::rename(folder / "new" / theirs, folder / "old" / theirs);
+    fs::rename(folder / "kept", folder / "new" / theirs);
+  }
+  const Time between = now + std::chrono::days(25);
+  EXPECT_EQ(why_refused("old", between), "not refused");
+  EXPECT_EQ(why_refused("new", between), "not refused");
+  // And no longer than each of them is valid.
+  EXPECT_THAT(why_refused("old", now + std::chrono::days(31)), HasSubstr("expired on"));
+  EXPECT_THAT(why_refused("new", now + std::chrono::days(31)),
+              AllOf(HasSubstr("identity_authority.pem"), HasSubstr("renew-authorities")));
+}
+
+TEST_F(PlantTest, RenewsAuthoritiesThatAreOver) {
+  ASSERT_TRUE(Plant::create(folder, "plant", "millrace", 30, {}, now));
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  const Time late = now + std::chrono::days(40);
+  EXPECT_THAT(sut.renew("root", 825, {}, late).error(), HasSubstr("renew-authorities"));
+  ASSERT_TRUE(sut.renew_authorities(3650, 825, {}, late));
+  EXPECT_EQ(why_refused("root", late + 1h), "not refused");
+}
+
+TEST_F(PlantTest, RenewsNoAuthoritiesWithoutTheirPassphraseOrForNoTime) {
+  create("open sesame");
+  Plant sut = open();
+  const std::string before = content_of(folder / "authorities/identity.pem");
+  EXPECT_THAT(sut.renew_authorities(3650, 825, {}, now).error(), HasSubstr("no passphrase"));
+  EXPECT_THAT(sut.renew_authorities(0, 825, "open sesame", now).error(), HasSubstr("expected 1"));
+  EXPECT_THAT(sut.renew_authorities(3650, 0, "open sesame", now).error(), HasSubstr("expected 1"));
+  EXPECT_EQ(content_of(folder / "authorities/identity.pem"), before);
 }
 
 TEST_F(PlantTest, OpensEncryptedAuthoritiesWithTheirPassphrase) {
@@ -257,6 +331,31 @@ TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
 
 TEST_F(FolderTest, RefusesAFolderThatIsNone) {
   EXPECT_THAT(why_refused("nobody"), HasSubstr("is no folder"));
+}
+
+/// The first bytes of what DDS Security makes a participant's GUID of.
+std::string hash_of_name(const fs::path& certificate) {
+  const auto read = base::openssl::Certificate::read(content_of(certificate)).value();
+  std::array<unsigned char, 32> hash{};
+  unsigned size = 0;
+  EXPECT_EQ(X509_NAME_digest(X509_get_subject_name(read.get()), EVP_sha256(), hash.data(), &size),
+            1);
+  return fmt::format("{:02x}{:02x}{:02x}", hash[0], hash[1], hash[2]);
+}
+
+TEST_F(PlantTest, NamesAForeignMemberSoThatTheOthersBeginTheHandshake) {
+  create();
+  Plant sut = open();
+  const auto entry = sut.issue(service("fastdds"), {.foreign = true}, {}, now);
+  ASSERT_TRUE(entry) << entry.error();
+  EXPECT_TRUE(entry->foreign);
+  EXPECT_THAT(hash_of_name(folder / "fastdds/certificate.pem"), StartsWith("fffff"));
+  const auto read = read_folder(folder / "fastdds", Protection::sign, now + 1h);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_EQ(read->name, "fastdds");
+  // Also when it is renewed.
+  ASSERT_TRUE(sut.renew("fastdds", 100, {}, now));
+  EXPECT_THAT(hash_of_name(folder / "fastdds/certificate.pem"), StartsWith("fffff"));
 }
 
 TEST_F(PlantTest, PacksAMembersFolder) {

@@ -1,0 +1,106 @@
+#include "fabric/badge.hpp"
+
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+
+namespace millrace::fabric {
+
+namespace {
+
+constexpr std::string_view of_name = "name/";
+constexpr std::string_view of_role = "role/";
+constexpr std::string_view of_machine = "machine/";
+constexpr std::string_view tester = "tester";
+
+std::string prefix_of(std::string_view fabric) {
+  return fmt::format("{}/@", fabric);
+}
+
+/// What follows `kind` in `text`; nothing if that is not how it begins, or is a pattern.
+std::optional<std::string> after(std::string_view text, std::string_view kind) {
+  if (!text.starts_with(kind) || text.size() == kind.size() ||
+      text.find_first_of("*?") != std::string_view::npos) {
+    return std::nullopt;
+  }
+  return std::string(text.substr(kind.size()));
+}
+
+}  // namespace
+
+std::vector<std::string> badge_partitions(std::string_view fabric, const Badge& badge) {
+  const std::string prefix = prefix_of(fabric);
+  std::vector<std::string> all{fmt::format("{}{}{}", prefix, of_name, badge.name)};
+  for (const std::string& role : badge.roles) {
+    all.push_back(fmt::format("{}{}{}", prefix, of_role, role));
+  }
+  for (const std::string& machine : badge.machines) {
+    all.push_back(fmt::format("{}{}{}", prefix, of_machine, machine));
+  }
+  return all;
+}
+
+std::string all_badges(std::string_view fabric) {
+  return prefix_of(fabric) + "*";
+}
+
+std::optional<Badge> parse_badge(std::string_view fabric,
+                                 const std::vector<std::string>& partitions) {
+  const std::string prefix = prefix_of(fabric);
+  Badge badge;
+  for (const std::string_view partition : partitions) {
+    if (!partition.starts_with(prefix)) {
+      continue;
+    }
+    const std::string_view said = partition.substr(prefix.size());
+    if (auto name = after(said, of_name)) {
+      if (!badge.name.empty() && badge.name != *name) {
+        return std::nullopt;
+      }
+      badge.name = *std::move(name);
+    } else if (auto role = after(said, of_role)) {
+      badge.roles.insert(*std::move(role));
+    } else if (auto machine = after(said, of_machine)) {
+      badge.machines.insert(*std::move(machine));
+    }
+  }
+  return badge.name.empty() ? std::nullopt : std::optional(std::move(badge));
+}
+
+Standing standing_of(const Proof& proof, std::string_view machine, bool testers) {
+  if (proof.revoked) {
+    return Standing::revoked;
+  }
+  if (!proof.badge) {
+    return Standing::unproven;
+  }
+  const bool may = machine.empty() || proof.badge->machines.contains(std::string(machine)) ||
+                   (testers && proof.badge->roles.contains(std::string(tester)));
+  return may ? Standing::believed : Standing::not_its_machine;
+}
+
+std::string doubt_of(const Proof& proof, Standing standing, std::string_view machine) {
+  const std::string name = proof.badge ? base::text::safe(proof.badge->name) : std::string();
+  switch (standing) {
+    case Standing::unproven:
+      return "a program that shows no badge of its certificate";
+    case Standing::revoked:
+      return fmt::format("the certificate of {} is revoked", name);
+    case Standing::not_its_machine:
+      return fmt::format("{} speaks for {}, which its certificate does not name", name,
+                         base::text::safe(machine));
+    case Standing::believed:
+      break;
+  }
+  return name;
+}
+
+std::string issuer_of(const std::string& certificate, const std::string& said) {
+  if (certificate.empty() || said == certificate || said.starts_with(certificate + " (")) {
+    return said;
+  }
+  // At most 127 bytes fit.
+  return fmt::format("{:.40} ({:.80})", certificate, said);
+}
+
+}  // namespace millrace::fabric

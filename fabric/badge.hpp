@@ -1,0 +1,74 @@
+// What a program of a fabric with trust has proved to be, and what it may say therefore. Pure.
+//
+//   badge_partitions("millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines =
+//   {"press_1"}})
+//   // millrace/@name/gateway-1, millrace/@role/gateway, millrace/@machine/press_1
+//
+// DDS Security lets a program have endpoints in the partitions that its permissions name, and in no
+// others, and each one who is matched with an endpoint checks that himself. So a badge is a writer
+// of a topic without samples, in partitions that say who somebody is: whoever sees it matched knows
+// that it is true. It is the first endpoint of a program, and DDS tells of endpoints in their
+// order: it is known before anything that the program says.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace millrace::fabric {
+
+/// The topic; its type is in idl/badge.idl.
+inline constexpr const char* badge_topic_name = "millrace/badge";
+
+struct Badge {
+  /// The common name of the certificate.
+  std::string name{};
+  /// As `millrace trust issue --role` has them.
+  std::set<std::string> roles{};
+  /// Of a gateway: the machines that it may speak for.
+  std::set<std::string> machines{};
+  bool operator==(const Badge&) const = default;
+};
+
+/// Where its writer is, all of them at once.
+std::vector<std::string> badge_partitions(std::string_view fabric, const Badge& badge);
+/// The partition of who reads badges.
+std::string all_badges(std::string_view fabric);
+/// What a writer in these partitions shows; nothing if it is no badge of this fabric with one name.
+std::optional<Badge> parse_badge(std::string_view fabric,
+                                 const std::vector<std::string>& partitions);
+
+/// What is known of a program.
+struct Proof {
+  /// Null: it has shown none.
+  std::shared_ptr<const Badge> badge{};
+  /// Its certificate has been taken back since.
+  bool revoked = false;
+};
+
+enum class Standing : std::uint8_t {
+  believed,
+  /// It has shown nothing.
+  unproven,
+  revoked,
+  /// It speaks for a machine that its certificate does not name.
+  not_its_machine
+};
+
+/// Whose word it is to say something of `machine` (empty: something that is of no machine).
+/// `testers`: also of who replays calls and data of machines.
+Standing standing_of(const Proof& proof, std::string_view machine = {}, bool testers = false);
+
+/// Why it does not count, for people: "gateway-2 speaks for press_1, which its certificate does not
+/// name".
+std::string doubt_of(const Proof& proof, Standing standing, std::string_view machine);
+
+/// Who a command is from: the name in the certificate comes first, whatever the command says:
+/// "office (anna@hall-pc)". Without trust, `certificate` empty, what it says.
+std::string issuer_of(const std::string& certificate, const std::string& said);
+
+}  // namespace millrace::fabric

@@ -1,0 +1,91 @@
+#include "fabric/badge_book.hpp"
+
+#include <utility>
+
+namespace millrace::fabric {
+
+void BadgeBook::put_on(Handle writer, Handle participant, Badge badge) {
+  badges_.insert_or_assign(writer, participant);
+  worn_.insert_or_assign(participant, Worn{std::make_shared<const Badge>(std::move(badge))});
+}
+
+std::optional<BadgeBook::Handle> BadgeBook::take_off(Handle writer) {
+  const auto known = badges_.extract(writer);
+  if (known.empty()) {
+    return std::nullopt;
+  }
+  const Handle participant = known.mapped();
+  worn_.at(participant).there = false;
+  left_.push_back(participant);
+  if (left_.size() > most_departed) {
+    const auto oldest = worn_.find(left_.front());
+    if (oldest != worn_.end() && !oldest->second.there) {
+      worn_.erase(oldest);
+    }
+    left_.pop_front();
+  }
+  return participant;
+}
+
+void BadgeBook::matched(Handle writer, Handle participant) {
+  Seen& seen = writers_[writer];
+  seen.participant = participant;
+  ++seen.matched;
+}
+
+void BadgeBook::unmatched(Handle writer) {
+  const auto known = writers_.find(writer);
+  if (known == writers_.end() || known->second.matched == 0 || --known->second.matched > 0) {
+    return;
+  }
+  left_writers_.push_back(writer);
+  if (left_writers_.size() > most_departed) {
+    const auto oldest = writers_.find(left_writers_.front());
+    if (oldest != writers_.end() && oldest->second.matched == 0) {
+      writers_.erase(oldest);
+    }
+    left_writers_.pop_front();
+  }
+}
+
+std::vector<BadgeBook::Handle> BadgeBook::revoke(std::set<std::string> names) {
+  const std::set<std::string> before = std::exchange(revoked_, std::move(names));
+  std::vector<Handle> news;
+  for (const auto& [participant, one] : worn_) {
+    const std::string& name = one.badge->name;
+    if (one.there && before.contains(name) != revoked_.contains(name)) {
+      news.push_back(participant);
+    }
+  }
+  return news;
+}
+
+Proof BadgeBook::proof_of(Handle participant) const {
+  const auto known = worn_.find(participant);
+  if (known == worn_.end()) {
+    return {};
+  }
+  return {known->second.badge, is_revoked(known->second.badge->name)};
+}
+
+Proof BadgeBook::proof_of_writer(Handle writer) const {
+  const auto known = writers_.find(writer);
+  return known == writers_.end() ? Proof{} : proof_of(known->second.participant);
+}
+
+bool BadgeBook::is_there(Handle participant) const {
+  const auto known = worn_.find(participant);
+  return known != worn_.end() && known->second.there;
+}
+
+std::vector<BadgeBook::Handle> BadgeBook::participants() const {
+  std::vector<Handle> all;
+  for (const auto& [participant, one] : worn_) {
+    if (one.there) {
+      all.push_back(participant);
+    }
+  }
+  return all;
+}
+
+}  // namespace millrace::fabric

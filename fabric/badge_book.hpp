@@ -1,0 +1,71 @@
+// Who has shown which badge, whose writers are whose, and who is believed no more. Pure.
+//
+//   book.put_on(badge_writer, participant, badge);      // as DDS matches them
+//   book.matched(writer, participant);
+//   book.proof_of_writer(writer).badge                  // of who has it
+//   book.revoke({"square-root"})                        // → the participants that it is about
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "fabric/badge.hpp"
+
+namespace millrace::fabric {
+
+class BadgeBook {
+ public:
+  /// Cyclone's instance handle of an endpoint or a participant; none is used twice.
+  using Handle = std::uint64_t;
+  /// Far more programs and writers than leave before their last words are taken.
+  static constexpr std::size_t most_departed = 1024;
+
+  /// The writer of a badge is matched, and whose it is.
+  void put_on(Handle writer, Handle participant, Badge badge);
+  /// It is not any more; returns whose it was. He is remembered for a while.
+  std::optional<Handle> take_off(Handle writer);
+
+  /// A writer is matched with one more reader of ours, or with one less.
+  void matched(Handle writer, Handle participant);
+  void unmatched(Handle writer);
+
+  /// From now on these names are not believed; returns the participants for whom that is news.
+  std::vector<Handle> revoke(std::set<std::string> names);
+  [[nodiscard]] bool is_revoked(const std::string& name) const { return revoked_.contains(name); }
+
+  /// Also of who has left lately.
+  [[nodiscard]] Proof proof_of(Handle participant) const;
+  [[nodiscard]] Proof proof_of_writer(Handle writer) const;
+  /// Its badge is there now.
+  [[nodiscard]] bool is_there(Handle participant) const;
+  /// Those that are there.
+  [[nodiscard]] std::vector<Handle> participants() const;
+
+ private:
+  struct Worn {
+    std::shared_ptr<const Badge> badge;
+    bool there = true;
+  };
+  struct Seen {
+    Handle participant = 0;
+    /// With how many readers of ours.
+    std::size_t matched = 0;
+  };
+
+  /// Writers of badges, and whose they are.
+  std::unordered_map<Handle, Handle> badges_;
+  std::unordered_map<Handle, Worn> worn_;
+  std::unordered_map<Handle, Seen> writers_;
+  /// The first to be forgotten in front.
+  std::deque<Handle> left_;
+  std::deque<Handle> left_writers_;
+  std::set<std::string> revoked_;
+};
+
+}  // namespace millrace::fabric

@@ -1,0 +1,358 @@
+#include "fabric/dds/badges.hpp"
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <pthread.h>
+
+#include "base/program/barrier.hpp"
+#include "fabric/badge_book.hpp"
+#include "fabric/complaints.hpp"
+#include "idl/badge.h"
+
+namespace millrace::fabric::dds {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Handle = dds_instance_handle_t;
+
+/// How soon a change of the list is seen.
+constexpr auto look_every = 1s;
+/// Who has been told that his own certificate is over is told again.
+constexpr auto tell_again = 15s;
+
+struct EndpointDeleter {
+  void operator()(dds_builtintopic_endpoint_t* endpoint) const {
+    dds_builtintopic_free_endpoint(endpoint);
+  }
+};
+using Endpoint = std::unique_ptr<dds_builtintopic_endpoint_t, EndpointDeleter>;
+
+std::vector<std::string> partitions_of(const dds_qos_t* qos) {
+  std::uint32_t count = 0;
+  char** names = nullptr;
+  std::vector<std::string> all;
+  if (dds_qget_partition(qos, &count, &names)) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      all.emplace_back(names[i]);
+      dds_free(names[i]);
+    }
+    dds_free(static_cast<void*>(names));
+  }
+  return all;
+}
+
+/// Neither reliable nor kept: there is nothing to keep.
+Qos badge_qos() {
+  Qos qos(dds_create_qos());
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+  return qos;
+}
+
+/// Of a publisher or subscriber.
+Qos partitions_qos(const std::vector<std::string>& partitions) {
+  std::vector<const char*> names;
+  names.reserve(partitions.size());
+  for (const std::string& partition : partitions) {
+    names.push_back(partition.c_str());
+  }
+  Qos qos(dds_create_qos());
+  dds_qset_partition(qos.get(), static_cast<std::uint32_t>(names.size()), names.data());
+  return qos;
+}
+
+}  // namespace
+
+struct Badges::Impl {
+  Impl(std::string own_fabric, std::shared_ptr<const Trust> own_trust)
+      : fabric(std::move(own_fabric)), trust(std::move(own_trust)) {}
+  ~Impl();
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  void open(dds_entity_t participant);
+  void watch();
+  void look_whom_to_believe();
+  void look_at_our_own(std::chrono::steady_clock::time_point now);
+
+  // In Cyclone's threads.
+  void on_badge(dds_entity_t reader, const dds_subscription_matched_status_t& status) noexcept;
+  void on_writer(dds_entity_t reader, const dds_subscription_matched_status_t& status) noexcept;
+
+  /// Under the lock.
+  void tell(Handle participant);
+
+  void wake();
+
+  const std::string fabric;
+  const std::shared_ptr<const Trust> trust;
+
+  mutable std::mutex lock;
+  BadgeBook book;
+  Complaints complaints;
+  std::vector<std::string> said;
+
+  /// Taken before `lock`, if both are; who changes them holds both.
+  std::mutex watchers_lock;
+  std::vector<Watcher*> watchers;
+
+  std::string trouble;
+  std::optional<std::chrono::steady_clock::time_point> ended_at;
+  std::mutex end_lock;
+  std::condition_variable end_news;
+  bool ending = false;
+  std::thread thread;
+
+  Entity topic;
+  Entity subscriber;
+  Entity reader;
+  Entity publisher;
+  Entity writer;
+};
+
+Badges::Impl::~Impl() {
+  {
+    const std::lock_guard guard(end_lock);
+    ending = true;
+  }
+  end_news.notify_all();
+  if (thread.joinable()) {
+    thread.join();
+  }
+  // No listener runs from here on.
+  reader.reset();
+}
+
+void Badges::Impl::open(dds_entity_t participant) {
+  topic = Entity(
+      check(dds_create_topic(participant, &millrace_Badge_desc, badge_topic_name, nullptr, nullptr),
+            fmt::format("create the topic {}", badge_topic_name)));
+  const std::string theirs = all_badges(fabric);
+  subscriber =
+      Entity(check(dds_create_subscriber(participant, partitions_qos({theirs}).get(), nullptr),
+                   fmt::format("subscribe to {}", theirs)));
+  const Listener on_match(dds_create_listener(nullptr));
+  dds_lset_subscription_matched_arg(
+      on_match.get(),
+      [](dds_entity_t own, dds_subscription_matched_status_t status, void* self) noexcept {
+        static_cast<Impl*>(self)->on_badge(own, status);
+      },
+      this, true);
+  reader = Entity(check(
+      dds_create_reader(subscriber.handle(), topic.handle(), badge_qos().get(), on_match.get()),
+      fmt::format("read {} in {}", badge_topic_name, theirs)));
+  publisher =
+      Entity(check(dds_create_publisher(participant, partitions_qos(trust->badge).get(), nullptr),
+                   "publish a badge"));
+  writer = Entity(
+      check(dds_create_writer(publisher.handle(), topic.handle(), badge_qos().get(), nullptr),
+            fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
+  look_whom_to_believe();
+  thread = std::thread([this] { watch(); });
+  ::pthread_setname_np(thread.native_handle(), "trust");
+}
+
+void Badges::Impl::on_badge(dds_entity_t own,
+                            const dds_subscription_matched_status_t& status) noexcept {
+  base::program::contain("noticing a badge", [&] {
+    const Handle handle = status.last_publication_handle;
+    if (status.current_count_change > 0) {
+      const Endpoint endpoint(dds_get_matched_publication_data(own, handle));
+      auto badge = endpoint ? parse_badge(fabric, partitions_of(endpoint->qos)) : std::nullopt;
+      if (!badge) {
+        return;
+      }
+      const std::lock_guard guard(lock);
+      book.put_on(handle, endpoint->participant_instance_handle, *std::move(badge));
+      tell(endpoint->participant_instance_handle);
+    } else if (status.current_count_change < 0) {
+      const std::lock_guard guard(lock);
+      if (const auto left = book.take_off(handle)) {
+        tell(*left);
+      }
+    }
+    wake();
+  });
+}
+
+void Badges::Impl::on_writer(dds_entity_t own,
+                             const dds_subscription_matched_status_t& status) noexcept {
+  base::program::contain("noticing a writer", [&] {
+    const Handle handle = status.last_publication_handle;
+    if (status.current_count_change > 0) {
+      const Endpoint endpoint(dds_get_matched_publication_data(own, handle));
+      if (endpoint) {
+        const std::lock_guard guard(lock);
+        book.matched(handle, endpoint->participant_instance_handle);
+      }
+    } else if (status.current_count_change < 0) {
+      const std::lock_guard guard(lock);
+      book.unmatched(handle);
+    }
+  });
+}
+
+void Badges::Impl::tell(Handle participant) {
+  for (Watcher* const watcher : watchers) {
+    watcher->different_.push_back(participant);
+  }
+}
+
+void Badges::Impl::wake() {
+  const std::lock_guard guard(watchers_lock);
+  for (Watcher* const watcher : watchers) {
+    watcher->changed_();
+  }
+}
+
+void Badges::Impl::watch() {
+  std::unique_lock guard(end_lock);
+  while (!end_news.wait_for(guard, look_every, [this] { return ending; })) {
+    guard.unlock();
+    base::program::contain("looking whom to believe", [this] {
+      look_whom_to_believe();
+      look_at_our_own(std::chrono::steady_clock::now());
+    });
+    guard.lock();
+  }
+}
+
+void Badges::Impl::look_whom_to_believe() {
+  if (!trust->revoked) {
+    return;
+  }
+  auto names = trust->revoked();
+  {
+    const std::lock_guard guard(lock);
+    if (names) {
+      trouble.clear();
+      const std::vector<Handle> news = book.revoke(*std::move(names));
+      if (news.empty()) {
+        return;
+      }
+      std::ranges::for_each(news, [this](Handle participant) { tell(participant); });
+    } else if (std::exchange(trouble, names.error()) != names.error()) {
+      said.push_back(
+          fmt::format("{}; until then whom the list named before is not believed", trouble));
+    } else {
+      return;
+    }
+  }
+  wake();
+}
+
+void Badges::Impl::look_at_our_own(std::chrono::steady_clock::time_point now) {
+  if (ended_at && (!trust->ended || now - *ended_at < tell_again)) {
+    return;
+  }
+  const bool over = std::chrono::system_clock::now() >= trust->until;
+  const bool taken_back = [&] {
+    const std::lock_guard guard(lock);
+    return book.is_revoked(trust->name);
+  }();
+  if (!over && !taken_back) {
+    return;
+  }
+  ended_at = now;
+  const std::string reason =
+      over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust->name, trust->until)
+           : fmt::format("the certificate of {} has been revoked", trust->name);
+  if (trust->ended) {
+    trust->ended(reason);
+    return;
+  }
+  // A program that is not ours is not ended.
+  {
+    const std::lock_guard guard(lock);
+    said.push_back(reason +
+                   ": from now on nobody on the fabric hears this program; start it again with "
+                   "newer material");
+  }
+  wake();
+}
+
+Badges::Badges(dds_entity_t participant, const std::string& fabric,
+               std::shared_ptr<const Trust> trust)
+    : impl_(std::make_unique<Impl>(fabric, std::move(trust))) {
+  impl_->open(participant);
+}
+
+Badges::~Badges() = default;
+
+Badges::Known Badges::look_up(Handle participant) const {
+  const std::lock_guard guard(impl_->lock);
+  return {impl_->book.proof_of(participant), impl_->book.is_there(participant)};
+}
+
+Proof Badges::of_writer(Handle writer) const {
+  const std::lock_guard guard(impl_->lock);
+  return impl_->book.proof_of_writer(writer);
+}
+
+std::vector<Proof> Badges::all() const {
+  const std::lock_guard guard(impl_->lock);
+  std::vector<Proof> all;
+  for (const Handle participant : impl_->book.participants()) {
+    all.push_back(impl_->book.proof_of(participant));
+  }
+  return all;
+}
+
+void Badges::listen(dds_listener_t* listener) {
+  dds_lset_subscription_matched_arg(
+      listener,
+      [](dds_entity_t reader, dds_subscription_matched_status_t status, void* self) noexcept {
+        static_cast<Impl*>(self)->on_writer(reader, status);
+      },
+      impl_.get(), true);
+}
+
+void Badges::complain(const std::string& about, const std::string& text) {
+  {
+    const std::lock_guard guard(impl_->lock);
+    auto line = impl_->complaints.note("badge", about, text, std::chrono::steady_clock::now());
+    if (!line) {
+      return;
+    }
+    impl_->said.push_back(*std::move(line));
+  }
+  impl_->wake();
+}
+
+std::vector<std::string> Badges::take_complaints() {
+  const std::lock_guard guard(impl_->lock);
+  std::vector<std::string> lines = std::exchange(impl_->said, {});
+  for (std::string& line : impl_->complaints.due(std::chrono::steady_clock::now())) {
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+Badges::Watcher::Watcher(Badges& badges, std::function<void()> changed)
+    : badges_(badges), changed_(std::move(changed)) {
+  const std::lock_guard watching(badges_.impl_->watchers_lock);
+  const std::lock_guard guard(badges_.impl_->lock);
+  different_ = badges_.impl_->book.participants();
+  badges_.impl_->watchers.push_back(this);
+}
+
+Badges::Watcher::~Watcher() {
+  const std::lock_guard watching(badges_.impl_->watchers_lock);
+  const std::lock_guard guard(badges_.impl_->lock);
+  std::erase(badges_.impl_->watchers, this);
+}
+
+std::vector<Handle> Badges::Watcher::take() {
+  const std::lock_guard guard(badges_.impl_->lock);
+  return std::exchange(different_, {});
+}
+
+}  // namespace millrace::fabric::dds

@@ -1,0 +1,77 @@
+// Shows the badge of a participant, and knows those of the others: what each has proved to be, by
+// the certificate that Cyclone has checked (fabric/badge.hpp says how).
+//
+//   if (Badges* badges = participant.badges()) …                    // null without trust
+//   standing_of(badges->of_writer(info.publication_handle), "press_1") == Standing::believed
+//
+// A thread of its own looks once a second whom the authority has taken back since: Cyclone 0.10.2
+// reads its list once, when the participant is made.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fabric/badge.hpp"
+#include "fabric/dds/entity.hpp"
+#include "fabric/dds/trust.hpp"
+
+namespace millrace::fabric::dds {
+
+/// From any thread. To be made before any other endpoint of its participant, and to outlive them.
+class Badges {
+ public:
+  /// Throws std::runtime_error with Cyclone's reason.
+  Badges(dds_entity_t participant, const std::string& fabric, std::shared_ptr<const Trust> trust);
+  ~Badges();
+  Badges(const Badges&) = delete;
+  Badges& operator=(const Badges&) = delete;
+
+  struct Known {
+    Proof proof{};
+    /// Its badge is there now.
+    bool there = false;
+  };
+  /// Of a participant, by the handle that samples of built-in topics have. Of one that is gone,
+  /// too, for a while: its last words may be untaken.
+  [[nodiscard]] Known look_up(dds_instance_handle_t participant) const;
+  /// Of who has this writer: one that is, or was lately, matched with a reader that listens here.
+  [[nodiscard]] Proof of_writer(dds_instance_handle_t writer) const;
+  /// Those that are there now.
+  [[nodiscard]] std::vector<Proof> all() const;
+
+  /// Has a reader tell of the writers that it is matched with. To be given to it when it is
+  /// created.
+  void listen(dds_listener_t* listener);
+
+  /// What is not believed is said once a minute, by whoever takes it first.
+  void complain(const std::string& about, const std::string& text);
+  std::vector<std::string> take_complaints();
+
+  /// Who wants to know when somebody has shown a badge, is gone, or is believed no more.
+  class Watcher {
+   public:
+    /// `changed` is called in any thread, also for complaints.
+    Watcher(Badges& badges, std::function<void()> changed);
+    ~Watcher();
+    Watcher(const Watcher&) = delete;
+    Watcher& operator=(const Watcher&) = delete;
+
+    /// The participants of whom something is different since the last call; at first all.
+    std::vector<dds_instance_handle_t> take();
+
+   private:
+    friend class Badges;
+    Badges& badges_;
+    std::function<void()> changed_;
+    std::vector<dds_instance_handle_t> different_;
+  };
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::fabric::dds

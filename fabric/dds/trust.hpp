@@ -1,0 +1,30 @@
+// What a participant of a fabric with trust shows, and how it learns whom to believe no more. Made
+// by fabric/profile of the folder that `millrace trust issue` has filled.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+namespace millrace::fabric::dds {
+
+struct Trust {
+  /// The name in its certificate.
+  std::string name{};
+  /// Where it shows its badge, as its permissions allow (fabric/badge.hpp).
+  std::vector<std::string> badge{};
+  /// When its certificate ends: Cyclone takes the participant away then, without a word.
+  std::chrono::sys_seconds until{};
+  /// The names of those whose certificates have been taken back, as the host knows it now; or why
+  /// that cannot be read. Called about once a second, in a thread of the participant.
+  std::function<tl::expected<std::set<std::string>, std::string>()> revoked{};
+  /// Its own certificate is over or taken back; called in that thread, and again and again until
+  /// the program has ended. May be empty.
+  std::function<void(const std::string& reason)> ended{};
+};
+
+}  // namespace millrace::fabric::dds

@@ -1,0 +1,22 @@
+// Values of enumerations that another program may have sent and this one does not know. Pure.
+//
+//   if (!is_known(reply)) …                  // "is of a kind or code that nobody knows"
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+
+/// Stands for any of a later version, or that makes no sense.
+inline constexpr auto unknown_kind =
+    static_cast<ReplyKind>(std::numeric_limits<std::uint8_t>::max());
+
+/// Whether this version knows what kind of reply it is.
+inline bool is_known(const Reply& reply) {
+  return reply.kind <= ReplyKind::declined;
+}
+
+}  // namespace millrace::fabric

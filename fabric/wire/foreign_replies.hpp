@@ -1,0 +1,52 @@
+// The replies that a caller takes: whoever has written them, of whatever kind, and not of more keys
+// than a caller has to do with.
+//
+//   ForeignReplies replies(participant, "millrace/*", {.listener = listener.get()});
+//   replies.ask(key_of(request));                  // before it is published
+//   for (const Taken<Reply>& taken : replies.take()) …
+//
+// A Reader<Reply> drops a reply with a kind that it does not know before anybody hears of it, and
+// its call would wait for ever.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "fabric/reply_keys.hpp"
+#include "fabric/wire/reader.hpp"
+
+namespace millrace::fabric::wire {
+
+/// Not to be moved: Cyclone calls it. Whose word a reply is, is not judged here.
+class ForeignReplies {
+ public:
+  /// Throws std::runtime_error with Cyclone's reason.
+  ForeignReplies(const dds::Participant& participant, const std::string& partition,
+                 const EndpointOptions& options);
+  ~ForeignReplies();
+  ForeignReplies(const ForeignReplies&) = delete;
+  ForeignReplies& operator=(const ForeignReplies&) = delete;
+
+  /// Replies to this are taken, however many others there are.
+  void ask(const RequestKey& key);
+  /// Up to 64; call it until it returns none. One of a kind or code that nobody knows has
+  /// unknown_kind.
+  std::vector<Taken<Reply>> take();
+  /// How many were dropped because they were of too many keys.
+  [[nodiscard]] std::uint64_t dropped() const;
+
+ private:
+  struct Type;
+
+  std::unique_ptr<Type> type_;
+  mutable std::mutex lock_;
+  ReplyKeys keys_;
+  dds::Entity topic_;
+  dds::Entity subscriber_;
+  dds::Entity reader_;
+};
+
+}  // namespace millrace::fabric::wire

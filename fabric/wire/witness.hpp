@@ -1,0 +1,85 @@
+// Whom a reader believes what, where there is trust: DDS has checked that a writer may write its
+// topic, not of which machine it speaks.
+//
+//   Witness witness(participant);
+//   if (witness.judge(writer, claim_of(value), topic) == Standing::believed) …
+//
+// One lookup of two tables for each sample; nothing without trust.
+#pragma once
+
+#include <string>
+
+#include "fabric/badge.hpp"
+#include "fabric/data.hpp"
+#include "fabric/dds/badges.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/messages.hpp"
+
+namespace millrace::fabric {
+struct Command;
+struct VariableRequest;
+}  // namespace millrace::fabric
+
+namespace millrace::fabric::wire {
+
+/// What a sample says that is somebody's to say.
+struct Claim {
+  /// Of which machine it speaks; empty: of none.
+  std::string_view machine{};
+  /// A tester may say it, too.
+  bool testers = false;
+};
+
+/// Whoever is of the plant may say it.
+template <typename Value>
+Claim claim_of(const Value& value) {
+  static_cast<void>(value);
+  return {};
+}
+inline Claim claim_of(const Request& value) {
+  return {value.key.machine, true};
+}
+inline Claim claim_of(const Event& value) {
+  return {value.key.machine, true};
+}
+inline Claim claim_of(const DataSample& value) {
+  return {value.key.machine, true};
+}
+inline Claim claim_of(const ProgramEvent& value) {
+  return {value.key.machine, true};
+}
+inline Claim claim_of(const ChannelStatus& value) {
+  return {value.key.machine};
+}
+inline Claim claim_of(const MachineStatus& value) {
+  return {value.machine};
+}
+
+class Witness {
+ public:
+  explicit Witness(const dds::Participant& participant) : badges_(participant.badges()) {}
+
+  /// False without trust: then everybody is believed.
+  [[nodiscard]] bool asks() const { return badges_ != nullptr; }
+  /// `news`: the sample only says that something is over; of who is not known any more that counts.
+  [[nodiscard]] Standing judge(dds_instance_handle_t writer, const Claim& claim, bool news) const;
+  /// Has it said that this is not believed.
+  void complain(dds_instance_handle_t writer, const Claim& claim, const char* topic) const;
+  /// The name in the certificate of who has this writer; empty without trust.
+  [[nodiscard]] std::string certificate_of(dds_instance_handle_t writer) const;
+
+ private:
+  dds::Badges* badges_;
+};
+
+/// Where a sample says itself from whom it is: that is for its certificate to say.
+template <typename Value>
+void name_issuer(Value& value, const Witness& witness, dds_instance_handle_t writer) {
+  static_cast<void>(value);
+  static_cast<void>(witness);
+  static_cast<void>(writer);
+}
+void name_issuer(Command& value, const Witness& witness, dds_instance_handle_t writer);
+void name_issuer(VariableRequest& value, const Witness& witness, dds_instance_handle_t writer);
+
+}  // namespace millrace::fabric::wire

@@ -1,0 +1,99 @@
+// Message queues of controllers: their channels for the call control, and what they say.
+#include <utility>
+
+#include "gateway/live/gateway_impl.hpp"
+
+namespace millrace::gateway::live {
+
+void Gateway::Impl::on_queue_open(const fabric::ChannelKey& key) {
+  begin_event();
+  carry_out(control.on_link_up(key.machine, {key.channel}, now()));
+  // Whatever changes there, we do.
+  carry_out(control.set_told(key, true, now()));
+}
+
+void Gateway::Impl::on_queue_down(const fabric::ChannelKey& key, const std::string& reason) {
+  begin_event();
+  carry_out(control.on_link_down(key.machine, reason, now()));
+}
+
+void Gateway::Impl::on_queue_retired(const fabric::ChannelKey& key) {
+  begin_event();
+  carry_out(control.retire(key, now()));
+}
+
+void Gateway::Impl::on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+  begin_event();
+  carry_out(control.on_read(key, snapshot, now()));
+}
+
+void Gateway::Impl::on_queue_write(const fabric::ChannelKey& key) {
+  begin_event();
+  carry_out(control.on_write(key, WriteOutcome::written, "", now()));
+}
+
+void Gateway::Impl::on_queue_change(const fabric::ChannelKey& key) {
+  begin_event();
+  carry_out(control.on_change(key, Variable::request_state, now()));
+}
+
+void Gateway::Impl::record_of_queue(const std::vector<JournalEntry>& entries,
+                                    std::function<void()> recorded) {
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const bool last = i + 1 == entries.size();
+    journal->append(entries[i], last ? std::move(recorded) : std::function<void()>());
+  }
+}
+
+void Gateway::Impl::say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) {
+  for (const auto& line : news.lines) {
+    log->log(level_of(line.level), "{}: {}", key.to_string(), line.text);
+  }
+  if (news.trouble) {
+    notice_queue("queue", key, *news.trouble,
+                 "see the names in gateway.textproto, and whether a program has initialised it");
+  }
+  if (news.filling) {
+    notice_queue("queue filling", key, *news.filling,
+                 "start its service, or see why it does not answer");
+  }
+}
+
+void Gateway::Impl::notice_queue(const std::string& kind, const fabric::ChannelKey& key,
+                                 const std::string& trouble, const std::string& advice) {
+  const auto told = trouble.empty()
+                        ? notices.clear(kind, key.to_string())
+                        : notices.raise({.key = {.kind = kind, .subject = key.to_string()},
+                                         .level = fabric::NoticeLevel::problem,
+                                         .text = trouble,
+                                         .advice = advice});
+  if (!told) {
+    log->warn("nobody but this log is told of it: {}", told.error());
+  }
+}
+
+void Gateway::Impl::tell_queue(const fabric::DataSample& sample) {
+  data.publish_also(sample);
+}
+
+void Gateway::Impl::warn_of_volatile_queues() {
+  for (const auto& machine : settings.machines) {
+    for (const auto& queue : machine.queues) {
+      if (queue.drain == queues::Drain::journalled && settings.journal.folder.empty()) {
+        log->warn(
+            "{}: without a journal (--journal DIR) the messages that it has read are lost if this "
+            "gateway ends; drain: WHEN_ANSWERED leaves them in the controller until they are "
+            "answered",
+            queue.key(machine.name).to_string());
+      }
+    }
+  }
+  for (const auto& [key, book] : journal->ledger().queues()) {
+    if (!queues.has(key) && book.waiting() > 0) {
+      log->warn("{} messages of {} stay in the journal: the configuration has no such queue",
+                book.waiting(), key.to_string());
+    }
+  }
+}
+
+}  // namespace millrace::gateway::live

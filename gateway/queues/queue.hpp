@@ -1,0 +1,120 @@
+// One message queue of a controller, whole: reads it, has its messages journalled, shows them one
+// after the other as the requests of a channel, and has LastGet written when its time has come.
+// Pure.
+//
+//   Queue queue("press", settings, journal.ledger().queues()[key]);
+//   queue.on_up(now);
+//   while (auto step = queue.next(now)) …              // ReadControl → on_control(), …
+//   for (auto& entry : queue.take_news().entries) …    // journal them, the last with
+//   on_journalled() queue.look(ReadSet::request)                      // the message whose turn it
+//   is queue.write(Variable::response_state, 1, now)      // its answer
+//
+// The order in the journal is what makes a crash harmless: a message before LastGet covers it; its
+// end before the end of its call (Ledger). Calls are of a key of their own, "press.alarms/1", so
+// nothing of the Service Interface of channel 1 replaces them, nor the other way round.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/action.hpp"
+#include "gateway/moment.hpp"
+#include "gateway/queue_book.hpp"
+#include "gateway/queues/queue_settings.hpp"
+#include "gateway/queues/reader.hpp"
+#include "gateway/queues/window.hpp"
+
+namespace millrace::gateway::queues {
+
+/// A queue in numbers, for those who look.
+struct QueueView {
+  /// Of the last look; nothing before the first.
+  std::optional<Control> control{};
+  std::uint64_t messages = 0;
+  std::uint64_t answered = 0;
+  std::uint64_t waiting = 0;
+  /// Why it is not read; empty if it is.
+  std::string trouble{};
+  /// What the last message was answered with.
+  std::string response{};
+  std::uint32_t response_state = 0;
+  bool operator==(const QueueView&) const = default;
+};
+
+class Queue {
+ public:
+  /// After a warning that it fills up, it must be half empty before the next one.
+  static constexpr std::chrono::seconds patience{1};
+
+  /// `book` is what the journal knows of it.
+  Queue(const std::string& machine, QueueSettings settings, QueueBook book);
+
+  struct News {
+    /// To be journalled in their order; on_journalled() when the last of them is safe, if `wait`.
+    std::vector<JournalEntry> entries{};
+    bool wait = false;
+    /// The window shows another message.
+    bool shows = false;
+    struct Line {
+      Level level = Level::info;
+      std::string text;
+    };
+    std::vector<Line> lines{};
+    /// It cannot be read, or fills up; or, with an empty text, does so no more.
+    std::optional<std::string> trouble{};
+    std::optional<std::string> filling{};
+  };
+  /// What has come of the events since.
+  News take_news();
+
+  // The controller.
+  void on_up(Moment now);
+  void on_down(const std::string& reason);
+  void on_event(Moment now);
+  std::optional<Step> next(Moment now);
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return reader_.next_time(); }
+  void on_control(const tl::expected<Control, std::string>& answer, Moment now);
+  void on_array(tl::expected<std::vector<std::string>, std::string> answer, Moment now);
+  void on_written(const tl::expected<void, std::string>& answer, Moment now);
+
+  /// What take_news() has asked for is in the journal.
+  void on_journalled(Moment now);
+
+  // The call of the message whose turn it is.
+  [[nodiscard]] Snapshot look(ReadSet what) const { return window_.look(what); }
+  void write(Variable variable, const Value& value, Moment now);
+  /// The last write was acknowledged: the next message may be shown.
+  void on_acknowledged();
+
+  [[nodiscard]] const fabric::ChannelKey& key() const { return key_; }
+  [[nodiscard]] const QueueSettings& settings() const { return settings_; }
+  [[nodiscard]] const QueueBook& book() const { return book_; }
+  [[nodiscard]] QueueView view() const;
+
+ private:
+  void take(Reader::Findings findings, Moment now);
+  void note(JournalEntry entry);
+  void show_next();
+  void watch_filling(Moment now);
+  [[nodiscard]] std::uint64_t writable() const;
+  [[nodiscard]] std::size_t room() const;
+
+  QueueSettings settings_;
+  fabric::ChannelKey key_;
+  QueueBook book_;
+  Reader reader_;
+  Window window_;
+  News news_;
+  /// Messages up to this number are safe.
+  std::uint64_t journalled_ = 0;
+  /// … and these once the journal has written what it was asked for last.
+  std::uint64_t journalling_ = 0;
+  std::string trouble_;
+  /// Since when it has been three quarters full, and whether that was said.
+  std::optional<SteadyTime> filling_since_;
+  bool filling_said_ = false;
+};
+
+}  // namespace millrace::gateway::queues

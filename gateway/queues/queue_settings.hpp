@@ -1,0 +1,48 @@
+// What the configuration says of a message queue.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "fabric/channel_scope.hpp"
+
+namespace millrace::gateway::queues {
+
+/// When LastGet says that a message was read.
+enum class Drain : std::uint8_t {
+  /// Once it is in the journal: a service that is gone never fills the queue.
+  journalled,
+  /// Once it is answered: the queue itself keeps the messages, as far as it has room.
+  when_answered,
+};
+
+struct QueueSettings {
+  /// On the fabric: letters, digits, '_' and '-'.
+  std::string name{};
+  std::uint16_t channel = 1;
+  /// Symbols of the array and of its control structure: "SD.ALARMS", "SD.CONTROL".
+  std::string array{};
+  std::string control{};
+  /// Members of the control structure.
+  std::string last_filled = "LastFilled";
+  std::string last_get = "LastGet";
+  /// Who gets the messages.
+  std::string uuid{};
+  Drain drain = Drain::journalled;
+  /// Between two looks at a queue without messages.
+  std::chrono::milliseconds period{10};
+  /// Messages that may wait in the journal; more stay in the queue.
+  std::size_t backlog = 10'000;
+  /// Whether the controller is asked to tell of changes besides.
+  bool events = true;
+  bool operator==(const QueueSettings&) const = default;
+
+  /// Of its calls, beside those of its channel: "press.alarms/1".
+  [[nodiscard]] fabric::ChannelKey key(const std::string& machine) const {
+    return {fabric::queue_owner(machine, name), channel};
+  }
+};
+
+}  // namespace millrace::gateway::queues

@@ -1,0 +1,48 @@
+#include "gateway/queues/ring.hpp"
+
+#include <fmt/format.h>
+
+namespace millrace::gateway::queues {
+
+std::string wrong_with(const Control& control) {
+  if (control.elements < fewest_elements || control.elements > most_elements) {
+    return fmt::format("has {} elements; a queue has {} to {}", control.elements, fewest_elements,
+                       most_elements);
+  }
+  const auto wrong = [&](std::int64_t index) { return index < 1 || index > control.elements; };
+  if (wrong(control.last_filled) || wrong(control.last_get)) {
+    return fmt::format(
+        "has LastFilled {} and LastGet {}, its elements are 1 to {}: nothing is read and nothing "
+        "written before a program has initialised it (SSDQInit)",
+        control.last_filled, control.last_get, control.elements);
+  }
+  return {};
+}
+
+std::uint32_t steps(std::uint32_t from, std::uint32_t to, std::uint32_t elements) {
+  return to >= from ? to - from : elements - from + to;
+}
+
+std::uint32_t filled(const Control& control) {
+  return steps(static_cast<std::uint32_t>(control.last_get),
+               static_cast<std::uint32_t>(control.last_filled), control.elements);
+}
+
+std::vector<std::uint32_t> elements_behind(const Control& control, std::uint32_t from) {
+  std::vector<std::uint32_t> found;
+  const auto count = steps(from, static_cast<std::uint32_t>(control.last_filled), control.elements);
+  std::uint32_t element = from;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    element = element % control.elements + 1;
+    found.push_back(element);
+  }
+  return found;
+}
+
+bool holds(const Control& control, std::uint32_t element) {
+  return element >= 1 && element <= control.elements &&
+         steps(static_cast<std::uint32_t>(control.last_get), element, control.elements) <=
+             filled(control);
+}
+
+}  // namespace millrace::gateway::queues

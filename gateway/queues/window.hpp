@@ -1,0 +1,46 @@
+// Shows one message of a queue as a channel shows a request in its Service Interface, and takes its
+// answer: so a message is called, repeated, held and answered as everything else is.
+//
+//   Window window(uuid);
+//   window.show(message);
+//   window.look(ReadSet::request)                     // UUID, REQUEST: its text, REQUEST_STATE:
+//   its number window.write(Variable::response, "ok");            // → false
+//   window.write(Variable::request_state, 0);         // → false
+//   window.write(Variable::response_state, 1);         // → true: answered
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "gateway/queue_book.hpp"
+#include "gateway/snapshot.hpp"
+
+namespace millrace::gateway::queues {
+
+class Window {
+ public:
+  explicit Window(std::string uuid) : uuid_(std::move(uuid)) {}
+
+  void show(const QueueMessage& message);
+  /// The number of the message that is shown and not answered.
+  [[nodiscard]] const std::optional<std::uint64_t>& shown() const { return shown_; }
+  [[nodiscard]] Snapshot look(ReadSet what) const;
+  /// True with the last write of a final answer: the first of RESPONSE and RESPONSE_STATE behind
+  /// the one that clears REQUEST_STATE (gateway/channel/answer_writer.hpp).
+  bool write(Variable variable, const Value& value);
+  /// What the service has said last.
+  [[nodiscard]] const std::string& response() const { return response_; }
+  [[nodiscard]] std::uint32_t response_state() const { return response_state_; }
+
+ private:
+  std::string uuid_;
+  std::optional<std::uint64_t> shown_;
+  std::string text_;
+  std::uint32_t request_state_ = 0;
+  std::string response_;
+  std::uint32_t response_state_ = 0;
+  bool cleared_ = false;
+};
+
+}  // namespace millrace::gateway::queues

@@ -1,0 +1,2 @@
+N10 SSDQ[SD.QUEUE, SD.CTRL, "one"]
+N20 M30

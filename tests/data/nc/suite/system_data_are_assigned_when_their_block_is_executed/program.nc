@@ -1,0 +1,10 @@
+N10 P1 = 3
+N20 SSD[SD.COUNT = P1] SSD[SD.TEXT = "abc"] SSDE[SD.LIMIT = -P1 * 2 + 0.5]
+N30 P1 = 4
+N40 #MSG ["decoded: %d '%s' %f", SD.COUNT, SD.TEXT, SD.LIMIT]
+N50 #FLUSH WAIT
+N60 #MSG ["executed: %d '%s' %f", SD.COUNT, SD.TEXT, SD.LIMIT]
+N70 SSD[SD.TAB[P1 - 2] = -P1]
+N80 #FLUSH WAIT
+N90 #MSG ["%d", SD.TAB[2]]
+N100 M30

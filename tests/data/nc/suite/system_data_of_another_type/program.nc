@@ -1,0 +1,2 @@
+N10 SSD[SD.COUNT = "text"]
+N20 M30

@@ -1,0 +1,309 @@
+// A fabric with trust, on which somebody who belongs to it tries to be more: a gateway speaks for
+// the machines that its certificate names, and who is revoked is believed no more, also if he is
+// on.
+#include <cstdlib>
+
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+
+#include "fabric/dds/badges.hpp"
+#include "fabric/dds/participant.hpp"
+#include "fabric/observer/observer.hpp"
+#include "fabric/profile/profile.hpp"
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
+#include "tests/integration/trusted_chain.hpp"
+#include "tests/support/await.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using namespace std::chrono_literals;
+using fabric::Badge;
+using fabric::Standing;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+namespace wire = fabric::wire;
+
+class BadgeTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    sut.set_up_plant();
+    sut.trust({"issue", sut.plant(), "slow", "--role", "service", "--uuid", root_uuid});
+    sut.trust({"issue", sut.plant(), "gateway-2", "--role", "gateway", "--machine", "press_9"});
+  }
+
+  /// To join as a program of this test does.
+  [[nodiscard]] fabric::dds::ParticipantOptions join(const std::string& member) const {
+    auto options = fabric::profile::read_profile(sut.as(member).at(1)).value();
+    options.domain = sut.domain();
+    return options;
+  }
+
+  static fabric::MachineStatus claim(const std::string& machine) {
+    return {.machine = machine,
+            .gateway = fabric::InstanceId::random(),
+            .claimed = std::chrono::sys_days{std::chrono::year{2021} / 1 / 1},
+            .connected = true,
+            .host = "elsewhere",
+            .version = "1",
+            .epoch = 77};
+  }
+
+  TrustedChain sut;
+};
+
+TEST_F(BadgeTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotName) {
+  Process cnc = sut.cnc();
+  Flags command{binary("millrace-gateway"), "--machine",
+                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1", "--domain",
+                std::to_string(sut.domain())};
+  const Flags who = sut.as("gateway-2");
+  command.insert(command.end(), who.begin(), who.end());
+  Process gateway(std::move(command));
+  EXPECT_EQ(gateway.wait(), 2);
+  EXPECT_THAT(gateway.error_output(),
+              AllOf(HasSubstr("may not speak for cnc"), HasSubstr("gateway-2, names press_9")));
+}
+
+TEST_F(BadgeTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  fabric::dds::Participant participant(join("gateway-2"));
+  wire::Writer<fabric::MachineStatus> machines(participant, "millrace");
+  ASSERT_TRUE(machines.write(claim("cnc")));
+  ASSERT_TRUE(machines.write(claim("press_9")));
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("gateway-2 speaks for cnc, which its certificate does not name");
+  cnc.await("response = 1.732051");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+  const std::string seen = sut.ask({"machines"}, sut.as("screen"));
+  EXPECT_THAT(seen, HasSubstr("press_9"));
+  EXPECT_EQ(seen.find("elsewhere"), seen.rfind("elsewhere")) << seen;
+  Flags doctor{"doctor"};
+  const Flags who = sut.as("screen");
+  doctor.insert(doctor.end(), who.begin(), who.end());
+  Process report = sut.millrace(std::move(doctor));
+  report.wait();
+  EXPECT_THAT(report.output() + report.error_output(),
+              AllOf(HasSubstr("gateway-2 speaks for cnc, which its certificate does not name"),
+                    HasSubstr("gateway-1 as gateway of cnc"), HasSubstr("square-root as service")));
+}
+
+TEST_F(BadgeTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
+  Process service = sut.square_root(sut.as("square-root"));
+  fabric::dds::Participant participant(join("gateway-2"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (const auto* news = std::get_if<fabric::observer::InstanceNews>(&entry.sample)) {
+        instance = news->identity;
+      }
+    }
+    fabric::InstanceIdentity instance;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::states);
+  await("the instance", [&] {
+    io.poll();
+    return !listener.instance.uuid.empty();
+  });
+  EXPECT_EQ(listener.instance.certificate, "square-root");
+  wire::Writer<fabric::Request> requests(
+      participant, wire::mailbox_partition("millrace", root_uuid, listener.instance.id));
+  wire::Reader<fabric::Reply> replies(participant, wire::service_partition("millrace", root_uuid),
+                                      wire::Keep::all);
+  await("the mailbox", [&] { return !requests.matched().empty(); });
+  const auto ask = [&](const std::string& machine, std::uint64_t number) {
+    EXPECT_TRUE(requests.write({.key = {machine, 1},
+                                .call = {77, number},
+                                .assigned = listener.instance.id,
+                                .uuid = root_uuid,
+                                .text = "4",
+                                .state = 1}));
+    fabric::Reply reply;
+    await("a reply to " + machine, [&] {
+      for (const auto& taken : replies.take()) {
+        if (taken.valid && taken.value.call.number == number) {
+          reply = taken.value;
+        }
+      }
+      return reply.call.number == number;
+    });
+    return reply;
+  };
+  EXPECT_EQ(ask("press_9", 1).kind, fabric::ReplyKind::final);
+  EXPECT_EQ(ask("cnc", 2).kind, fabric::ReplyKind::declined);
+  service.await_error("gateway-2 speaks for cnc, which its certificate does not name");
+}
+
+// Its own plugin lets it show whatever it likes; those of the others do not.
+TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  auto options = join("gateway-2");
+  const std::string library = "libdds_security_ac.so";
+  const auto at = options.configuration.find(library);
+  ASSERT_NE(at, std::string::npos);
+  const auto begin = options.configuration.rfind('"', at) + 1;
+  const std::string real = options.configuration.substr(begin, at + library.size() - begin);
+  ASSERT_EQ(::setenv("MILLRACE_TEST_ACCESS_CONTROL", real.c_str(), 1), 0);
+  options.configuration.replace(begin, real.size(), MILLRACE_CARELESS_ACCESS_CONTROL);
+  auto trust = *options.trust;
+  trust.badge = fabric::badge_partitions(
+      "millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines = {"cnc", "press_9"}});
+  options.trust = std::make_shared<const fabric::dds::Trust>(trust);
+  fabric::dds::Participant participant(options);
+  wire::Writer<fabric::MachineStatus> machines(participant, "millrace");
+  ASSERT_TRUE(machines.write(claim("cnc")));
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error(
+      "a program that shows no badge of its certificate: what it says on millrace/machine");
+  cnc.await("response = 1.732051");
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+}
+
+TEST_F(BadgeTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
+  sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
+  Process service = sut.square_root(sut.unaware("unlucky"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root.*trusted as unlucky");
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")),
+              AllOf(HasSubstr("CERTIFICATE"), HasSubstr("unlucky")));
+  EXPECT_THAT(sut.ask({"services", "--json"}, sut.as("screen")),
+              HasSubstr("\"certificate\":\"unlucky\""));
+
+  fabric::dds::Participant participant(join("office"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (const auto* news = std::get_if<fabric::observer::InstanceNews>(&entry.sample)) {
+        there = news->change != fabric::observer::Change::gone;
+      }
+    }
+    void on_ignored(const std::string& reason) override { ignored += reason + "\n"; }
+    bool there = false;
+    std::string ignored;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::states);
+  await("the instance", [&] {
+    io.poll();
+    return listener.there;
+  });
+
+  sut.trust({"revoke", sut.plant(), "unlucky"});
+  const auto revoked = std::chrono::steady_clock::now();
+  gateway.await_error("instance \\S+ is put off: the certificate of unlucky has been revoked");
+  gateway.await_error("instance \\S+ is gone");
+  await("its end for who watches", [&] {
+    io.poll();
+    return !listener.there;
+  });
+  std::cout << "put off after "
+            << std::chrono::duration<double>(std::chrono::steady_clock::now() - revoked).count()
+            << " s\n";
+  EXPECT_THAT(listener.ignored, HasSubstr("the certificate of unlucky has been revoked"));
+  // It is still there, and knows of nothing.
+  EXPECT_TRUE(service.running());
+  // And another one has its place at once.
+  Process other = sut.square_root(sut.as("square-root"));
+  gateway.await_error("is ready: square_root.*trusted as square-root");
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
+}
+
+TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid});
+  Process service = sut.slow_service(flags);
+  Process cnc = sut.cnc({"--run", Chain::program(1, "endless_calls.nc")});
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process gateway = sut.gateway(sut.unaware("gateway-3"));
+  await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  service.await_error(
+      "the certificate of gateway-3 is revoked: what it says on millrace/v2/request");
+  // What it had begun is over by then; nothing comes any more.
+  const std::string done = content_of(sut.record());
+  gateway.await_error("does not take what it is given");
+  EXPECT_EQ(content_of(sut.record()), done);
+}
+
+TEST_F(BadgeTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process first = sut.gateway(sut.unaware("gateway-3"));
+  first.await_error("link up");
+  Process second = sut.gateway(sut.as("gateway-1"));
+  second.await_error("serves it already; this gateway stands by");
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  second.await_error("taken over");
+  second.await_error("link up");
+}
+
+// Whatever it says of itself.
+TEST_F(BadgeTest, ACommandIsFromWhoTheCertificateSays) {
+  Process service = sut.square_root(sut.as("square-root"));
+  const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
+  fabric::dds::Participant participant(join("office"));
+  wire::Writer<fabric::Command> commands(participant, "millrace");
+  await("who takes commands", [&] { return !commands.matched().empty(); });
+  ASSERT_TRUE(commands.write({.id = fabric::InstanceId::random(),
+                              .kind = fabric::CommandKind::drain,
+                              .instance = *id,
+                              .issuer = "chief (boss@desk)"}));
+  service.await_error("office \\(chief \\(boss@desk\\)\\) asks this instance to leave");
+}
+
+TEST_F(BadgeTest, WhoIsRevokedHimselfSaysSoAndEnds) {
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  sut.trust({"revoke", sut.plant(), "square-root"});
+  service.await_error("the certificate of square-root has been revoked.*issue");
+  EXPECT_EQ(service.wait(), 1);
+  sut.trust({"revoke", sut.plant(), "gateway-1"});
+  gateway.await_error("the certificate of gateway-1 has been revoked");
+  EXPECT_EQ(gateway.wait(), 1);
+}
+
+TEST_F(BadgeTest, AGatewayWhoseCertificateExpiresSaysSoAndEndsAndGoesOnWithNewerMaterial) {
+  const auto until = sut.shorten(
+      {.name = "gateway-1", .roles = {fabric::trust::Role::gateway}, .machines = {"cnc"}}, 8s);
+  Process service = sut.square_root(sut.as("square-root"));
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  {
+    Process gateway = sut.gateway(sut.as("gateway-1"));
+    cnc.await("response = 1.732051");
+    gateway.await_error("the certificate of gateway-1 expired on .*`millrace trust renew`", 60s);
+    EXPECT_GE(std::chrono::system_clock::now(), until);
+    EXPECT_EQ(gateway.wait(), 1);
+  }
+  sut.trust({"renew", sut.plant(), "gateway-1"});
+  Process cnc_again =
+      sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  cnc_again.await("response = 1.732051");
+}
+
+TEST_F(BadgeTest, AToolThatWatchesEndsWithItsCertificate) {
+  sut.shorten({.name = "screen", .roles = {fabric::trust::Role::observer}}, 6s);
+  Flags command{"record", "--output", (sut.folder() / "recording").string()};
+  const Flags who = sut.as("screen");
+  command.insert(command.end(), who.begin(), who.end());
+  Process recorder = sut.millrace(std::move(command));
+  recorder.await_error("the certificate of screen expired on", 60s);
+  EXPECT_EQ(recorder.wait(), 1);
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

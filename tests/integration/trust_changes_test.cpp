@@ -1,0 +1,129 @@
+// Authorities that are renewed, and a plant that takes the place of another, while a program calls:
+// real processes, one after the other with what is new.
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
+
+namespace millrace::tests::integration {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using Clock = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+
+/// Of millrace-slow-service.
+const std::string uuid = "c0ffee00-0000-4000-8000-000000000001";
+
+/// A line on which a program calls all the time and looks whether each answer is its own.
+class WhileAProgramCalls : public testing::Test {
+ protected:
+  WhileAProgramCalls() : cnc_(calling()) {}
+
+  Process service(const std::string& name, const std::string& profile) {
+    return sut_.slow_service({"--fabric-config", profile, "--name", name, "--work", "20"});
+  }
+  Process gateway(const std::string& profile) {
+    Process started = sut_.gateway(
+        {"--fabric-config", profile, "--journal", (sut_.folder() / "journal").string()});
+    return started;
+  }
+  static void end(Process& process) {
+    process.terminate();
+    EXPECT_EQ(process.wait(), 0) << process.error_output();
+  }
+  /// So many more by an instance of this name, of those that are there.
+  void await_calls(Process& by) {
+    const std::size_t before = answered(by);
+    await("five more calls of one instance", [&] { return answered(by) >= before + 5; });
+  }
+  static void await_instance(Process& gateway, const std::string& name) {
+    gateway.await_error("is ready: " + name + " on");
+  }
+  void expect_own_answers() { EXPECT_THAT(cnc_.output(), Not(HasSubstr("wrong answer"))); }
+
+  Chain sut_;
+
+ private:
+  Process calling() {
+    return sut_.cnc({"--channels", "1", "--run", "1=" + sut_.counting_program(uuid, 1'000'000)});
+  }
+  static std::size_t answered(const Process& by) {
+    const std::string said = by.error_output();
+    std::size_t count = 0;
+    for (auto at = said.find(" answered: "); at != std::string::npos;
+         at = said.find(" answered: ", at + 1)) {
+      ++count;
+    }
+    return count;
+  }
+
+  Process cnc_;
+};
+
+TEST_F(WhileAProgramCalls, TheAuthoritiesAreRenewedAndOneInstanceAfterTheOtherGetsWhatIsNew) {
+  const TrustMaterial plant(sut_.folder(), {uuid});
+  // What a host has that nobody has brought anything new.
+  fs::copy(plant.of("service"), sut_.folder() / "old", fs::copy_options::recursive);
+  const fs::path of_old = sut_.folder() / "old.fabric.textproto";
+  std::ofstream(of_old) << "trust { folder: \"old\" }\n";
+
+  Process first = service("first", plant.profile("service"));
+  Process old_gateway = gateway(plant.profile("gateway"));
+  await_calls(first);
+
+  plant.run({"renew-authorities", "PLANT"});
+  // With a gateway that has old authorities, a service that has new ones.
+  Process second = service("second", plant.profile("service"));
+  await_instance(old_gateway, "second");
+  end(first);
+  await_calls(second);
+
+  // And the other way round.
+  end(old_gateway);
+  Process new_gateway = gateway(plant.profile("gateway"));
+  await_calls(second);
+  Process third = service("third", of_old);
+  await_instance(new_gateway, "third");
+  end(second);
+  await_calls(third);
+  end(new_gateway);
+  expect_own_answers();
+}
+
+// New keys cannot be believed beside old ones: one plant beside the other, and the gateway goes
+// over.
+TEST_F(WhileAProgramCalls, AnotherPlantTakesOverInTheTimeThatAGatewayNeedsToStart) {
+  fs::create_directory(sut_.folder() / "new");
+  const TrustMaterial old_plant(sut_.folder(), {uuid});
+  const TrustMaterial new_plant(sut_.folder() / "new", {uuid});
+  Process first = service("first", old_plant.profile("service"));
+  Process old_gateway = gateway(old_plant.profile("gateway"));
+  await_calls(first);
+  Process second = service("second", new_plant.profile("service"));
+  await_calls(first);
+
+  const auto gone = Clock::now();
+  end(old_gateway);
+  Process new_gateway = gateway(new_plant.profile("gateway"));
+  second.await_error("call .* attempt");
+  fmt::print("{} ms without an answer\n",
+             std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - gone).count());
+  await_calls(second);
+  EXPECT_THAT(new_gateway.error_output(), Not(HasSubstr("is ready: first")));
+  end(first);
+  await_calls(second);
+  end(new_gateway);
+  expect_own_answers();
+}
+
+}  // namespace
+}  // namespace millrace::tests::integration

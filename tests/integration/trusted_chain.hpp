@@ -1,0 +1,116 @@
+// A chain of programs with trust, as a plant engineer sets it up: each with what `millrace trust`
+// has made for it.
+//
+//   TrustedChain sut;
+//   sut.set_up_plant();
+//   Process service = sut.square_root(sut.as("square-root"));
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "base/openssl/signed_text.hpp"
+#include "fabric/trust/grants.hpp"
+#include "fabric/trust/permissions.hpp"
+#include "tests/integration/chain.hpp"
+
+namespace millrace::tests::integration {
+
+namespace fs = std::filesystem;
+
+inline const std::string root_uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
+
+inline std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+class TrustedChain : public Chain {
+ public:
+  /// The command `millrace trust`, to its end.
+  std::string trust(Flags command, int expected = 0) const {
+    command.insert(command.begin(), {binary("millrace"), "trust"});
+    Process process(std::move(command));
+    EXPECT_EQ(process.wait(), expected) << process.error_output();
+    return process.output() + process.error_output();
+  }
+
+  [[nodiscard]] std::string plant(const std::string& name = "plant") const {
+    return (folder() / name).string();
+  }
+
+  /// A host's profile that shows what `member` got.
+  [[nodiscard]] Flags as(const std::string& member, const std::string& protection = "SIGN") const {
+    return profile(plant() + "/" + member, protection);
+  }
+  [[nodiscard]] Flags profile(const std::string& material,
+                              const std::string& protection = "SIGN") const {
+    const fs::path file =
+        folder() / (fs::path(material).filename().string() + protection + ".fabric.textproto");
+    std::ofstream(file) << "trust { folder: \"" << material << "\" protection: " << protection
+                        << " }\n";
+    return Flags{"--fabric-config", file.string()};
+  }
+
+  void set_up_plant() const {
+    trust({"init", plant()});
+    trust({"issue", plant(), "gateway-1", "--role", "gateway", "--machine", "cnc"});
+    trust({"issue", plant(), "square-root", "--role", "service", "--uuid", root_uuid});
+    trust({"issue", plant(), "office", "--role", "operator"});
+    trust({"issue", plant(), "screen", "--role", "observer"});
+    trust({"issue", plant(), "bench", "--role", "tester"});
+  }
+
+  /// A copy of a member's folder, which learns of no revocation.
+  [[nodiscard]] Flags unaware(const std::string& member) const {
+    const fs::path copy = folder() / ("unaware-" + member);
+    fs::copy(fs::path(plant()) / member, copy, fs::copy_options::recursive);
+    return profile(copy.string());
+  }
+
+  /// Has the member's certificate and permissions end in a moment; returns when.
+  std::chrono::sys_seconds shorten(const fabric::trust::Member& member,
+                                   std::chrono::seconds from_now) const {
+    namespace openssl = base::openssl;
+    const fs::path authorities = fs::path(plant()) / "authorities";
+    const fs::path folder = fs::path(plant()) / member.name;
+    const auto read = [](const fs::path& certificate, const fs::path& key) {
+      return std::pair(openssl::Certificate::read(content_of(certificate)).value(),
+                       openssl::Key::read(content_of(key)).value());
+    };
+    const auto [identity, identity_key] =
+        read(authorities / "identity.pem", authorities / "identity.key");
+    const auto [authority, authority_key] =
+        read(authorities / "permissions.pem", authorities / "permissions.key");
+    const auto [old, key] = read(folder / "certificate.pem", folder / "key.pem");
+    const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+    const auto until = now + from_now;
+    const auto brief = openssl::issue(key,
+                                      {.organisation = old.organisation(),
+                                       .common_name = old.common_name(),
+                                       .from = now - std::chrono::minutes(1),
+                                       .until = until},
+                                      identity, identity_key);
+    std::ofstream(folder / "certificate.pem") << brief.pem();
+    std::ofstream(folder / "permissions.p7s") << openssl::sign_text(
+        fabric::trust::permissions_document(fabric::trust::grants_of(member, "millrace"),
+                                            brief.subject(), brief.from(), brief.until()),
+        authority, authority_key);
+    return until;
+  }
+
+  /// To its end; its output and what it complains about.
+  [[nodiscard]] std::string ask(Flags command, const Flags& who, int expected = 0) const {
+    command.insert(command.end(), who.begin(), who.end());
+    Process process = millrace(std::move(command));
+    EXPECT_EQ(process.wait(), expected) << process.error_output();
+    return process.output() + process.error_output();
+  }
+};
+
+}  // namespace millrace::tests::integration

@@ -1,0 +1,33 @@
+// Writes what no program of ours writes: a reply that checks nothing.
+//
+//   LawlessWriter service(participant, "millrace/560aacbf-…", registry::format_instance(id));
+//   service.write(reply, 77);
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fabric/messages.hpp"
+#include "fabric/wire/endpoint.hpp"
+
+namespace millrace::tests {
+
+/// A writer of replies that checks nothing, and whose enumerations have any value.
+class LawlessWriter {
+ public:
+  LawlessWriter(const fabric::dds::Participant& participant, const std::string& partition,
+                const std::string& user_data);
+
+  /// `kind` as on the wire; the text of any length.
+  void write(fabric::Reply reply, std::uint32_t kind);
+
+ private:
+  std::vector<std::uint32_t> ops_;
+  dds_topic_descriptor_t type_;
+  fabric::dds::Entity topic_;
+  fabric::dds::Entity publisher_;
+  dds_entity_t writer_ = 0;
+};
+
+}  // namespace millrace::tests

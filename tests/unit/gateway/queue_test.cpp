@@ -1,0 +1,395 @@
+// A message queue from the controller's ring to the service and back to LastGet.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/queue_plant.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using queues::Drain;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+std::vector<std::string> texts_of(const QueuePlant& plant) {
+  std::vector<std::string> texts;
+  for (const auto& [call, text] : plant.executed) {
+    texts.push_back(text);
+  }
+  return texts;
+}
+
+std::vector<std::string> numbers(int first, int last) {
+  std::vector<std::string> all;
+  for (int i = first; i <= last; ++i) {
+    all.push_back(std::to_string(i));
+  }
+  return all;
+}
+
+class EachDrain : public testing::TestWithParam<Drain> {};
+INSTANTIATE_TEST_SUITE_P(Of, EachDrain, testing::Values(Drain::journalled, Drain::when_answered),
+                         [](const auto& drain) {
+                           return drain.param == Drain::journalled ? "Journalled" : "WhenAnswered";
+                         });
+
+TEST_P(EachDrain, CallsEachMessageInItsOrderFromEveryIndexOn) {
+  for (const std::uint32_t elements : {3U, 4U, 7U}) {
+    for (std::uint32_t begin = 1; begin <= elements; ++begin) {
+      QueuePlant sut(elements, GetParam());
+      sut.ring.last_filled = sut.ring.last_get = begin;
+      sut.serve();
+      ASSERT_TRUE(sut.settle());
+      int last = 0;
+      for (int round = 0; round < 5; ++round) {
+        while (sut.ring.write(std::to_string(last + 1))) {
+          ++last;
+        }
+        ASSERT_TRUE(sut.settle());
+        ASSERT_FALSE(sut.ring.full());
+        ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled);
+      }
+      EXPECT_EQ(texts_of(sut), numbers(1, last)) << elements << " elements from " << begin;
+      EXPECT_THAT(sut.troubles, IsEmpty());
+    }
+  }
+}
+
+TEST_P(EachDrain, TakesTwoMessagesOfOneTextForTwo) {
+  QueuePlant sut(4, GetParam());
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(sut.ring.write("same"));
+  }
+  ASSERT_TRUE(sut.settle());
+  ASSERT_THAT(texts_of(sut), ElementsAre("same", "same", "same"));
+  EXPECT_NE(sut.executed[0].first, sut.executed[1].first);
+}
+
+/// Runs `happen` once, after `at` steps of a run in which messages are written as there is room.
+template <typename Happen>
+void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
+  plant.serve();
+  int written = 0;
+  int looked = -1;
+  bool happened = false;
+  for (int i = 0; !happened || written < messages; ++i) {
+    ASSERT_LT(i, 20'000);
+    if (!happened && i == at) {
+      happened = true;
+      happen(written);
+    }
+    // A program that initialises the queue and fills it to where it was between two looks cannot be
+    // seen.
+    const bool may_write = i % 3 == 0 && written < messages && (!happened || plant.looks > looked);
+    if (may_write && plant.ring.write(std::to_string(written + 1))) {
+      ++written;
+      looked = plant.looks;
+    }
+    if (!plant.step()) {
+      plant.pass(std::chrono::milliseconds(20));
+    }
+  }
+  ASSERT_TRUE(plant.settle());
+  ASSERT_EQ(written, messages);
+}
+
+TEST_P(EachDrain, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled) {
+  for (const std::uint32_t elements : {3U, 5U}) {
+    for (int at = 0; at < 160; ++at) {
+      QueuePlant sut(elements, GetParam());
+      run_with(sut, at, 7, [&](int) { sut.crash(); });
+      // A service that has run a call knows it by its id: what runs once was called under one id.
+      ASSERT_EQ(texts_of(sut), numbers(1, 7)) << elements << " elements, killed in step " << at;
+      ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled) << at;
+    }
+  }
+}
+
+TEST_P(EachDrain, LosesNothingWhereverTheGatewayIsKilledTwice) {
+  for (int at = 0; at < 90; ++at) {
+    for (const int later : {1, 2, 5, 9}) {
+      QueuePlant sut(3, GetParam());
+      run_with(sut, at, 5, [&](int) {
+        sut.crash();
+        for (int i = 0; i < later; ++i) {
+          sut.step();
+        }
+        sut.crash();
+      });
+      ASSERT_EQ(texts_of(sut), numbers(1, 5))
+          << "killed in step " << at << " and " << later << " later";
+    }
+  }
+}
+
+TEST_P(EachDrain, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
+  for (int at = 0; at < 120; ++at) {
+    QueuePlant sut(3, GetParam());
+    run_with(sut, at, 6, [&](int) { sut.kill_service(); });
+    std::map<fabric::CallId, std::string> calls;
+    std::vector<std::string> first;
+    for (const auto& [call, text] : sut.executed) {
+      if (calls.emplace(call, text).second) {
+        first.push_back(text);
+      }
+    }
+    // The new one knows nothing of what the old one has run; the id tells it.
+    ASSERT_EQ(first, numbers(1, 6)) << "killed in step " << at;
+    ASSERT_LE(sut.executed.size(), 7U) << at;
+  }
+}
+
+TEST_P(EachDrain, GoesOnWhereverAProgramInitialisesTheQueue) {
+  int unseen = 0;
+  for (int at = 0; at < 120; ++at) {
+    QueuePlant sut(4, GetParam());
+    int before = 0;
+    run_with(sut, at, 8, [&](int written) {
+      before = written;
+      sut.ring.initialise();
+    });
+    // What stood unread in the queue is gone with it, as its program wanted; what came later is
+    // not.
+    ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled) << at;
+    if (sut.unseen_at_write) {
+      ++unseen;
+      continue;
+    }
+    const auto texts = texts_of(sut);
+    for (const std::string& number : numbers(before + 1, 8)) {
+      const auto times = std::ranges::count(texts, number);
+      ASSERT_GE(times, 1) << number << ", initialised in step " << at << " after " << before << ": "
+                          << testing::PrintToString(texts);
+    }
+    ASSERT_TRUE(std::ranges::is_sorted(texts)) << at << testing::PrintToString(texts);
+    ASSERT_EQ(std::ranges::adjacent_find(texts), texts.end()) << at;
+  }
+  // One step in each round, between the look and the write of LastGet.
+  EXPECT_LE(unseen, 15);
+}
+
+TEST(MessageQueueReader, SaysThatAProgramHasInitialisedTheQueue) {
+  QueuePlant sut(4);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  ASSERT_TRUE(sut.settle());
+  sut.ring.initialise();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(sut.lines, Contains(HasSubstr("LastGet is 1, not 2 as this gateway has left it")));
+}
+
+TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
+  QueuePlant sut(5);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.ring.write("1");
+  sut.ring.write("2");
+  sut.ring.last_get = 3;  // somebody else has read both
+  sut.ring.write("3");
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), ElementsAre("3"));
+  EXPECT_THAT(sut.lines, Contains(HasSubstr("somebody else reads it too")));
+  EXPECT_EQ(sut.ring.last_get, 4);
+}
+
+TEST(MessageQueueReader, LosesNothingBetweenTwoReaders) {
+  // The other one reads what stands there whenever it wants, and sets LastGet; each message is read
+  // by one of both at least.
+  for (int at = 0; at < 60; ++at) {
+    QueuePlant sut(4);
+    std::vector<std::string> others;
+    run_with(sut, at, 9, [&](int) {
+      const auto control = sut.ring.control();
+      for (const auto element : queues::elements_behind(control, sut.ring.last_get)) {
+        others.push_back(sut.ring.texts[element - 1]);
+      }
+      sut.ring.last_get = sut.ring.last_filled;
+    });
+    const auto ours = texts_of(sut);
+    for (const std::string& number : numbers(1, 9)) {
+      ASSERT_TRUE(std::ranges::count(ours, number) + std::ranges::count(others, number) >= 1)
+          << number << " with the other reader in step " << at;
+      ASSERT_LE(std::ranges::count(ours, number), 1) << number;
+    }
+  }
+}
+
+TEST(MessageQueueReader, WritesNothingWhereTheControlStructureCannotBe) {
+  QueuePlant sut(3);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.ring.last_filled = 0;
+  sut.ring.last_get = 9;
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(sut.ring.last_get, 9);
+  EXPECT_THAT(sut.troubles,
+              ElementsAre(HasSubstr("press.alarms/1: SD.ALARMS has LastFilled 0 and LastGet 9")));
+  sut.ring.initialise();
+  sut.ring.write("1");
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+  EXPECT_EQ(sut.troubles.back(), "");
+}
+
+TEST(MessageQueueReader, TriesAgainWhatTheControllerRefuses) {
+  QueuePlant sut(3);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.refuses = true;
+  sut.ring.write("1");
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), IsEmpty());
+  EXPECT_THAT(sut.troubles, SizeIs(1));
+  sut.refuses = false;
+  ASSERT_TRUE(sut.settle());
+  EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+  EXPECT_EQ(sut.ring.last_get, 2);
+}
+
+TEST(MessageQueueReader, ReadsAQueueThatNobodyServesIntoTheJournal) {
+  QueuePlant sut(3);
+  ASSERT_TRUE(sut.settle());
+  for (int i = 1; i <= 20; ++i) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(i))) << "full at " << i;
+    ASSERT_TRUE(sut.settle());
+  }
+  EXPECT_EQ(sut.queue->view().waiting, 20);
+  sut.crash();
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 20));
+}
+
+TEST(MessageQueueReader, LeavesThemInTheQueueUntilTheyAreAnsweredAndWarnsBeforeItIsFull) {
+  QueuePlant sut(5, Drain::when_answered);
+  ASSERT_TRUE(sut.settle());
+  for (int i = 1; i <= 3; ++i) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(i)));
+  }
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(sut.ring.last_get, 1);
+  EXPECT_FALSE(sut.ring.full());
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages")));
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 3));
+  EXPECT_EQ(sut.ring.last_get, 4);
+  EXPECT_EQ(sut.filling.back(), "");
+}
+
+TEST(MessageQueueReader, WarnsBeforeTheSmallestQueueIsFull) {
+  QueuePlant sut(3, Drain::when_answered);
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  ASSERT_TRUE(sut.settle());
+  EXPECT_FALSE(sut.ring.full());
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("1 of 2 messages")));
+}
+
+TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
+  QueuePlant sut(5);
+  sut.settings.backlog = 8;
+  sut.start();
+  ASSERT_TRUE(sut.settle());
+  int written = 0;
+  while (sut.ring.write(std::to_string(written + 1))) {
+    ++written;
+    ASSERT_TRUE(sut.settle());
+    if (written == 6) {
+      EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("6 of 8 messages that may wait")));
+    }
+  }
+  EXPECT_EQ(written, 8 + 4);
+  EXPECT_EQ(sut.queue->view().waiting, 8);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, written));
+}
+
+TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
+  QueuePlant sut(4);
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  ASSERT_TRUE(sut.ring.write("1"));
+  sut.queue->on_event(sut.now);
+  for (int i = 0; i < 200 && sut.step(); ++i) {
+    sut.queue->on_event(sut.now);
+  }
+  EXPECT_THAT(texts_of(sut), ElementsAre("1"));
+}
+
+TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
+  const Moment now{SteadyTime(std::chrono::hours(1)), {}};
+  queues::Reader sut(std::chrono::minutes(1));
+  QueueBook book;
+  book.apply(LastGetEntry{{"press.alarms", 1}, 1, 0});
+  sut.on_up(now);
+  ASSERT_EQ(sut.next(book, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
+  // The controller has answered before the message was there.
+  sut.on_event(now);
+  sut.on_control(queues::Control{1, 1, 3}, book, 10, now);
+  EXPECT_EQ(sut.next(book, 0, now), std::optional<queues::Step>(queues::ReadControl{}));
+  sut.on_control(queues::Control{1, 1, 3}, book, 10, now);
+  EXPECT_EQ(sut.next(book, 0, now), std::nullopt);
+}
+
+TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
+  QueuePlant sut(3);
+  EXPECT_EQ(sut.queue->key().to_string(), "press.alarms/1");
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  sut.ring.write("1");
+  ASSERT_TRUE(sut.settle());
+  // The ledger holds the queue and no call.
+  EXPECT_THAT(sut.ledger.open_calls(), IsEmpty());
+  EXPECT_EQ(sut.ledger.queues().at(sut.queue->key()).waiting(), 0);
+}
+
+TEST(QueueBook, IsTheSameAfterItsSnapshot) {
+  const fabric::ChannelKey key{"press.alarms", 1};
+  QueueBook book;
+  book.apply(LastGetEntry{key, 1, 0});
+  book.apply(MessageEntry{key, 1, 2, "a"});
+  book.apply(MessageEntry{key, 2, 3, "b"});
+  book.apply(MessageEndedEntry{key, 1});
+  journal::Ledger sut;
+  for (const JournalEntry& entry : book.snapshot(key)) {
+    sut.apply(entry);
+  }
+  EXPECT_EQ(sut.queues().at(key), book);
+  EXPECT_EQ(book.read_up_to(), 3);
+  EXPECT_EQ(book.next()->text, "b");
+}
+
+TEST(QueueBook, EndsTheCallOfAMessageWithTheMessage) {
+  const fabric::ChannelKey key{"press.alarms", 1};
+  journal::Ledger sut;
+  sut.apply(MessageEntry{key, 5, 2, "a"});
+  DispatchedEntry call;
+  call.call = {1, 2};
+  call.key = key;
+  call.request = {"u", "a", request_state_of(5)};
+  sut.apply(call);
+  ASSERT_THAT(sut.open_calls(), SizeIs(1));
+  sut.apply(MessageEndedEntry{key, 5});
+  EXPECT_THAT(sut.open_calls(), IsEmpty());
+}
+
+TEST(Ring, NamesTheElementsBehindLastGetOverTheEnd) {
+  using queues::elements_behind;
+  EXPECT_THAT(elements_behind({3, 1, 3}, 1), ElementsAre(2, 3));
+  EXPECT_THAT(elements_behind({1, 2, 3}, 2), ElementsAre(3, 1));
+  EXPECT_THAT(elements_behind({2, 2, 3}, 2), IsEmpty());
+  EXPECT_TRUE(queues::holds({1, 2, 3}, 1));
+  EXPECT_FALSE(queues::holds({3, 2, 3}, 1));
+  EXPECT_THAT(queues::wrong_with({1, 1, 2}), HasSubstr("2 elements"));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

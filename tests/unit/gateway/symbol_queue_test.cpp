@@ -1,0 +1,150 @@
+// A message queue behind the ADS symbols of a virtual CNC.
+#include "gateway/live/symbol_queue.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/program/log.hpp"
+#include "cnc/ads/server.hpp"
+#include "cnc/ads/symbols.hpp"
+#include "cnc/simulator/machine.hpp"
+#include "cnc/simulator/objects/symbol_names.hpp"
+#include "cnc/simulator/virtual_device.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using cnc::simulator::DataDeclaration;
+using cnc::simulator::ElementType;
+using cnc::simulator::Type;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class NoPrograms final : public cnc::simulator::ProgramSource {
+ public:
+  tl::expected<cnc::simulator::Program, std::string> load(std::string_view) override {
+    return tl::unexpected(std::string("there is none"));
+  }
+};
+
+class SymbolQueueTest : public testing::Test {
+ protected:
+  static DataDeclaration structure(const std::string& name, ElementType members) {
+    return {name, {{"LastFilled", members}, {"LastGet", members}}};
+  }
+  static DataDeclaration array(const std::string& name, ElementType element,
+                               std::uint32_t elements) {
+    DataDeclaration declaration{name, {{"", element}}, elements};
+    declaration.value = cnc::simulator::zero_of(element);
+    return declaration;
+  }
+
+  void serve(std::vector<DataDeclaration> data) {
+    cnc::simulator::Settings settings;
+    settings.system_data = std::move(data);
+    machine.emplace(
+        settings, cnc::simulator::Surroundings{.clock = [] { return std::chrono::nanoseconds(0); },
+                                               .programs = programs});
+    device.emplace(*machine);
+    names.emplace(*machine, device->catalogue());
+    symbols.emplace(*device, *names);
+    cnc::ads::ServerOptions options;
+    options.tcp_port = 0;
+    server.emplace(io.get_executor(), *symbols, options, base::program::no_log());
+    cnc::ads::ClientOptions client_options;
+    client_options.tcp_port = server->tcp_port();
+    client_options.target = options.session.net_id;
+    client = std::make_shared<cnc::ads::Client>(io.get_executor(), client_options);
+    ASSERT_TRUE(tests::wait_for(io, client->connect()));
+    queues::QueueSettings queue;
+    queue.array = "SD.QUEUE";
+    queue.control = "SD.CONTROL";
+    sut.emplace(client, queue);
+  }
+
+  boost::asio::io_context io;
+  NoPrograms programs;
+  std::optional<cnc::simulator::Machine> machine;
+  std::optional<cnc::simulator::VirtualDevice> device;
+  std::optional<cnc::simulator::objects::SymbolNames> names;
+  std::optional<cnc::ads::Symbols> symbols;
+  std::optional<cnc::ads::Server> server;
+  std::shared_ptr<cnc::ads::Client> client;
+  std::optional<live::SymbolQueue> sut;
+};
+
+TEST_F(SymbolQueueTest, ReadsTheControlStructureAndTheArrayEachInOneQuestion) {
+  serve({array("QUEUE", ElementType::text(127), 3),
+         structure("CONTROL", ElementType::number(Type::sgn32))});
+  ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[2]", std::string("one")));
+  ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[3]", std::string(127, 'x')));
+  ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastFilled", 3.0));
+  ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastGet", 1.0));
+  EXPECT_EQ(tests::wait_for(io, sut->read_control()).value(), (queues::Control{3, 1, 3}));
+  const auto before = client->counters().requests;
+  EXPECT_EQ(tests::wait_for(io, sut->read_control()).value(), (queues::Control{3, 1, 3}));
+  EXPECT_THAT(tests::wait_for(io, sut->read_queue()).value(),
+              ElementsAre("", "one", std::string(127, 'x')));
+  EXPECT_EQ(client->counters().requests, before + 2);
+}
+
+TEST_F(SymbolQueueTest, WritesLastGetAndNothingElse) {
+  serve({array("QUEUE", ElementType::text(10), 3),
+         structure("CONTROL", ElementType::number(Type::uns16))});
+  ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastFilled", 3.0));
+  ASSERT_TRUE(tests::wait_for(io, sut->read_control()));
+  EXPECT_TRUE(tests::wait_for(io, sut->write_last_get(2)));
+  EXPECT_EQ(tests::wait_for(io, sut->read_control()).value(), (queues::Control{3, 2, 3}));
+}
+
+TEST_F(SymbolQueueTest, HasNumbersAsPeopleWriteThem) {
+  serve({array("QUEUE", ElementType::number(Type::real64), 3),
+         structure("CONTROL", ElementType::number(Type::sgn32))});
+  ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[1]", -0.5));
+  ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[2]", 7.0));
+  ASSERT_TRUE(tests::wait_for(io, sut->read_control()));
+  EXPECT_THAT(tests::wait_for(io, sut->read_queue()).value(), ElementsAre("-0.5", "7", "0"));
+}
+
+TEST_F(SymbolQueueTest, NamesWhatTheControllerDoesNotHave) {
+  serve({array("QUEUE", ElementType::text(127), 3)});
+  const auto control = tests::wait_for(io, sut->read_control());
+  ASSERT_FALSE(control);
+  EXPECT_THAT(control.error(), HasSubstr("cannot be read: SD.CONTROL: "));
+  EXPECT_FALSE(tests::wait_for(io, sut->read_queue()));
+  EXPECT_FALSE(tests::wait_for(io, sut->write_last_get(1)));
+}
+
+TEST_F(SymbolQueueTest, TakesNoElementsThatARequestCannotHold) {
+  DataDeclaration tools{
+      "QUEUE", {{"ID", ElementType::number(Type::sgn32)}, {"NAME", ElementType::text(9)}}, 3};
+  serve({tools, structure("CONTROL", ElementType::number(Type::sgn32))});
+  const auto control = tests::wait_for(io, sut->read_control());
+  ASSERT_FALSE(control);
+  EXPECT_THAT(control.error(), HasSubstr("is of a type that is no message"));
+}
+
+TEST_F(SymbolQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {
+  serve({array("QUEUE", ElementType::text(127), 3),
+         structure("CONTROL", ElementType::number(Type::real64))});
+  const auto control = tests::wait_for(io, sut->read_control());
+  ASSERT_FALSE(control);
+  EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
+}
+
+TEST_F(SymbolQueueTest, IsToldOfChanges) {
+  serve({array("QUEUE", ElementType::text(127), 3),
+         structure("CONTROL", ElementType::number(Type::sgn32))});
+  ASSERT_TRUE(tests::wait_for(io, sut->read_control()));
+  int told = 0;
+  EXPECT_TRUE(tests::wait_for(io, sut->watch([&] { ++told; })));
+  ASSERT_TRUE(tests::run_until(io, [&] { return told >= 1; }));
+  ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastFilled", 2.0));
+  EXPECT_TRUE(tests::run_until(io, [&] { return told >= 2; }));
+}
+
+}  // namespace
+}  // namespace millrace::gateway
