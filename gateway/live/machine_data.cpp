@@ -38,14 +38,8 @@ struct MachineData::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  /// A request of the link waits for its answer; ours does not, when this is asked.
-  [[nodiscard]] bool calls_wait() const {
-    const auto& counters = way->client->counters();
-    return counters.requests - counters.answered - counters.timeouts > never_answered;
-  }
-
   void go_on() {
-    if (stopped || !way || !up) {
+    if (stopped || !way) {
       return;
     }
     const Moment moment = now();
@@ -58,7 +52,7 @@ struct MachineData::Impl : std::enable_shared_from_this<Impl> {
       wait_until(*ready);
       return;
     }
-    if (calls_wait() && gave_way < patience) {
+    if (way->calls_wait() && gave_way < patience) {
       ++gave_way;
       wait_until(moment.steady + breath);
       return;
@@ -85,29 +79,31 @@ struct MachineData::Impl : std::enable_shared_from_this<Impl> {
 
   static asio::awaitable<void> carry_out(std::shared_ptr<Impl> self, std::shared_ptr<Way> way,
                                          data::Step step) {
-    const std::uint64_t generation = self->generation;
     const std::uint64_t before = way->readings.requests();
     if (auto* look_up = std::get_if<data::LookUp>(&step)) {
       const auto known = co_await way->readings.look_up(look_up->channel, look_up->names);
-      if (self->is_current(generation)) {
+      if (self->is_current(way)) {
         self->sampler.on_looked_up(known, way->readings.requests() - before, self->now());
       }
     } else {
       auto& read = std::get<data::Read>(step);
       const std::uint16_t port = read.readings.front().port;
       const auto answers = co_await way->readings.read(std::move(read.readings));
-      if (self->is_current(generation)) {
+      if (self->is_current(way)) {
         self->sampler.on_read(answers, way->readings.requests() - before, way->readings.sums(port),
                               self->now());
       }
     }
-    if (self->is_current(generation)) {
+    if (self->is_current(way)) {
       self->tell();
       self->go_on();
     }
   }
 
-  [[nodiscard]] bool is_current(std::uint64_t of) const { return !stopped && of == generation; }
+  /// What an earlier link answers is too late.
+  [[nodiscard]] bool is_current(const std::shared_ptr<Way>& of) const {
+    return !stopped && of == way;
+  }
 
   /// Until the loop has had a turn with what came for calls.
   static constexpr std::chrono::milliseconds breath{1};
@@ -122,13 +118,8 @@ struct MachineData::Impl : std::enable_shared_from_this<Impl> {
   asio::steady_timer timer;
   std::weak_ptr<cnc::ads::Client> client;
   std::weak_ptr<const cnc::variables::Location> location;
-  /// Since the link came up.
+  /// While the link is up.
   std::shared_ptr<Way> way;
-  bool up = false;
-  /// Counts links: what an earlier one answers is too late.
-  std::uint64_t generation = 0;
-  /// Requests of the client's life that were lost with their links.
-  std::uint64_t never_answered = 0;
   int gave_way = 0;
   bool stopped = false;
 };
@@ -146,22 +137,16 @@ MachineData::~MachineData() {
 
 void MachineData::connect(std::weak_ptr<cnc::ads::Client> client,
                           std::weak_ptr<const cnc::variables::Location> location) {
-  ++impl_->generation;
   impl_->client = std::move(client);
   impl_->location = std::move(location);
   impl_->way.reset();
-  impl_->up = false;
 }
 
 void MachineData::on_up(const std::vector<std::uint16_t>& channels) {
   const auto client = impl_->client.lock();
-  if (!impl_->up && client) {
-    ++impl_->generation;
-    impl_->up = true;
+  if (!impl_->way && client) {
     const auto location = impl_->location.lock();
     impl_->way = std::make_shared<Way>(client, location ? *location : cnc::variables::Location{});
-    const auto& counters = client->counters();
-    impl_->never_answered = counters.requests - counters.answered - counters.timeouts;
   }
   impl_->sampler.on_up(channels, impl_->now().steady);
   // The looks at channels that begin with a link go first.
@@ -169,8 +154,7 @@ void MachineData::on_up(const std::vector<std::uint16_t>& channels) {
 }
 
 void MachineData::on_down() {
-  ++impl_->generation;
-  impl_->up = false;
+  impl_->way.reset();
   // Why, the machine's status says once for all its values.
   impl_->sampler.on_down("the link is down", impl_->now());
   impl_->tell();
@@ -178,8 +162,7 @@ void MachineData::on_down() {
 
 void MachineData::on_over(std::uint16_t channel) {
   if (channel == 0) {
-    ++impl_->generation;
-    impl_->up = false;
+    impl_->way.reset();
   }
   impl_->sampler.on_over(channel, impl_->now());
   impl_->tell();

@@ -1,14 +1,11 @@
 #include "gateway/live/machine_link.hpp"
 
-#include <algorithm>
 #include <deque>
-#include <map>
 #include <optional>
 #include <random>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -16,11 +13,10 @@
 
 #include "base/program/barrier.hpp"
 #include "cnc/ads/client.hpp"
-#include "cnc/variables/request_states.hpp"
-#include "cnc/variables/service_interface.hpp"
 #include "cnc/variables/state_notices.hpp"
 #include "cnc/variables/survey.hpp"
 #include "gateway/live/client_options.hpp"
+#include "gateway/live/service_interfaces.hpp"
 #include "gateway/machines/back_off.hpp"
 
 namespace millrace::gateway::live {
@@ -31,57 +27,12 @@ namespace asio = boost::asio;
 using cnc::ads::ErrorCode;
 using Channels = std::vector<std::uint16_t>;
 
-bool link_gone(ErrorCode code) {
-  return code == ErrorCode::link_lost || code == ErrorCode::link_down ||
-         code == ErrorCode::cancelled;
-}
-
 /// A controller that is asked again later would say the same.
 bool is_final(ErrorCode code) {
   return cnc::ads::is_refusal(code) || code == ErrorCode::no_more_handles ||
          code == ErrorCode::transmission_not_supported || code == ErrorCode::access_denied ||
          code == ErrorCode::client_unknown || code == ErrorCode::protocol_error;
 }
-
-WriteOutcome outcome_of(ErrorCode code) {
-  return cnc::ads::leaves_outcome_unknown(code) ? WriteOutcome::unknown : WriteOutcome::refused;
-}
-
-Snapshot snapshot_of(ReadSet look, std::vector<cnc::variables::ServiceValue> values) {
-  Snapshot snapshot;
-  snapshot.look = look;
-  const auto variables = variables_of(look);
-  for (std::size_t i = 0; i < variables.size(); ++i) {
-    switch (variables[i]) {
-      case Variable::uuid:
-        snapshot.uuid = std::get<std::string>(std::move(values[i]));
-        break;
-      case Variable::request:
-        snapshot.request = std::get<std::string>(std::move(values[i]));
-        break;
-      case Variable::request_state:
-        snapshot.request_state = std::get<std::uint32_t>(values[i]);
-        break;
-      case Variable::response_state:
-        snapshot.response_state = std::get<std::uint32_t>(values[i]);
-        break;
-      case Variable::response:
-        snapshot.response = std::get<std::string>(std::move(values[i]));
-        break;
-    }
-  }
-  return snapshot;
-}
-
-Snapshot snapshot_of(std::uint32_t request_state) {
-  Snapshot snapshot;
-  snapshot.look = ReadSet::state;
-  snapshot.request_state = request_state;
-  return snapshot;
-}
-
-/// In one request: a controller does the items of a sum one after the other, and others wait.
-constexpr std::size_t most_together = 64;
 
 std::string list_of(const Channels& channels) {
   std::string words = channels.size() == 1 ? "channel" : "channels";
@@ -102,13 +53,14 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
         events(the_events),
         log(std::move(the_log)),
         client(executor, client_options(settings)),
-        states(client),
+        interfaces(executor, settings.name, client, events),
         notices(client, settings.symbol, [this](auto&&... what) { tell(what...); }),
         timer(executor),
         back_off(std::random_device{}()) {}
 
   void stop() {
     stopped = true;
+    interfaces.stop();
     client.on_down({});
     notices.leave();
     timer.cancel();
@@ -182,19 +134,13 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
       client.close();
       co_return;
     }
-    if (location.group != groups->group) {
-      location = *groups;
-      services.clear();
-    }
+    location = *groups;
     const auto channels = co_await find_channels();
     if (stopped || !channels) {
       client.close();
       co_return;
     }
-    for (const std::uint16_t channel : *channels) {
-      service(channel).forget();
-    }
-    states.forget(location);
+    interfaces.begin(location, *channels);
     notices.forget();
     ++connections;
     complaint.clear();
@@ -218,77 +164,12 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  cnc::variables::ServiceInterface& service(std::uint16_t channel) {
-    const cnc::variables::ServiceAccess access{.location = location};
-    return services.try_emplace(channel, client, channel, access).first->second;
-  }
-
   /// Once for each reason, so that a controller that is off for a night fills no log.
   void complain(const std::string& reason) {
     if (complaint != reason) {
       complaint = reason;
       log->warn("{}: {}; trying again", settings.to_string(), reason);
       events.on_link_down(settings.name, reason);
-    }
-  }
-
-  static asio::awaitable<void> read(std::shared_ptr<Impl> self, std::uint16_t channel,
-                                    ReadSet look) {
-    const auto looked_at = variables_of(look);
-    std::vector<Variable> variables(looked_at.begin(), looked_at.end());
-    auto& service = self->service(channel);
-    auto values = co_await service.read(std::move(variables));
-    if (self->stopped) {
-      co_return;
-    }
-    if (values) {
-      self->events.on_read({self->settings.name, channel}, snapshot_of(look, std::move(*values)));
-    } else {
-      self->read_failed(channel, values.error());
-    }
-  }
-
-  void read_failed(std::uint16_t channel, ErrorCode code) {
-    events.on_read_failed({settings.name, channel},
-                          link_gone(code)
-                              ? std::string()
-                              : fmt::format("the controller does not let us read the Service "
-                                            "Interface of channel {}: {}",
-                                            channel, cnc::ads::describe(code)));
-  }
-
-  /// Channels of one period are due together: one request for all of them.
-  void look_soon(std::uint16_t channel) {
-    looking.push_back(channel);
-    if (looking.size() == 1) {
-      asio::post(executor, [self = shared_from_this()] { self->look_together(); });
-    }
-  }
-
-  void look_together() {
-    const Channels due = std::exchange(looking, {});
-    if (due.size() == 1) {
-      asio::co_spawn(executor, read(shared_from_this(), due.front(), ReadSet::state),
-                     base::program::rethrow_from_loop);
-      return;
-    }
-    for (std::size_t i = 0; i < due.size(); i += most_together) {
-      const auto end = std::min(i + most_together, due.size());
-      Channels some(due.begin() + static_cast<std::ptrdiff_t>(i),
-                    due.begin() + static_cast<std::ptrdiff_t>(end));
-      asio::co_spawn(executor, read_states(shared_from_this(), std::move(some)),
-                     base::program::rethrow_from_loop);
-    }
-  }
-
-  static asio::awaitable<void> read_states(std::shared_ptr<Impl> self, Channels channels) {
-    const auto found = co_await self->states.read(channels);
-    for (std::size_t i = 0; i < channels.size() && !self->stopped; ++i) {
-      if (found[i]) {
-        self->events.on_read({self->settings.name, channels[i]}, snapshot_of(*found[i]));
-      } else {
-        self->read_failed(channels[i], found[i].error());
-      }
     }
   }
 
@@ -340,32 +221,12 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  static asio::awaitable<void> write(std::shared_ptr<Impl> self, std::uint16_t channel,
-                                     Variable variable, Value value) {
-    auto& service = self->service(channel);
-    const auto written = co_await service.write(variable, std::move(value));
-    if (self->stopped) {
-      co_return;
-    }
-    const fabric::ChannelKey key{self->settings.name, channel};
-    if (written) {
-      self->events.on_write(key, WriteOutcome::written, "");
-    } else {
-      self->events.on_write(key, outcome_of(written.error()),
-                            fmt::format("{} of channel {} cannot be written: {}", name_of(variable),
-                                        channel, cnc::ads::describe(written.error())));
-    }
-  }
-
   asio::any_io_executor executor;
   settings::MachineSettings settings;
   machines::LinkEvents& events;
   base::program::Log log;
   cnc::ads::Client client;
-  cnc::variables::RequestStates states;
-  /// Whose REQUEST_STATE is looked at when this turn of the loop is over.
-  Channels looking;
-  std::map<std::uint16_t, cnc::variables::ServiceInterface> services;
+  ServiceInterfaces interfaces;
   /// Where the controller keeps its variables.
   cnc::variables::Location location;
   cnc::variables::StateNotices notices;
@@ -399,17 +260,11 @@ void MachineLink::start() {
 }
 
 void MachineLink::read(std::uint16_t channel, ReadSet look) {
-  if (look == ReadSet::state) {
-    impl_->look_soon(channel);
-  } else {
-    asio::co_spawn(impl_->executor, Impl::read(impl_, channel, look),
-                   base::program::rethrow_from_loop);
-  }
+  impl_->interfaces.read(impl_, channel, look);
 }
 
 void MachineLink::write(std::uint16_t channel, Variable variable, const Value& value) {
-  asio::co_spawn(impl_->executor, Impl::write(impl_, channel, variable, value),
-                 base::program::rethrow_from_loop);
+  impl_->interfaces.write(impl_, channel, variable, value);
 }
 
 void MachineLink::watch(const std::vector<std::uint16_t>& channels) {

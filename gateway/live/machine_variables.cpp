@@ -40,12 +40,6 @@ struct MachineVariables::Impl : std::enable_shared_from_this<Impl> {
     }
   }
 
-  /// A request of the link waits for its answer; ours does not, when this is asked.
-  [[nodiscard]] bool calls_wait() const {
-    const auto& counters = way->client->counters();
-    return counters.requests - counters.answered - counters.timeouts > never_answered;
-  }
-
   void go_on() {
     if (stopped) {
       return;
@@ -58,7 +52,7 @@ struct MachineVariables::Impl : std::enable_shared_from_this<Impl> {
       return;
     }
     const auto due = desk.next_time(moment.steady);
-    if (due && *due <= moment.steady && calls_wait() && gave_way < patience) {
+    if (due && *due <= moment.steady && way->calls_wait() && gave_way < patience) {
       ++gave_way;
       tell();
       wait_until(moment.steady + breath);
@@ -101,48 +95,50 @@ struct MachineVariables::Impl : std::enable_shared_from_this<Impl> {
 
   static asio::awaitable<void> carry_out(std::shared_ptr<Impl> self, std::shared_ptr<Way> way,
                                          variables::Step step) {
-    const std::uint64_t generation = self->generation;
     const std::uint64_t before = way->readings.requests();
     if (auto* look_up = std::get_if<data::LookUp>(&step)) {
       const auto found = co_await way->readings.look_up(look_up->channel, look_up->names);
-      if (self->is_current(generation)) {
+      if (self->is_current(way)) {
         self->desk.on_looked_up(found, way->readings.requests() - before, self->now());
       }
     } else if (auto* read = std::get_if<data::Read>(&step)) {
       const std::uint16_t port = read->readings.front().port;
       const auto answers = co_await way->readings.read(std::move(read->readings));
-      if (self->is_current(generation)) {
+      if (self->is_current(way)) {
         self->desk.on_read(answers, way->readings.requests() - before, way->readings.sums(port),
                            self->now());
       }
     } else if (auto* write = std::get_if<variables::WriteOne>(&step)) {
       cnc::variables::Channel channel(*way->client, write->channel, way->location);
       const auto written = co_await channel.write(write->name, write->value);
-      if (self->is_current(generation)) {
+      if (self->is_current(way)) {
         self->desk.on_written(written, 1, self->now());
       }
     } else {
       const auto& list = std::get<variables::ListPage>(step);
       auto page = co_await way->readings.list_page(list.channel, list.family, list.first,
                                                    fabric::variables_of_a_page);
-      if (self->is_current(generation)) {
+      if (self->is_current(way)) {
         self->desk.on_listed(std::move(page).map([](cnc::variables::Readings::Page&& found) {
           return variables::Page{found.total, std::move(found.variables)};
         }),
                              way->readings.requests() - before, self->now());
       }
     }
-    if (self->is_current(generation)) {
+    if (self->is_current(way)) {
       self->asking = false;
       self->go_on();
     }
   }
 
-  [[nodiscard]] bool is_current(std::uint64_t of) const { return !stopped && of == generation; }
+  /// What an earlier link answers is too late.
+  [[nodiscard]] bool is_current(const std::shared_ptr<Way>& of) const {
+    return !stopped && of == way;
+  }
 
-  /// What is asked of another link, or of none, is not answered any more.
+  /// What is asked is not answered any more.
   void break_off() {
-    ++generation;
+    way.reset();
     asking = false;
   }
 
@@ -164,10 +160,6 @@ struct MachineVariables::Impl : std::enable_shared_from_this<Impl> {
   std::shared_ptr<Way> way;
   /// A step is under way.
   bool asking = false;
-  /// Counts links: what an earlier one answers is too late.
-  std::uint64_t generation = 0;
-  /// Requests of the client's life that were lost with their links.
-  std::uint64_t never_answered = 0;
   int gave_way = 0;
   bool stopped = false;
 };
@@ -196,7 +188,6 @@ void MachineVariables::connect(std::weak_ptr<cnc::ads::Client> client,
   impl_->break_off();
   impl_->client = std::move(client);
   impl_->location = std::move(location);
-  impl_->way.reset();
 }
 
 void MachineVariables::on_up(const std::vector<std::uint16_t>& channels) {
@@ -209,15 +200,12 @@ void MachineVariables::on_up(const std::vector<std::uint16_t>& channels) {
   if (impl_->way) {
     return;
   }
-  impl_->break_off();
+  impl_->asking = false;
   impl_->way = std::make_shared<Way>(client, *location);
-  const auto& counters = client->counters();
-  impl_->never_answered = counters.requests - counters.answered - counters.timeouts;
 }
 
 void MachineVariables::on_down(const std::string& reason) {
   impl_->break_off();
-  impl_->way.reset();
   impl_->desk.on_down(reason, impl_->now());
   impl_->tell();
 }
@@ -225,7 +213,6 @@ void MachineVariables::on_down(const std::string& reason) {
 void MachineVariables::on_over(std::uint16_t channel) {
   if (channel == 0) {
     impl_->break_off();
-    impl_->way.reset();
   }
   impl_->desk.on_over(channel, impl_->now());
   impl_->go_on();
