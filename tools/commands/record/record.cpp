@@ -5,28 +5,22 @@
 #include <fstream>
 #include <iterator>
 #include <map>
-#include <set>
 
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/json/array.hpp>
 #include <boost/json/object.hpp>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
-#include "fabric/ends/notice_end.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/arguments.hpp"
+#include "tools/commands/record/record_run.hpp"
 #include "tools/commands/version.hpp"
 #include "tools/mcap/repair_file.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/missing.hpp"
-#include "tools/recorder/notices.hpp"
 #include "tools/recorder/recorder.hpp"
 #include "tools/recorder/repair.hpp"
 
@@ -132,180 +126,6 @@ void expect_place(const recorder::Options& settings) {
         fmt::format("-o {}: the file exists; choose another name", settings.file.string()));
   }
 }
-
-fabric::Notice this_recorder(const fabric::InstanceId& responder) {
-  return {.key = {.responder = responder},
-          .program = "millrace record",
-          .host = base::posix::host_name(),
-          .pid = static_cast<std::uint32_t>(::getpid())};
-}
-
-/// Joins observer, recorder, timer and signals in one io_context.
-class RecordRun : public fabric::observer::ObserverListener {
- public:
-  RecordRun(fabric::dds::Participant& participant, recorder::Options options)
-      : condition_{.file = options.file,
-                   .minimum_free = options.minimum_free,
-                   .makes_room = options.keep_size > 0},
-        recorder_(std::move(options)),
-        timer_(io_),
-        signals_(io_, SIGINT, SIGTERM),
-        observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything),
-        notices_(participant, io_.get_executor(), this_recorder(responder_)) {}
-
-  /// Begins the file; the error is why that is not possible.
-  recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
-
-  /// Records until a signal, a full disk or an error; the latter is the result.
-  recorder::Recorder::Result run() {
-    signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
-    schedule_tick();
-    if (result_) {
-      io_.run();
-    }
-    take_the_rest();
-    const fabric::observer::Counts counts = this->counts();
-    if (result_) {
-      keep(recorder_.finish(counts.delivered, counts.lost, std::chrono::system_clock::now()));
-    }
-    return result_;
-  }
-
-  void on_entry(recording::Entry entry) override {
-    // What it says of itself is in the metadata of its file, and does not make it somebody who was
-    // heard.
-    const auto* news = std::get_if<recording::NoticeNews>(&entry.sample);
-    if (news != nullptr && news->notice.key.responder == responder_) {
-      ++own_;
-      return;
-    }
-    if (result_) {
-      keep(recorder_.on_entry(std::move(entry), Clock::now()));
-    }
-  }
-
-  [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
-  /// Of what others said.
-  [[nodiscard]] fabric::observer::Counts counts() const {
-    fabric::observer::Counts counts = observer_.counts();
-    counts.delivered -= own_;
-    return counts;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-
-  /// What came before the signal belongs to the recording; but a flood does not keep it from
-  /// ending.
-  void take_the_rest() {
-    constexpr auto patience = std::chrono::seconds(5);
-    const auto until = Clock::now() + patience;
-    while (observer_.drain() && Clock::now() < until) {
-    }
-  }
-
-  void schedule_tick() {
-    timer_.expires_after(std::chrono::milliseconds(50));
-    timer_.async_wait([this](const boost::system::error_code& error) {
-      if (!error) {
-        keep(recorder_.tick(Clock::now()));
-        for (const std::filesystem::path& file : recorder_.take_removed()) {
-          fmt::print(stderr, "millrace: {} is removed to have room for newer ones\n",
-                     file.string());
-        }
-        say_if_nobody_is_heard();
-        say_if_it_waits();
-        tell_condition();
-        if (recorder_.disk_is_full() && !recorder_.waits_for_room()) {
-          fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
-          io_.stop();
-        }
-        schedule_tick();
-      }
-    });
-  }
-
-  void say_if_nobody_is_heard() {
-    if (!looked_for_somebody_ && Clock::now() - begun_ > time_to_be_heard) {
-      looked_for_somebody_ = true;
-      if (counts().delivered == 0) {
-        fmt::print(stderr,
-                   "millrace: nothing has been heard for {} s; 'millrace doctor' looks whether "
-                   "anybody is on this fabric\n",
-                   time_to_be_heard.count());
-      }
-    }
-  }
-
-  void say_if_it_waits() {
-    if (std::exchange(waited_, recorder_.waits_for_room()) != recorder_.waits_for_room()) {
-      fmt::print(stderr, "millrace: {}\n",
-                 recorder_.waits_for_room()
-                     ? "the disk is nearly full; nothing is recorded until there is room"
-                     : "there is room on the disk again; recording goes on");
-    }
-  }
-
-  /// Tells the fabric how it is, once a second.
-  void tell_condition() {
-    if (Clock::now() < next_word_) {
-      return;
-    }
-    next_word_ = Clock::now() + std::chrono::seconds(1);
-    condition_.writes = recorder_.writes();
-    condition_.waits_for_room = recorder_.waits_for_room();
-    condition_.free = recorder_.free_space();
-    condition_.lost = counts().lost;
-    condition_.missing = recorder_.missing();
-    std::set<std::string> kinds;
-    for (fabric::Notice& notice : recorder::notices_of(condition_)) {
-      kinds.insert(notice.key.kind);
-      note(notices_.raise(std::move(notice)));
-    }
-    for (const std::string& kind : told_) {
-      if (!kinds.contains(kind)) {
-        note(notices_.clear(kind));
-      }
-    }
-    told_ = std::move(kinds);
-  }
-
-  void note(const tl::expected<void, std::string>& told) {
-    if (!told && !std::exchange(said_untold_, true)) {
-      fmt::print(stderr, "millrace: the fabric is not told how the recorder is: {}\n",
-                 told.error());
-    }
-  }
-
-  void keep(const recorder::Recorder::Result& result) {
-    if (!result && result_) {
-      result_ = result;
-      io_.stop();
-    }
-  }
-
-  static constexpr std::chrono::seconds time_to_be_heard{10};
-
-  const fabric::InstanceId responder_ = fabric::InstanceId::random();
-  std::uint64_t own_ = 0;
-  /// What does not change of it; the rest is as it was told last.
-  recorder::Condition condition_;
-  recorder::Recorder recorder_;
-  recorder::Recorder::Result result_;
-  Clock::time_point begun_ = Clock::now();
-  bool looked_for_somebody_ = false;
-  bool waited_ = false;
-  Clock::time_point next_word_{};
-  /// The kinds of what was told.
-  std::set<std::string> told_;
-  bool said_untold_ = false;
-  boost::asio::io_context io_{1};
-  const base::loop::Watchdog watchdog_{io_.get_executor()};
-  boost::asio::steady_timer timer_;
-  boost::asio::signal_set signals_;
-  fabric::observer::Observer observer_;
-  fabric::ends::NoticeEnd notices_;
-};
 
 /// The files, and with JSON the numbers too.
 void show(const Options& options, const std::vector<std::filesystem::path>& files,

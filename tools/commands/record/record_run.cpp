@@ -1,0 +1,150 @@
+#include "tools/commands/record/record_run.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "base/posix/host.hpp"
+
+namespace millrace::tools::commands::record {
+
+namespace {
+
+fabric::Notice this_recorder(const fabric::InstanceId& responder) {
+  return {.key = {.responder = responder},
+          .program = "millrace record",
+          .host = base::posix::host_name(),
+          .pid = static_cast<std::uint32_t>(::getpid())};
+}
+
+}  // namespace
+
+RecordRun::RecordRun(fabric::dds::Participant& participant, recorder::Options options)
+    : condition_{.file = options.file,
+                 .minimum_free = options.minimum_free,
+                 .makes_room = options.keep_size > 0},
+      recorder_(std::move(options)),
+      timer_(io_),
+      signals_(io_, SIGINT, SIGTERM),
+      observer_(participant, io_.get_executor(), *this, fabric::observer::Interest::everything),
+      notices_(participant, io_.get_executor(), this_recorder(responder_)) {}
+
+recorder::Recorder::Result RecordRun::run() {
+  signals_.async_wait([this](const boost::system::error_code&, int) { io_.stop(); });
+  schedule_tick();
+  if (result_) {
+    io_.run();
+  }
+  take_the_rest();
+  const fabric::observer::Counts counts = this->counts();
+  if (result_) {
+    keep(recorder_.finish(counts.delivered, counts.lost, std::chrono::system_clock::now()));
+  }
+  return result_;
+}
+
+void RecordRun::on_entry(recording::Entry entry) {
+  // What it says of itself is in the metadata of its file, and does not make it somebody who was
+  // heard.
+  const auto* news = std::get_if<recording::NoticeNews>(&entry.sample);
+  if (news != nullptr && news->notice.key.responder == responder_) {
+    ++own_;
+    return;
+  }
+  if (result_) {
+    keep(recorder_.on_entry(std::move(entry), Clock::now()));
+  }
+}
+
+fabric::observer::Counts RecordRun::counts() const {
+  fabric::observer::Counts counts = observer_.counts();
+  counts.delivered -= own_;
+  return counts;
+}
+
+void RecordRun::take_the_rest() {
+  constexpr auto patience = std::chrono::seconds(5);
+  const auto until = Clock::now() + patience;
+  while (observer_.drain() && Clock::now() < until) {
+  }
+}
+
+void RecordRun::schedule_tick() {
+  timer_.expires_after(std::chrono::milliseconds(50));
+  timer_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) {
+      keep(recorder_.tick(Clock::now()));
+      for (const std::filesystem::path& file : recorder_.take_removed()) {
+        fmt::print(stderr, "millrace: {} is removed to have room for newer ones\n", file.string());
+      }
+      say_if_nobody_is_heard();
+      say_if_it_waits();
+      tell_condition();
+      if (recorder_.disk_is_full() && !recorder_.waits_for_room()) {
+        fmt::print(stderr, "millrace: the disk is nearly full; recording ends\n");
+        io_.stop();
+      }
+      schedule_tick();
+    }
+  });
+}
+
+void RecordRun::say_if_nobody_is_heard() {
+  if (!looked_for_somebody_ && Clock::now() - begun_ > time_to_be_heard) {
+    looked_for_somebody_ = true;
+    if (counts().delivered == 0) {
+      fmt::print(stderr,
+                 "millrace: nothing has been heard for {} s; 'millrace doctor' looks whether "
+                 "anybody is on this fabric\n",
+                 time_to_be_heard.count());
+    }
+  }
+}
+
+void RecordRun::say_if_it_waits() {
+  if (std::exchange(waited_, recorder_.waits_for_room()) != recorder_.waits_for_room()) {
+    fmt::print(stderr, "millrace: {}\n",
+               recorder_.waits_for_room()
+                   ? "the disk is nearly full; nothing is recorded until there is room"
+                   : "there is room on the disk again; recording goes on");
+  }
+}
+
+void RecordRun::tell_condition() {
+  if (Clock::now() < next_word_) {
+    return;
+  }
+  next_word_ = Clock::now() + std::chrono::seconds(1);
+  condition_.writes = recorder_.writes();
+  condition_.waits_for_room = recorder_.waits_for_room();
+  condition_.free = recorder_.free_space();
+  condition_.lost = counts().lost;
+  condition_.missing = recorder_.missing();
+  std::set<std::string> kinds;
+  for (fabric::Notice& notice : recorder::notices_of(condition_)) {
+    kinds.insert(notice.key.kind);
+    note(notices_.raise(std::move(notice)));
+  }
+  for (const std::string& kind : told_) {
+    if (!kinds.contains(kind)) {
+      note(notices_.clear(kind));
+    }
+  }
+  told_ = std::move(kinds);
+}
+
+void RecordRun::note(const tl::expected<void, std::string>& told) {
+  if (!told && !std::exchange(said_untold_, true)) {
+    fmt::print(stderr, "millrace: the fabric is not told how the recorder is: {}\n", told.error());
+  }
+}
+
+void RecordRun::keep(const recorder::Recorder::Result& result) {
+  if (!result && result_) {
+    result_ = result;
+    io_.stop();
+  }
+}
+
+}  // namespace millrace::tools::commands::record

@@ -1,0 +1,81 @@
+// A recording while it is made: the fabric on one side, the file on the other, until a signal.
+//
+//   RecordRun run(participant, options);
+//   run.start();
+//   const auto result = run.run();
+#pragma once
+
+#include <chrono>
+#include <set>
+#include <string>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <tl/expected.hpp>
+
+#include "base/loop/watchdog.hpp"
+#include "fabric/ends/notice_end.hpp"
+#include "fabric/observer/observer.hpp"
+#include "tools/recorder/notices.hpp"
+#include "tools/recorder/recorder.hpp"
+
+namespace millrace::tools::commands::record {
+
+/// Joins observer, recorder, timer and signals in one io_context.
+class RecordRun : public fabric::observer::ObserverListener {
+ public:
+  RecordRun(fabric::dds::Participant& participant, recorder::Options options);
+
+  /// Begins the file; the error is why that is not possible.
+  recorder::Recorder::Result start() { return recorder_.start(Clock::now()); }
+
+  /// Records until a signal, a full disk or an error; the latter is the result.
+  recorder::Recorder::Result run();
+
+  void on_entry(recording::Entry entry) override;
+
+  [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
+  /// Of what others said.
+  [[nodiscard]] fabric::observer::Counts counts() const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// What came before the signal belongs to the recording; but a flood does not keep it from
+  /// ending.
+  void take_the_rest();
+
+  void schedule_tick();
+  void say_if_nobody_is_heard();
+  void say_if_it_waits();
+
+  /// Tells the fabric how it is, once a second.
+  void tell_condition();
+  void note(const tl::expected<void, std::string>& told);
+  void keep(const recorder::Recorder::Result& result);
+
+  static constexpr std::chrono::seconds time_to_be_heard{10};
+
+  const fabric::InstanceId responder_ = fabric::InstanceId::random();
+  std::uint64_t own_ = 0;
+  /// What does not change of it; the rest is as it was told last.
+  recorder::Condition condition_;
+  recorder::Recorder recorder_;
+  recorder::Recorder::Result result_;
+  Clock::time_point begun_ = Clock::now();
+  bool looked_for_somebody_ = false;
+  bool waited_ = false;
+  Clock::time_point next_word_{};
+  /// The kinds of what was told.
+  std::set<std::string> told_;
+  bool said_untold_ = false;
+  boost::asio::io_context io_{1};
+  const base::loop::Watchdog watchdog_{io_.get_executor()};
+  boost::asio::steady_timer timer_;
+  boost::asio::signal_set signals_;
+  fabric::observer::Observer observer_;
+  fabric::ends::NoticeEnd notices_;
+};
+
+}  // namespace millrace::tools::commands::record
