@@ -1,7 +1,6 @@
 // What a program of a fabric with trust has proved to be, and what it may say therefore. Pure.
 //
-//   badge_partitions("millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines =
-//   {"press_1"}})
+//   badge_partitions("millrace", {"gateway-1", {"gateway"}, {"press_1"}})
 //   // millrace/@name/gateway-1, millrace/@role/gateway, millrace/@machine/press_1
 //
 // DDS Security lets a program have endpoints in the partitions that its permissions name, and in no

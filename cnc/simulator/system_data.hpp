@@ -4,8 +4,8 @@
 //
 //   SystemData data({{"QUEUE", {{"", ElementType::text(127)}}, 100},
 //                    {"CONTROL", {{"LastFilled", dint}, {"LastGet", dint}}}});
-//   auto all = data.find("SD.QUEUE");                   // 100 texts of 128 bytes, one behind the
-//   other auto get = data.find("SD.CONTROL.LastGet");
+//   auto all = data.find("SD.QUEUE");                   // 100 texts of 128 bytes, in one piece
+//   auto get = data.find("SD.CONTROL.LastGet");
 //
 // That there are structures and arrays, and that each is best read whole, is documented
 // (DOK-MTX***-NC*F*EX*V13, p. 655). That elements count from 1 is inferred. Names with SD., upper

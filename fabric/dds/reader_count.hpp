@@ -1,10 +1,8 @@
 // Whether anybody reads what a writer has to say.
 //
-// clang-format off
 //   ReaderCount readers([] { … });        // called in Cyclone's thread, when readers come or go
 //   readers.listen(listener);             // to be given to the writer when it is created
 //   if (readers.present()) writer.write(value);
-// clang-format on
 //
 // To ask Cyclone each time takes two of its locks.
 #pragma once

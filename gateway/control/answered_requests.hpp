@@ -1,10 +1,8 @@
 // Answered requests that still stand on the fabric. Pure.
 //
-// clang-format off
 //   answered.keep({key, epoch, instance}, now);        // that instance has answered, nobody runs it
 //   answered.replace({key, epoch, instance});          // it is asked for the channel's next call
 //   for (const auto& request : answered.due(now)) …    // withdraw them
-// clang-format on
 //
 // The next request of a channel to the same instance replaces the one before on the fabric, so
 // taking each answered one back first would say nothing new to anybody: it would cost two messages

@@ -1,9 +1,9 @@
 // The message queues of all machines: which are read, and whose calls are there.
 //
 //   PlantQueues queues(executor, now, events);
-//   queues.set(settings.machines, journal.ledger());         // again when the configuration
-//   changes queues.on_up("press", {1, 2}, link.client()); queues.read(key, ReadSet::request); →
-//   events.on_queue_read(key, snapshot)
+//   queues.set(settings.machines, journal.ledger());    // again when the configuration changes
+//   queues.on_up("press", {1, 2}, link.client());
+//   queues.read(key, ReadSet::request);                 // → events.on_queue_read(key, snapshot)
 //
 // A queue's calls go on without its controller, as long as messages of it are in the journal.
 #pragma once

@@ -5,9 +5,9 @@
 //   Queue queue("press", settings, journal.ledger().queues()[key]);
 //   queue.on_up(now);
 //   while (auto step = queue.next(now)) …              // ReadControl → on_control(), …
-//   for (auto& entry : queue.take_news().entries) …    // journal them, the last with
-//   on_journalled() queue.look(ReadSet::request)                      // the message whose turn it
-//   is queue.write(Variable::response_state, 1, now)      // its answer
+//   for (auto& entry : queue.take_news().entries) …    // journal them; then on_journalled()
+//   queue.look(ReadSet::request)                       // the message whose turn it is
+//   queue.write(Variable::response_state, 1, now)      // its answer
 //
 // The order in the journal is what makes a crash harmless: a message before LastGet covers it; its
 // end before the end of its call (Ledger). Calls are of a key of their own, "press.alarms/1", so

@@ -7,8 +7,7 @@
 //
 //   Reader reader(settings.period);
 //   reader.on_up(now);
-//   switch (reader.next(book, allowed, now)) …         // control → on_control(), array →
-//   on_array(), …
+//   reader.next(book, writable, now)      // ReadControl → on_control(), ReadQueue → on_array()
 //
 // What LastGet should be is known: as this gateway has seen or written it last
 // (QueueBook::last_get). Where it is not, a program has initialised the queue or somebody else

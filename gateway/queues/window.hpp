@@ -3,10 +3,10 @@
 //
 //   Window window(uuid);
 //   window.show(message);
-//   window.look(ReadSet::request)                     // UUID, REQUEST: its text, REQUEST_STATE:
-//   its number window.write(Variable::response, "ok");            // → false
-//   window.write(Variable::request_state, 0);         // → false
-//   window.write(Variable::response_state, 1);         // → true: answered
+//   window.look(ReadSet::request)                  // UUID, its text, and its number as the state
+//   window.write(Variable::response, "ok");        // → false
+//   window.write(Variable::request_state, 0);      // → false
+//   window.write(Variable::response_state, 1);     // → true: answered
 #pragma once
 
 #include <cstdint>

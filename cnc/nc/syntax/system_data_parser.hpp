@@ -1,8 +1,9 @@
 // SSD, SSDE, SSDQ and SSDQInit: what a program writes into system data, among the words of a block.
 //
-//   SSD[SD.COUNT = 5]                       a simple expression: a value or a variable, perhaps
-//   with a minus SSDE[SD.LIMIT = 2 * SQRT[P1]]           any expression SSDQ[SD.ALARMS, SD.CONTROL,
-//   "drill"]    a message for the queue SSDQInit[SD.CONTROL]                    empties it
+//   SSD[SD.COUNT = 5]                       a value or a variable, perhaps with a minus
+//   SSDE[SD.LIMIT = 2 * SQRT[P1]]           any expression
+//   SSDQ[SD.ALARMS, SD.CONTROL, "drill"]    a message for the queue
+//   SSDQInit[SD.CONTROL]                    empties it
 //
 // What each does is documented (DOK-MTX***-NC*F*EX*V13, p. 655). How it is written is not known:
 // the syntax is our choice, as is the prefix SD. of the names.
