@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <array>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/loop/quietly.hpp"
 #include "base/program/barrier.hpp"
-#include "cnc/ads/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
+using base::loop::quietly;
 using Clock = std::chrono::steady_clock;
 
 Moment now() {

@@ -1,19 +1,18 @@
 #include "cnc/ads/dial.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
-#include "cnc/ads/quietly.hpp"
+#include "base/loop/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
+using base::loop::quietly;
 using boost::system::error_code;
 
 // What a dial shares with the handlers of its steps. A resolver cannot be interrupted: its handler

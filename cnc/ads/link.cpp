@@ -3,20 +3,19 @@
 #include <array>
 #include <chrono>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <poll.h>
 #include <sys/socket.h>
 
+#include "base/loop/quietly.hpp"
 #include "base/program/barrier.hpp"
-#include "cnc/ads/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
+using base::loop::quietly;
 
 // Answers to a controller that asks but does not read; then we do not read from it either.
 constexpr std::size_t max_output = std::size_t{1} << 20U;

@@ -2,15 +2,13 @@
 
 #include <utility>
 
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/use_awaitable.hpp>
-
-#include "cnc/ads/quietly.hpp"
+#include "base/loop/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
+using base::loop::quietly;
 using boost::system::error_code;
 
 }  // namespace

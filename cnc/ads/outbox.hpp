@@ -7,6 +7,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <limits>
 
 #include <boost/asio/awaitable.hpp>
@@ -16,6 +17,9 @@
 #include "cnc/ads/bytes.hpp"
 
 namespace millrace::cnc::ads {
+
+/// What is read from a socket at once, in bytes.
+inline constexpr std::size_t chunk_size = 16384;
 
 /// Not thread-safe; must outlive run().
 class Outbox {

@@ -5,17 +5,16 @@
 #include <random>
 #include <utility>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
-#include "cnc/ads/quietly.hpp"
+#include "base/loop/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
 
 namespace asio = boost::asio;
+using base::loop::quietly;
 
 }  // namespace
 

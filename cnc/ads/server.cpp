@@ -5,14 +5,12 @@
 #include <list>
 #include <stdexcept>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
+#include "base/loop/accept.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/connection.hpp"
-#include "cnc/ads/quietly.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
@@ -21,8 +19,6 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-// How long to wait when the system has no descriptor left for a new connection.
-constexpr auto accept_pause = 100ms;
 /// Of the lines about connections that are too many, so that they fill no log.
 constexpr auto refusal_pause = 10s;
 
@@ -45,10 +41,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
         options(std::move(wanted)),
         log(std::move(destination)),
         acceptor(listen(executor, options)),
-        tcp_port(acceptor.local_endpoint().port()),
-        pause(executor) {}
+        tcp_port(acceptor.local_endpoint().port()) {}
 
-  static asio::awaitable<void> accept(std::shared_ptr<Impl> self);
   using Connections = std::list<std::shared_ptr<Connection>>;
   static asio::awaitable<void> serve(std::shared_ptr<Impl> self, Connections::iterator place);
   static asio::awaitable<void> drain(std::shared_ptr<Impl> self,
@@ -63,31 +57,12 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   base::program::Log log;
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
-  asio::steady_timer pause;
   Connections connections;
   /// Since the last line about one.
   std::size_t refused = 0;
   std::chrono::steady_clock::time_point next_refusal_line{};
   Lingering lingering;
 };
-
-asio::awaitable<void> Server::Impl::accept(std::shared_ptr<Impl> self) {
-  while (self->acceptor.is_open()) {
-    auto [error, socket] = co_await self->acceptor.async_accept(quietly);
-    if (!self->acceptor.is_open()) {
-      co_return;
-    }
-    if (error) {
-      self->log->warn("cannot accept a connection: {}", error.message());
-      self->pause.expires_after(accept_pause);
-      co_await self->pause.async_wait(quietly);
-      continue;
-    }
-    if (!self->options.faults.refuse_connections) {
-      self->admit(std::move(socket));
-    }
-  }
-}
 
 void Server::Impl::admit(tcp::socket socket) {
   auto connection =
@@ -148,7 +123,6 @@ asio::awaitable<void> Server::Impl::drain(std::shared_ptr<Impl> self,
 void Server::Impl::stop() {
   boost::system::error_code ignored;
   acceptor.close(ignored);
-  pause.cancel();
   for (const auto& connection : connections) {
     connection->close();
   }
@@ -157,7 +131,14 @@ void Server::Impl::stop() {
 Server::Server(const asio::any_io_executor& executor, Device& device, ServerOptions options,
                base::program::Log log)
     : impl_(std::make_shared<Impl>(executor, device, std::move(options), std::move(log))) {
-  asio::co_spawn(executor, Impl::accept(impl_), base::program::rethrow_from_loop);
+  asio::co_spawn(executor,
+                 base::loop::accept_each(impl_->acceptor, impl_->log,
+                                         [impl = impl_](tcp::socket socket) {
+                                           if (!impl->options.faults.refuse_connections) {
+                                             impl->admit(std::move(socket));
+                                           }
+                                         }),
+                 base::program::rethrow_from_loop);
 }
 
 Server::~Server() {

@@ -14,8 +14,8 @@
 #include <boost/beast/http/string_body.hpp>
 #include <unistd.h>
 
+#include "base/loop/quietly.hpp"
 #include "tools/web/live/head.hpp"
-#include "tools/web/live/quietly.hpp"
 #include "tools/web/live/request_of.hpp"
 
 namespace millrace::tools::web::live {
@@ -23,6 +23,7 @@ namespace millrace::tools::web::live {
 namespace {
 
 namespace asio = boost::asio;
+using base::loop::quietly;
 namespace beast = boost::beast;
 using boost::system::error_code;
 

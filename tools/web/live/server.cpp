@@ -12,9 +12,9 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/loop/accept.hpp"
 #include "base/program/barrier.hpp"
 #include "tools/web/live/connection.hpp"
-#include "tools/web/live/quietly.hpp"
 
 namespace millrace::tools::web::live {
 
@@ -22,9 +22,6 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
-
-/// How long to wait when the system has no descriptor left for a new connection.
-constexpr auto accept_pause = std::chrono::milliseconds(100);
 
 tcp::acceptor listen(const asio::any_io_executor& executor, const ServerOptions& options) {
   try {
@@ -85,10 +82,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
         lanes(executor),
         shared{site, options, lanes, feeds, counts, greeting, log},
         acceptor(listen(executor, options)),
-        port(acceptor.local_endpoint().port()),
-        pause(executor) {}
+        port(acceptor.local_endpoint().port()) {}
 
-  static asio::awaitable<void> accept(std::shared_ptr<Impl> self);
   static asio::awaitable<void> serve(std::shared_ptr<Impl> self,
                                      std::shared_ptr<Connection> connection);
   void admit(tcp::socket socket);
@@ -105,26 +100,9 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   Shared shared;
   tcp::acceptor acceptor;
   std::uint16_t port;
-  asio::steady_timer pause;
   /// The oldest in front.
   std::list<std::shared_ptr<Connection>> connections;
 };
-
-asio::awaitable<void> Server::Impl::accept(std::shared_ptr<Impl> self) {
-  while (self->acceptor.is_open()) {
-    auto [error, socket] = co_await self->acceptor.async_accept(quietly);
-    if (!self->acceptor.is_open()) {
-      co_return;
-    }
-    if (error) {
-      self->log->warn("cannot accept a connection: {}", error.message());
-      self->pause.expires_after(accept_pause);
-      co_await self->pause.async_wait(quietly);
-      continue;
-    }
-    self->admit(std::move(socket));
-  }
-}
 
 void Server::Impl::admit(tcp::socket socket) {
   ++counts.accepted;
@@ -162,7 +140,6 @@ asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self,
 void Server::Impl::stop() {
   boost::system::error_code ignored;
   acceptor.close(ignored);
-  pause.cancel();
   for (const auto& connection : connections) {
     connection->close();
   }
@@ -173,7 +150,11 @@ void Server::Impl::stop() {
 Server::Server(const asio::any_io_executor& executor, ServerOptions options, const http::Site& site,
                base::program::Log log)
     : impl_(std::make_shared<Impl>(executor, std::move(options), site, std::move(log))) {
-  asio::co_spawn(executor, Impl::accept(impl_), base::program::rethrow_from_loop);
+  asio::co_spawn(executor,
+                 base::loop::accept_each(
+                     impl_->acceptor, impl_->log,
+                     [impl = impl_](tcp::socket socket) { impl->admit(std::move(socket)); }),
+                 base::program::rethrow_from_loop);
 }
 
 Server::~Server() {

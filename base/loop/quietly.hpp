@@ -1,4 +1,4 @@
-// How the coroutines of this room await: an error is a value, no exception.
+// How coroutines of Boost.Asio await where an error is a value, and no exception.
 //
 //   const auto [error, size] = co_await stream.async_read_some(buffer, quietly);
 #pragma once
@@ -6,8 +6,8 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
-namespace millrace::tools::web::live {
+namespace millrace::base::loop {
 
 inline constexpr auto quietly = boost::asio::as_tuple(boost::asio::use_awaitable);
 
-}  // namespace millrace::tools::web::live
+}  // namespace millrace::base::loop

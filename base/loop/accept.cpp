@@ -1,0 +1,32 @@
+#include "base/loop/accept.hpp"
+
+#include <chrono>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include "base/loop/quietly.hpp"
+
+namespace millrace::base::loop {
+
+namespace asio = boost::asio;
+
+asio::awaitable<void> accept_each(asio::ip::tcp::acceptor& acceptor, program::Log log,
+                                  std::function<void(asio::ip::tcp::socket)> admit) {
+  constexpr std::chrono::milliseconds pause{100};
+  asio::steady_timer timer(acceptor.get_executor());
+  while (acceptor.is_open()) {
+    auto [error, socket] = co_await acceptor.async_accept(quietly);
+    if (!acceptor.is_open()) {
+      co_return;
+    }
+    if (error) {
+      log->warn("cannot accept a connection: {}", error.message());
+      timer.expires_after(pause);
+      co_await timer.async_wait(quietly);
+      continue;
+    }
+    admit(std::move(socket));
+  }
+}
+
+}  // namespace millrace::base::loop
