@@ -1,87 +1,16 @@
-#include "services/sdk/call_desk.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "tests/unit/sdk/call_desk_fixture.hpp"
 
 namespace millrace::services::sdk {
 namespace {
 
-using fabric::CallId;
 using fabric::Moment;
 using fabric::Reply;
 using fabric::Request;
-using fabric::RequestKey;
 using fabric::ServiceCode;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-
-const Moment now{fabric::SteadyTime(std::chrono::seconds(1'000)),
-                 fabric::Time(std::chrono::seconds(1'000'000))};
-Moment later(int milliseconds) {
-  const std::chrono::milliseconds passed(milliseconds);
-  return {now.steady + passed, now.wall + passed};
-}
-
-const fabric::InstanceId self = fabric::InstanceId::random();
-const Response answer{.text = "2.000000", .state = 1};
-
-CallId call(std::uint64_t number) {
-  return {.epoch = 1, .number = number};
-}
-
-Request request(std::uint64_t number, std::uint16_t channel = 1) {
-  return {.key = {.machine = "cnc", .channel = channel},
-          .call = call(number),
-          .assigned = self,
-          .may_wait = true};
-}
-Request at_once(Request request) {
-  request.may_wait = false;
-  return request;
-}
-
-/// Call `number` of channel 1, as another gateway asks for it.
-Request of_another_gateway(std::uint64_t number) {
-  Request asked = request(number);
-  asked.call.epoch = 2;
-  return asked;
-}
-
-RequestKey asked_by(std::uint64_t epoch, std::uint16_t channel = 1) {
-  return {{.machine = "cnc", .channel = channel}, epoch, self};
-}
-
-Request again(Request request, std::uint32_t attempt) {
-  request.attempt = attempt;
-  return request;
-}
-
-template <typename Kind>
-std::vector<Kind> only(const Actions& actions) {
-  std::vector<Kind> found;
-  for (const Action& action : actions) {
-    if (const auto* kind = std::get_if<Kind>(&action)) {
-      found.push_back(*kind);
-    }
-  }
-  return found;
-}
-
-class CallDeskTest : public testing::Test {
- protected:
-  std::size_t started(const Request& asked) {
-    return only<Start>(sut.on_request(asked, now)).size();
-  }
-  Reply answered(std::uint64_t number, const Result& result) {
-    const auto sent = only<Send>(sut.on_result(call(number), result, now));
-    EXPECT_THAT(sent, SizeIs(1));
-    return sent.empty() ? Reply{} : sent.front().reply;
-  }
-
-  CallDesk sut{{.instance = self}};
-};
 
 TEST_F(CallDeskTest, StartsACallAndSendsItsAnswer) {
   ASSERT_EQ(started(request(1)), 1U);
@@ -249,210 +178,6 @@ TEST_F(CallDeskTest, ForgetsTheOldestAnswersOnly) {
   EXPECT_THAT(only<Start>(small.on_request(again(request(1), 2), now)), SizeIs(1));
 }
 
-TEST_F(CallDeskTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
-  started(request(1));
-  const auto cancelled = only<Cancel>(sut.on_withdrawn(asked_by(1)));
-  ASSERT_THAT(cancelled, SizeIs(1));
-  EXPECT_EQ(cancelled.front().call, call(1));
-  const Actions actions = sut.on_result(call(1), answer, now);
-  EXPECT_THAT(only<Send>(actions), IsEmpty());
-  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
-  EXPECT_EQ(sut.status().cancelled, 1U);
-}
-
-TEST_F(CallDeskTest, NeverStartsAWithdrawnCallThatWaits) {
-  started(request(1, 1));
-  started(request(2, 2));
-  sut.on_withdrawn(asked_by(1, 2));
-  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
-  EXPECT_TRUE(sut.idle());
-}
-
-TEST_F(CallDeskTest, IgnoresTheWithdrawalOfAnAnsweredCall) {
-  started(request(1));
-  answered(1, answer);
-  EXPECT_THAT(sut.on_withdrawn(asked_by(1)), IsEmpty());
-  EXPECT_THAT(sut.on_withdrawn(asked_by(1, 7)), IsEmpty());
-}
-
-TEST_F(CallDeskTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
-  started(request(1));
-  EXPECT_THAT(only<Cancel>(sut.on_request(request(2), now)), SizeIs(1));
-  const Actions actions = sut.on_result(call(1), answer, now);
-  EXPECT_THAT(only<Send>(actions), IsEmpty());
-  EXPECT_THAT(only<Start>(actions), SizeIs(1));
-}
-
-// What the handler returned because it was told to stop went to the program as its answer.
-TEST_F(CallDeskTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  EXPECT_EQ(started(again(request(1), 2)), 0U);
-  const Actions actions = sut.on_result(call(1), Response{.text = "anything"}, now);
-  EXPECT_THAT(only<Send>(actions), IsEmpty());
-  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
-  ASSERT_THAT(only<Start>(actions), SizeIs(1));
-  EXPECT_EQ(only<Start>(actions).front().request.attempt, 2U);
-  const Reply reply = answered(1, answer);
-  EXPECT_EQ(reply.attempt, 2U);
-  EXPECT_EQ(reply.text, "2.000000");
-}
-
-TEST_F(CallDeskTest, RunsAWithdrawnCallAnewThatIsAskedForAgainAfterItHasEnded) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  sut.on_result(call(1), Response{.text = "anything"}, now);
-  EXPECT_EQ(started(request(1)), 1U);
-  EXPECT_EQ(answered(1, answer).text, "2.000000");
-}
-
-TEST_F(CallDeskTest, RunsOtherCallsWhileOneWaitsForTheEndOfItsCancelledRun) {
-  CallDesk two({.instance = self, .concurrency = 2});
-  two.on_request(request(1), now);
-  two.on_withdrawn(asked_by(1));
-  EXPECT_THAT(only<Start>(two.on_request(request(1), now)), IsEmpty());
-  EXPECT_THAT(only<Start>(two.on_request(request(2, 2), now)), SizeIs(1));
-  EXPECT_THAT(only<Start>(two.on_result(call(1), answer, now)), SizeIs(1));
-}
-
-TEST_F(CallDeskTest, ShowsNothingOfACancelledRunWhileItsCallIsWantedAgain) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  started(request(1));
-  EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
-}
-
-TEST_F(CallDeskTest, RunsACallThatIsWithdrawnAgainNotAnew) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
-  EXPECT_TRUE(sut.idle());
-}
-
-TEST_F(CallDeskTest, CountsNoAnswerOfACancelledRun) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  sut.on_result(call(1), answer, later(4));
-  EXPECT_EQ(sut.status().answered, 0U);
-  EXPECT_EQ(sut.status().cancelled, 1U);
-}
-
-class OnceDeskTest : public CallDeskTest {
- protected:
-  OnceDeskTest() { sut = CallDesk({.instance = self, .delivery = fabric::Delivery::at_most_once}); }
-
-  static void expect_refused(const Actions& actions) {
-    EXPECT_THAT(only<Start>(actions), IsEmpty());
-    const auto sent = only<Send>(actions);
-    ASSERT_THAT(sent, SizeIs(1));
-    EXPECT_EQ(sent.front().reply.code, ServiceCode::failed);
-    EXPECT_EQ(sent.front().reply.state, 500U);
-    EXPECT_THAT(sent.front().reply.text, HasSubstr("must not run twice"));
-  }
-};
-
-TEST_F(OnceDeskTest, AnswersAWithdrawnCallThatIsWantedAgainWithAnError) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  expect_refused(sut.on_request(request(1), now));
-  EXPECT_THAT(only<Send>(sut.on_result(call(1), answer, now)), IsEmpty());
-  expect_refused(sut.on_request(request(1), now));
-}
-
-TEST_F(OnceDeskTest, RunsAWithdrawnCallAnewThatAnOperatorGivesOutAgain) {
-  started(request(1));
-  sut.on_withdrawn(asked_by(1));
-  EXPECT_EQ(started(again(request(1), 2)), 0U);
-  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
-  EXPECT_EQ(answered(1, answer).attempt, 2U);
-}
-
-TEST_F(OnceDeskTest, RunsACallThatWasWithdrawnBeforeItRan) {
-  started(request(1, 1));
-  started(request(2, 2));
-  sut.on_withdrawn(asked_by(1, 2));
-  started(request(2, 2));
-  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
-}
-
-// The one that let go of its call cancelled the other's too, and a program waited for ever. Found
-// by the simulation.
-TEST_F(CallDeskTest, WithdrawsNoCallOfAnotherGateway) {
-  started(request(1));
-  EXPECT_THAT(sut.on_withdrawn(asked_by(2)), IsEmpty());
-  EXPECT_EQ(answered(1, answer).text, "2.000000");
-}
-
-TEST_F(CallDeskTest, AnswersTwoGatewaysThatBothHaveTheChannel) {
-  ASSERT_EQ(started(request(1)), 1U);
-  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
-  const auto first = sut.on_result(call(1), answer, now);
-  EXPECT_THAT(only<Send>(first), SizeIs(1));
-  ASSERT_THAT(only<Start>(first), SizeIs(1));
-  const CallId other_call = only<Start>(first).front().request.call;
-  EXPECT_EQ(other_call, of_another_gateway(1).call);
-  EXPECT_THAT(only<Send>(sut.on_result(other_call, answer, now)), SizeIs(1));
-}
-
-TEST_F(CallDeskTest, AnswersACallWhoseGatewayIsGone) {
-  started(request(1));
-  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
-  EXPECT_EQ(answered(1, answer).text, "2.000000");
-}
-
-TEST_F(CallDeskTest, StartsAWaitingCallWhoseGatewayIsGone) {
-  started(request(1, 1));
-  started(request(2, 2));
-  sut.on_orphaned(asked_by(1, 2));
-  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
-}
-
-TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
-  started(request(1));
-  sut.on_orphaned(asked_by(1));
-  const auto cancelled = only<Cancel>(sut.on_request(of_another_gateway(1), now));
-  ASSERT_THAT(cancelled, SizeIs(1));
-  EXPECT_EQ(cancelled.front().call, call(1));
-}
-
-// A gateway without a journal on disk starts again before its lease is over.
-TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
-  started(request(1));
-  sut.on_request(of_another_gateway(1), now);
-  EXPECT_THAT(only<Cancel>(sut.on_orphaned(asked_by(1))), SizeIs(1));
-}
-
-TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatGoesAfterTheOtherOneWent) {
-  started(request(1));
-  sut.on_request(of_another_gateway(1), now);
-  sut.on_orphaned(asked_by(2));
-  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
-  EXPECT_EQ(answered(1, answer).text, "2.000000");
-}
-
-TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatCameBackBeforeAnotherAsks) {
-  started(request(1));
-  sut.on_orphaned(asked_by(1));
-  sut.on_request(request(1), now);
-  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
-}
-
-TEST_F(CallDeskTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
-  started(request(1));
-  sut.on_orphaned(asked_by(1));
-  sut.on_request(of_another_gateway(1), now);
-  sut.on_request(again(request(1), 2), now);
-  const auto next = only<Start>(sut.on_result(call(1), answer, now));
-  ASSERT_THAT(next, SizeIs(1));
-  ASSERT_EQ(next.front().request.call, of_another_gateway(1).call);
-  const auto after = only<Start>(sut.on_result(of_another_gateway(1).call, answer, now));
-  ASSERT_THAT(after, SizeIs(1));
-  EXPECT_EQ(after.front().request.call, call(1));
-  EXPECT_EQ(answered(1, answer).attempt, 2U);
-}
-
 TEST_F(CallDeskTest, AnswersAFailureWithTheErrorState) {
   started(request(1));
   const Reply reply = answered(1, tl::unexpected(std::string("no gauge")));
@@ -487,8 +212,10 @@ TEST_F(CallDeskTest, RefusesAnAnswerThatCannotBeSent) {
   }
 }
 
-TEST(ACallDeskForProgramsThatWaitForTheText, SendsState0ButNoEmptyTextAndNothingMeanwhile) {
-  CallDesk sut({.instance = self, .awaited = fabric::Awaited::response});
+class ACallDeskForProgramsThatWaitForTheText : public CallDeskTest {};
+
+TEST_F(ACallDeskForProgramsThatWaitForTheText, SendsState0ButNoEmptyTextAndNothingMeanwhile) {
+  sut = CallDesk({.instance = self, .awaited = fabric::Awaited::response});
   sut.on_request(request(1), now);
   EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
   Reply sent =

@@ -1,0 +1,219 @@
+// Calls that are withdrawn, asked for again, or asked for by gateways that come and go.
+#include "tests/unit/sdk/call_desk_fixture.hpp"
+
+namespace millrace::services::sdk {
+namespace {
+
+using fabric::CallId;
+using fabric::Reply;
+using fabric::ServiceCode;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+TEST_F(CallDeskTest, TellsARunningCallThatItIsWithdrawnAndDropsItsAnswer) {
+  started(request(1));
+  const auto cancelled = only<Cancel>(sut.on_withdrawn(asked_by(1)));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_EQ(cancelled.front().call, call(1));
+  const Actions actions = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  EXPECT_EQ(sut.status().cancelled, 1U);
+}
+
+TEST_F(CallDeskTest, NeverStartsAWithdrawnCallThatWaits) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_withdrawn(asked_by(1, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallDeskTest, IgnoresTheWithdrawalOfAnAnsweredCall) {
+  started(request(1));
+  answered(1, answer);
+  EXPECT_THAT(sut.on_withdrawn(asked_by(1)), IsEmpty());
+  EXPECT_THAT(sut.on_withdrawn(asked_by(1, 7)), IsEmpty());
+}
+
+TEST_F(CallDeskTest, TakesANewCallOfTheChannelForAWithdrawalOfTheOld) {
+  started(request(1));
+  EXPECT_THAT(only<Cancel>(sut.on_request(request(2), now)), SizeIs(1));
+  const Actions actions = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Start>(actions), SizeIs(1));
+}
+
+// What the handler returned because it was told to stop went to the program as its answer.
+TEST_F(CallDeskTest, RunsAWithdrawnCallAnewThatIsAskedForAgainWhileItRuns) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_EQ(started(again(request(1), 2)), 0U);
+  const Actions actions = sut.on_result(call(1), Response{.text = "anything"}, now);
+  EXPECT_THAT(only<Send>(actions), IsEmpty());
+  EXPECT_THAT(only<Drop>(actions), SizeIs(1));
+  ASSERT_THAT(only<Start>(actions), SizeIs(1));
+  EXPECT_EQ(only<Start>(actions).front().request.attempt, 2U);
+  const Reply reply = answered(1, answer);
+  EXPECT_EQ(reply.attempt, 2U);
+  EXPECT_EQ(reply.text, "2.000000");
+}
+
+TEST_F(CallDeskTest, RunsAWithdrawnCallAnewThatIsAskedForAgainAfterItHasEnded) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  sut.on_result(call(1), Response{.text = "anything"}, now);
+  EXPECT_EQ(started(request(1)), 1U);
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, RunsOtherCallsWhileOneWaitsForTheEndOfItsCancelledRun) {
+  CallDesk two({.instance = self, .concurrency = 2});
+  two.on_request(request(1), now);
+  two.on_withdrawn(asked_by(1));
+  EXPECT_THAT(only<Start>(two.on_request(request(1), now)), IsEmpty());
+  EXPECT_THAT(only<Start>(two.on_request(request(2, 2), now)), SizeIs(1));
+  EXPECT_THAT(only<Start>(two.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, ShowsNothingOfACancelledRunWhileItsCallIsWantedAgain) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  started(request(1));
+  EXPECT_THAT(sut.on_interim(call(1), {.text = "half", .state = 50}, now), IsEmpty());
+}
+
+TEST_F(CallDeskTest, RunsACallThatIsWithdrawnAgainNotAnew) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), IsEmpty());
+  EXPECT_TRUE(sut.idle());
+}
+
+TEST_F(CallDeskTest, CountsNoAnswerOfACancelledRun) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  sut.on_result(call(1), answer, later(4));
+  EXPECT_EQ(sut.status().answered, 0U);
+  EXPECT_EQ(sut.status().cancelled, 1U);
+}
+
+class OnceDeskTest : public CallDeskTest {
+ protected:
+  OnceDeskTest() { sut = CallDesk({.instance = self, .delivery = fabric::Delivery::at_most_once}); }
+
+  static void expect_refused(const Actions& actions) {
+    EXPECT_THAT(only<Start>(actions), IsEmpty());
+    const auto sent = only<Send>(actions);
+    ASSERT_THAT(sent, SizeIs(1));
+    EXPECT_EQ(sent.front().reply.code, ServiceCode::failed);
+    EXPECT_EQ(sent.front().reply.state, 500U);
+    EXPECT_THAT(sent.front().reply.text, HasSubstr("must not run twice"));
+  }
+};
+
+TEST_F(OnceDeskTest, AnswersAWithdrawnCallThatIsWantedAgainWithAnError) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  expect_refused(sut.on_request(request(1), now));
+  EXPECT_THAT(only<Send>(sut.on_result(call(1), answer, now)), IsEmpty());
+  expect_refused(sut.on_request(request(1), now));
+}
+
+TEST_F(OnceDeskTest, RunsAWithdrawnCallAnewThatAnOperatorGivesOutAgain) {
+  started(request(1));
+  sut.on_withdrawn(asked_by(1));
+  EXPECT_EQ(started(again(request(1), 2)), 0U);
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+  EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+TEST_F(OnceDeskTest, RunsACallThatWasWithdrawnBeforeItRan) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_withdrawn(asked_by(1, 2));
+  started(request(2, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+// The one that let go of its call cancelled the other's too, and a program waited for ever. Found
+// by the simulation.
+TEST_F(CallDeskTest, WithdrawsNoCallOfAnotherGateway) {
+  started(request(1));
+  EXPECT_THAT(sut.on_withdrawn(asked_by(2)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, AnswersTwoGatewaysThatBothHaveTheChannel) {
+  ASSERT_EQ(started(request(1)), 1U);
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
+  const auto first = sut.on_result(call(1), answer, now);
+  EXPECT_THAT(only<Send>(first), SizeIs(1));
+  ASSERT_THAT(only<Start>(first), SizeIs(1));
+  const CallId other_call = only<Start>(first).front().request.call;
+  EXPECT_EQ(other_call, of_another_gateway(1).call);
+  EXPECT_THAT(only<Send>(sut.on_result(other_call, answer, now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, AnswersACallWhoseGatewayIsGone) {
+  started(request(1));
+  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, StartsAWaitingCallWhoseGatewayIsGone) {
+  started(request(1, 1));
+  started(request(2, 2));
+  sut.on_orphaned(asked_by(1, 2));
+  EXPECT_THAT(only<Start>(sut.on_result(call(1), answer, now)), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatIsGoneOnceAnotherAsks) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  const auto cancelled = only<Cancel>(sut.on_request(of_another_gateway(1), now));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_EQ(cancelled.front().call, call(1));
+}
+
+// A gateway without a journal on disk starts again before its lease is over.
+TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatGoesAfterAnotherAsked) {
+  started(request(1));
+  sut.on_request(of_another_gateway(1), now);
+  EXPECT_THAT(only<Cancel>(sut.on_orphaned(asked_by(1))), SizeIs(1));
+}
+
+TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatGoesAfterTheOtherOneWent) {
+  started(request(1));
+  sut.on_request(of_another_gateway(1), now);
+  sut.on_orphaned(asked_by(2));
+  EXPECT_THAT(sut.on_orphaned(asked_by(1)), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(CallDeskTest, KeepsTheCallOfAGatewayThatCameBackBeforeAnotherAsks) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  sut.on_request(request(1), now);
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_another_gateway(1), now)), IsEmpty());
+}
+
+TEST_F(CallDeskTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
+  started(request(1));
+  sut.on_orphaned(asked_by(1));
+  sut.on_request(of_another_gateway(1), now);
+  sut.on_request(again(request(1), 2), now);
+  const auto next = only<Start>(sut.on_result(call(1), answer, now));
+  ASSERT_THAT(next, SizeIs(1));
+  ASSERT_EQ(next.front().request.call, of_another_gateway(1).call);
+  const auto after = only<Start>(sut.on_result(of_another_gateway(1).call, answer, now));
+  ASSERT_THAT(after, SizeIs(1));
+  EXPECT_EQ(after.front().request.call, call(1));
+  EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+}  // namespace
+}  // namespace millrace::services::sdk
