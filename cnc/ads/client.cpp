@@ -167,7 +167,9 @@ asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
 asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> Client::Impl::add_in_a_sum(
     Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted) {
   const auto count = static_cast<std::uint32_t>(wanted.size());
-  const std::uint32_t length = count * 2 * sizeof(std::uint32_t);
+  // A handle and an error code each.
+  constexpr std::uint32_t of_one = 2 * sizeof(std::uint32_t);
+  const std::uint32_t length = count * of_one;
   const Bytes items = encode(wanted);
   Bytes payload = encode(ReadWriteRequest{{sum::add_notifications, count}, length, items});
   const auto answer = co_await fetch(self, port, Command::read_write, std::move(payload), length);
