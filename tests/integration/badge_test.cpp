@@ -71,6 +71,29 @@ TEST_F(BadgeTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotName) 
               AllOf(HasSubstr("may not speak for cnc"), HasSubstr("gateway-2, names press_9")));
 }
 
+// They travel as calls of a machine whose name is "cnc.ALARMS".
+TEST_F(BadgeTest, ABadgeOfAMachineCountsForItsMessageQueues) {
+  const fs::path config = sut.folder() / "cnc.textproto";
+  std::ofstream(config) << "system_data { name: \"ALARMS\" type: STRING elements: 3 }\n"
+                           "system_data { name: \"CONTROL\" member { name: \"LastFilled\" } "
+                           "member { name: \"LastGet\" } }\n";
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid});
+  Process service = sut.slow_service(flags);
+  Process cnc = sut.cnc(
+      {"--config", config.string(), "--run", Chain::program(1, "messages.nc"), "--exit-when-idle"});
+  Process gateway = sut.configured_gateway(
+      fmt::format(
+          "machine {{ name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: "
+          "\"127.0.0.1.1.1\" queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"{}\" "
+          "}} }}\njournal {{ folder: \"{}\" }}\n",
+          root_uuid, (sut.folder() / "journal").string()),
+      sut.as("gateway-1"));
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output() << gateway.error_output();
+  gateway.await_error("call .* answered with state");
+  EXPECT_THAT(gateway.error_output() + service.error_output(), Not(HasSubstr("does not name")));
+}
+
 TEST_F(BadgeTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
