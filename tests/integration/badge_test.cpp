@@ -243,6 +243,37 @@ TEST_F(BadgeTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
 }
 
+// What a running program has seen it does not forget; one that starts has nothing to compare with
+// but what came with its certificate.
+TEST_F(BadgeTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
+  sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
+  Process service = sut.square_root(sut.unaware("unlucky"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root.*trusted as unlucky");
+  const fs::path list = fs::path(sut.plant()) / "gateway-1/revoked.pem";
+  fs::copy(list, sut.folder() / "older.pem");
+  sut.trust({"revoke", sut.plant(), "unlucky"});
+  gateway.await_error("instance \\S+ is put off: the certificate of unlucky has been revoked");
+  fs::copy(sut.folder() / "older.pem", list, fs::copy_options::overwrite_existing);
+  gateway.await_error("does not name unlucky any more: an older one has been copied over it");
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, sut.as("bench"), 1),
+              Not(HasSubstr("1.414214")));
+  // And none that is older than the certificate of a host.
+  gateway.terminate();
+  EXPECT_EQ(gateway.wait(), 0);
+  sut.trust({"renew", sut.plant(), "gateway-1"});
+  fs::copy(sut.folder() / "older.pem", list, fs::copy_options::overwrite_existing);
+  Flags command{binary("millrace-gateway"), "--machine",
+                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1"};
+  const Flags who = sut.as("gateway-1");
+  command.insert(command.end(), who.begin(), who.end());
+  Process again(std::move(command));
+  EXPECT_EQ(again.wait(), 2);
+  EXPECT_THAT(again.error_output(),
+              AllOf(HasSubstr("revoked.pem: was made on"), HasSubstr("before the certificate")));
+}
+
 TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {
   Flags flags = sut.as("slow");
   flags.insert(flags.end(), {"--uuid", root_uuid});

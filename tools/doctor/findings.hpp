@@ -32,6 +32,9 @@ struct Joining {
   /// The name in the certificate that it shows, and how long that is valid; empty without trust.
   std::string trusted_as{};
   std::chrono::sys_seconds trusted_until{};
+  /// Whom the list of revoked members names, and when it was made.
+  std::set<std::string> revoked{};
+  std::chrono::sys_seconds revoked_as_of{};
   /// When this was looked at.
   std::chrono::sys_seconds now{};
 };

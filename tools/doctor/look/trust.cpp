@@ -50,6 +50,10 @@ void at_trust(const Findings& found, Report& report) {
     return;
   }
   at_our_own(found.joining, report);
+  // Hosts that name different times have different lists.
+  report.fine(
+      fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
+                  found.joining.revoked.empty() ? "nobody" : list_of(found.joining.revoked)));
   // Whose endpoints discovery shows here has proved what he announces.
   std::set<std::string> believed;
   for (const Heard& each : found.heard) {

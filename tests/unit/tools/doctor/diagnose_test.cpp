@@ -130,6 +130,15 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 30 days", "trust renew")));
 }
 
+TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
+  be_healthy();
+  found.joining.trusted_as = "office";
+  found.joining.revoked_as_of = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "revoked as of 2026-03-01 00:00:00 UTC: nobody")));
+  found.joining.revoked = {"old", "o\x1bther"};
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "UTC: o\\x1bther, old")));
+}
+
 TEST_F(TheDoctor, NamesWhomItBelieves) {
   be_healthy();
   hear(2, 0);
