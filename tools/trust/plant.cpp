@@ -150,7 +150,9 @@ Result<Plant> Plant::open(const fs::path& folder) {
   }
   base::posix::Fd lock;
   try {
-    lock = base::posix::lock_folder(folder, lock_name, "another `millrace trust` is at work here; say it again when that has ended");
+    lock = base::posix::lock_folder(
+        folder, lock_name,
+        "another `millrace trust` is at work here; say it again when that has ended");
   } catch (const std::runtime_error& taken) {
     return tl::unexpected(std::string(taken.what()));
   }
