@@ -192,6 +192,34 @@ TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 }
 
+// It joins, since its certificate counts, and knows of no badges.
+TEST_F(BadgeTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorSayWhatToDo) {
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  auto options = join("square-root");
+  options.trust.reset();
+  fabric::dds::Participant participant(options);
+  const fabric::InstanceIdentity old{
+      .id = fabric::InstanceId::random(), .uuid = root_uuid, .name = "old"};
+  const wire::Writer<fabric::Reply> replies(
+      participant, wire::service_partition("millrace", root_uuid),
+      {.user_data = fabric::registry::format_instance(old.id)});
+  const wire::Reader<fabric::Request> requests(
+      participant, wire::mailbox_partition("millrace", root_uuid, old.id), wire::Keep::all,
+      {.user_data = fabric::registry::format_identity(old)});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  const std::string advice = "shows no badge of its certificate.*`millrace trust renew`";
+  gateway.await_error("instance " + old.id.to_string() + " of .* gets no calls.*" + advice);
+  Flags doctor{"doctor"};
+  const Flags who = sut.as("screen");
+  doctor.insert(doctor.end(), who.begin(), who.end());
+  Process report = sut.millrace(std::move(doctor));
+  report.wait();
+  EXPECT_THAT(report.output(), AllOf(HasSubstr("shows no badge"), HasSubstr("trust renew")));
+  // Its place is free.
+  Process service = sut.square_root(sut.as("square-root"));
+  cnc.await("response = 1.732051");
+}
+
 TEST_F(BadgeTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
   sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
   Process service = sut.square_root(sut.unaware("unlucky"));

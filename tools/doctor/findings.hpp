@@ -51,6 +51,8 @@ struct Program {
   std::set<std::string> fabrics{};
   /// It tells of machines or channels.
   bool is_gateway = false;
+  /// Where there is trust: it has shown what its certificate lets it be.
+  bool shows_badge = true;
   /// It takes the requests of these UUIDs.
   std::set<std::string> serves{};
 };

@@ -128,6 +128,18 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "is trusted as office until 2026-04-01")));
   found.joining.trusted_until = found.joining.now + std::chrono::days(30);
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 30 days", "trust renew")));
+  found.joining.trusted_until = found.joining.now + std::chrono::hours(24);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 24 hours", "trust renew")));
+}
+
+TEST_F(TheDoctor, NamesWhoShowsNoBadge) {
+  be_healthy();
+  add_program(9, "old").shows_badge = false;
+  found.joining.trusted_as = "office";
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "old on host-old, pid 17 is of this plant",
+                                 "millrace trust renew")));
+  found.programs.back().fabrics = {"another"};
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "shows no badge"))));
 }
 
 TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
