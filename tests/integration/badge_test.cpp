@@ -45,6 +45,18 @@ class BadgeTest : public testing::Test {
     return options;
   }
 
+  /// The same with a plugin of its own, which lets it have whatever endpoint it likes.
+  [[nodiscard]] fabric::dds::ParticipantOptions join_carelessly(const std::string& member) const {
+    auto options = join(member);
+    const std::string library = "libdds_security_ac.so";
+    const auto at = options.configuration.find(library);
+    const auto begin = options.configuration.rfind('"', at) + 1;
+    const std::string real = options.configuration.substr(begin, at + library.size() - begin);
+    EXPECT_EQ(::setenv("MILLRACE_TEST_ACCESS_CONTROL", real.c_str(), 1), 0);
+    options.configuration.replace(begin, real.size(), MILLRACE_CARELESS_ACCESS_CONTROL);
+    return options;
+  }
+
   static fabric::MachineStatus claim(const std::string& machine) {
     return {.machine = machine,
             .gateway = fabric::InstanceId::random(),
@@ -170,14 +182,7 @@ TEST_F(BadgeTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
 TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
-  auto options = join("gateway-2");
-  const std::string library = "libdds_security_ac.so";
-  const auto at = options.configuration.find(library);
-  ASSERT_NE(at, std::string::npos);
-  const auto begin = options.configuration.rfind('"', at) + 1;
-  const std::string real = options.configuration.substr(begin, at + library.size() - begin);
-  ASSERT_EQ(::setenv("MILLRACE_TEST_ACCESS_CONTROL", real.c_str(), 1), 0);
-  options.configuration.replace(begin, real.size(), MILLRACE_CARELESS_ACCESS_CONTROL);
+  auto options = join_carelessly("gateway-2");
   auto trust = *options.trust;
   trust.badge = fabric::badge_partitions(
       "millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines = {"cnc", "press_9"}});
@@ -190,6 +195,36 @@ TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
       "a program that shows no badge of its certificate: what it says on millrace/machine");
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+}
+
+// Those who write there see to it, whatever the reader's own DDS lets it do.
+TEST_F(BadgeTest, AServiceReadsNoMailboxOfAnotherUuid) {
+  const std::string another = "00000000-0000-4000-8000-000000000002";
+  sut.trust({"issue", sut.plant(), "another", "--role", "service", "--uuid", another});
+  {
+    fabric::dds::Participant honest(join("slow"));
+    EXPECT_THAT(
+        [&] {
+          const wire::Reader<fabric::Request> spy(honest, "millrace/" + another + "/*",
+                                                  wire::Keep::all);
+        },
+        testing::ThrowsMessage<std::runtime_error>(
+            AllOf(HasSubstr("may not read millrace/v2/request"), HasSubstr(another))));
+  }
+  Flags flags = sut.as("another");
+  // Time enough for a handshake of the caller with who looks on.
+  flags.insert(flags.end(), {"--uuid", another, "--work", "3000"});
+  Process service = sut.slow_service(flags);
+  const auto requests_seen_by = [&](const std::string& member) {
+    fabric::dds::Participant careless(join_carelessly(member));
+    wire::Reader<fabric::Request> spy(careless, wire::all_services("millrace"), wire::Keep::all);
+    EXPECT_THAT(sut.ask({"call", another, "a secret recipe"}, sut.as("bench")),
+                HasSubstr("a secret recipe"));
+    return spy.take().size();
+  };
+  // Else nobody could have seen one.
+  EXPECT_GT(requests_seen_by("office"), 0U);
+  EXPECT_EQ(requests_seen_by("slow"), 0U);
 }
 
 // It joins, since its certificate counts, and knows of no badges.
