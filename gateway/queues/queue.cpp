@@ -34,6 +34,13 @@ Queue::News Queue::take_news() {
   return std::exchange(news_, {});
 }
 
+void Queue::change(QueueSettings settings) {
+  settings_ = std::move(settings);
+  reader_.set_period(settings_.period);
+  window_.set_uuid(settings_.uuid);
+  news_.shows = window_.shown().has_value();
+}
+
 void Queue::note(JournalEntry entry) {
   std::visit(
       fabric::Cases{[this](const MessageEntry& one) { book_.apply(one); },

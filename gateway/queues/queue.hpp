@@ -51,6 +51,10 @@ class Queue {
   /// `book` is what the journal knows of it.
   Queue(const std::string& machine, QueueSettings settings, QueueBook book);
 
+  /// The configuration says something else of the queue of this key. Its message under way goes on;
+  /// the link to follow is another one.
+  void change(QueueSettings settings);
+
   struct News {
     /// To be journalled in their order; on_journalled() when the last of them is safe, if `wait`.
     std::vector<JournalEntry> entries{};

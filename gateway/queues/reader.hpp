@@ -53,6 +53,8 @@ class Reader {
 
   explicit Reader(std::chrono::milliseconds period) : period_(period) {}
 
+  void set_period(std::chrono::milliseconds period) { period_ = period; }
+
   /// What an answer has shown.
   struct Findings {
     /// Messages that were not known: their elements and texts.

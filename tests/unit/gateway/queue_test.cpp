@@ -351,6 +351,36 @@ TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
   EXPECT_EQ(sut.ledger.queues().at(sut.queue->key()).waiting(), 0);
 }
 
+TEST(MessageQueueReader, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigurationChanges) {
+  QueuePlant sut(3);
+  sut.ring.initialise();
+  ASSERT_TRUE(sut.ring.write("one"));
+  ASSERT_TRUE(sut.settle());
+  queues::Queue& queue = *sut.queue;
+  queue.write(Variable::response, "ok", sut.now);
+  queue.write(Variable::request_state, 0U, sut.now);
+  auto settings = sut.settings;
+  settings.backlog = 5;
+  settings.uuid = "another";
+  queue.change(settings);
+  EXPECT_EQ(queue.look(ReadSet::all).uuid, QueuePlant::uuid);
+  EXPECT_EQ(queue.look(ReadSet::all).response, "ok");
+  queue.write(Variable::response_state, 1U, sut.now);
+  EXPECT_EQ(queue.view().answered, 1U);
+}
+
+TEST(MessageQueueReader, GivesAMessageThatWaitsToTheServiceThatTheConfigurationNamesNow) {
+  QueuePlant sut(3);
+  sut.ring.initialise();
+  ASSERT_TRUE(sut.ring.write("one"));
+  ASSERT_TRUE(sut.settle());
+  auto settings = sut.settings;
+  settings.uuid = "another";
+  sut.queue->change(settings);
+  EXPECT_TRUE(sut.queue->take_news().shows);
+  EXPECT_EQ(sut.queue->look(ReadSet::request).uuid, "another");
+}
+
 TEST(QueueBook, IsTheSameAfterItsSnapshot) {
   const fabric::ChannelKey key{"press.alarms", 1};
   QueueBook book;
