@@ -67,7 +67,7 @@ void Gateway::Impl::say_of_queue(const fabric::ChannelKey& key, const queues::Qu
                  "see the names in gateway.textproto, and whether a program has initialised it");
   }
   if (news.filling) {
-    notice_queue("queue filling", key, *news.filling,
+    notice_queue("queue_filling", key, *news.filling,
                  "start its service, or see why it does not answer");
   }
 }

@@ -1,6 +1,7 @@
 #include "gateway/queues/reader.hpp"
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -67,11 +68,10 @@ std::optional<Step> Reader::next(const QueueBook& book, std::uint64_t writable, 
   }
   const bool looked = fresh_ && (phase_ == Phase::waiting || phase_ == Phase::wants_array);
   if (looked && !compare_) {
-    const auto uncovered = book.uncovered();
+    const auto uncovered = book.uncovered() | std::views::reverse;
     const auto last = std::ranges::find_if(
-        uncovered.rbegin(), uncovered.rend(),
-        [&](const QueueMessage& message) { return message.number <= writable; });
-    if (last != uncovered.rend()) {
+        uncovered, [&](const QueueMessage& message) { return message.number <= writable; });
+    if (last != uncovered.end()) {
       phase_ = Phase::writing;
       fresh_ = false;
       tried_ = last->element;

@@ -203,8 +203,11 @@ struct MessagesRead {
   std::vector<std::uint64_t> messages;
   /// Somebody else had moved LastGet since the gateway looked.
   bool crossed = false;
+  /// None is left.
+  bool empty = false;
 };
-/// What has happened in the queue until now can have misled a gateway.
+/// What has happened in the queue until now can have misled a gateway, until somebody has read it
+/// to its end.
 struct NobodyCanTell {
   Key key;
   std::string why;

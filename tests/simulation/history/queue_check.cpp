@@ -30,7 +30,7 @@ void QueueCheck::on(const QueuePlanned& fact) {
 
 void QueueCheck::on(const MessageWritten& fact) {
   Ring& ring = rings_[fact.key];
-  ring.messages.push_back({fact.text});
+  ring.messages.push_back({.text = fact.text, .pardoned = ring.misleading});
   ring.elements[fact.element] = fact.message;
 }
 
@@ -59,11 +59,13 @@ void QueueCheck::on(const MessagesRead& fact) {
              fact.key.to_string(), number, fact.gateway);
     }
   }
+  ring.misleading = ring.misleading && !fact.empty;
 }
 
 void QueueCheck::on(const NobodyCanTell& fact) {
   Ring& ring = rings_[fact.key];
   ring.muddled = true;
+  ring.misleading = true;
   for (Message& one : ring.messages) {
     one.pardoned = true;
   }

@@ -47,8 +47,9 @@ class QueueCheck final : public Check {
     /// The message of each number, the last that was claimed, of each gateway.
     std::map<std::pair<GatewayNumber, std::uint64_t>, std::uint64_t> numbers{};
     std::map<GatewayNumber, std::uint64_t> claimed{};
-    /// Anything may be read of it.
+    /// Anything may be read of it; and somebody may still take messages of it for others.
     bool muddled = false;
+    bool misleading = false;
   };
 
   void on(const QueuePlanned& fact);

@@ -92,6 +92,7 @@ void MessageRing::write_last_get(std::uint32_t element, GatewayNumber gateway) {
     fact.messages = standing();
     fact.messages.resize(count);
   }
+  fact.empty = !crossed && element == last_filled_;
   history_.add(fact);
   last_get_ = element;
   moved(gateway);

@@ -8,6 +8,7 @@
 
 #include "base/text/number.hpp"
 #include "fabric/notice.hpp"
+#include "fabric/queue_group.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 
@@ -246,6 +247,16 @@ std::map<std::pair<std::string, Quality>, std::size_t> DataBook::qualities() con
     }
   }
   return counts;
+}
+
+std::vector<const DataSample*> DataBook::queues() const {
+  std::vector<const DataSample*> queues;
+  for (const auto& [key, group] : groups_) {
+    if (!group.is_gone && fabric::is_queue(group.last)) {
+      queues.push_back(&group.last);
+    }
+  }
+  return queues;
 }
 
 boost::json::array DataBook::samples(const DataFilter& filter) const {

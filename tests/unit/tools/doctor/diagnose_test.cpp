@@ -242,6 +242,20 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no link")));
 }
 
+TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {
+  using enum fabric::ChannelState;
+  be_healthy();
+  add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone"});
+  add(fabric::ChannelStatus{
+      .key = {"cnc.ALARMS", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
+  add(fabric::ChannelStatus{
+      .key = {"lathe.ALARMS", 1}, .state = link_down, .reason = "its gateway is gone"});
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc.ALARMS/1 waits for x, which nobody serves",
+                                 "in the gateway's configuration (queue { uuid })")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe has no link")));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "lathe.ALARMS/1 has no link"))));
+}
+
 TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
   be_healthy();
   add(fabric::MachineStatus{
