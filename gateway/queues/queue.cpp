@@ -137,6 +137,10 @@ void Queue::write(Variable variable, const Value& value, Moment now) {
     return;
   }
   note(MessageEndedEntry{key_, *shown});
+  if (reader_.control()) {
+    // Also while the controller does not answer.
+    watch_filling(now);
+  }
   if (settings_.drain == Drain::when_answered) {
     reader_.look_again(now);
   }

@@ -241,6 +241,10 @@ Reader::Findings Reader::on_written(const tl::expected<void, std::string>& answe
     tried_.reset();
     return fail(answer.error(), now);
   }
+  if (control_ && tried_) {
+    // Known also if the controller is gone before the next look.
+    control_->last_get = *tried_;
+  }
   wait({}, now);
   return {};
 }

@@ -338,8 +338,7 @@ TEST_F(ThePrometheus, CallsWhenAMessageQueueFills) {
   EXPECT_EQ(value_of("millrace_queue_capacity_messages"), 3.0);
   service.emplace(chain.slow_service());
   expect_no_alert("MillraceQueueFills");
-  await("both answered",
-        [&] { return value_of("millrace_queue_answered_messages_total") == 2.0; });
+  await("both answered", [&] { return value_of("millrace_queue_answered_messages_total") == 2.0; });
   EXPECT_EQ(value_of("millrace_queue_filled_messages"), 0.0);
 }
 

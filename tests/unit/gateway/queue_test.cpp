@@ -312,6 +312,22 @@ TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
   EXPECT_EQ(texts_of(sut), numbers(1, written));
 }
 
+TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
+  QueuePlant sut(5);
+  sut.settings.backlog = 4;
+  sut.start();
+  for (int number = 1; number <= 3; ++number) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(number)));
+  }
+  ASSERT_TRUE(sut.settle());
+  ASSERT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages that may wait")));
+  sut.queue->on_down("switched off");
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 3));
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4"), ""));
+}
+
 TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
   QueuePlant sut(4);
   sut.serve();
