@@ -49,12 +49,12 @@ void PlantQueues::set(const std::map<std::string, std::vector<QueueSettings>>& w
         one.settings = settings;
         const auto book = known.find(key);
         begin(key, one, book == known.end() ? QueueBook() : book->second);
-        reach(key, one);
       } else if (one.settings != settings) {
         one.settings = settings;
         one.queue->change(settings);
-        reach(key, one);
       }
+      // Also one that was leaving when its link came up.
+      reach(key, one);
       review(key, one);
     }
   }

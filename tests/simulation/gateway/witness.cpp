@@ -194,8 +194,11 @@ void Witness::on_shown(const Key& key, const gateway::Snapshot& all) {
 void Witness::on_window_written(const Key& key, gateway::Variable variable,
                                 const gateway::Value& value, const gateway::Snapshot& all) {
   const AdsWrite write = describe(key, variable, value);
+  // The next message may be there already, before RESPONSE, where that is written last.
+  const std::uint32_t request_state =
+      all.request_state == write.request.state ? all.request_state : 0;
   history_.add(WriteDone{number_, seen_as(key), write.call, write.request, variable, write.answer,
-                         value, all.response, all.request_state});
+                         value, all.response, request_state});
   if (write.answer) {
     // A gateway that forgets that shows the message again.
     shown_.erase(key);
