@@ -59,9 +59,14 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
 
   /// A journal with one message of the queue.
   [[nodiscard]] std::map<fabric::ChannelKey, QueueBook> one_waits() const {
+    return {{key, one_waits_covered_by_nothing()}};
+  }
+
+  [[nodiscard]] QueueBook one_waits_covered_by_nothing() const {
     QueueBook book;
+    book.apply(LastGetEntry{key, 1, 0});
     book.apply(MessageEntry{key, 1, 2, "drill worn", {}});
-    return {{key, book}};
+    return book;
   }
 
   QueueSettings settings;
@@ -91,6 +96,18 @@ TEST_F(PlantQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
   turn();
   EXPECT_EQ(links, 0);
   EXPECT_GT(opened, 0);
+}
+
+TEST_F(PlantQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
+  // As where the configuration names a queue again while the disk is full.
+  Queue queue("press", settings, one_waits_covered_by_nothing());
+  // Its call may be under way.
+  EXPECT_EQ(queue.look(ReadSet::request).request_state, 1U);
+  queue.on_up(now());
+  EXPECT_FALSE(queue.next(now()).has_value());
+  EXPECT_TRUE(queue.take_news().wait);
+  queue.on_journalled(now());
+  EXPECT_TRUE(queue.next(now()).has_value());
 }
 
 TEST_F(PlantQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
