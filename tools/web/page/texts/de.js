@@ -56,6 +56,7 @@ export default {
     machines: 'Maschinen',
     channel: (n) => `Kanal ${n}`,
     channelShort: 'K',
+    queue: (name, channel) => `Meldungen der Schlange ${name}, Kanal ${channel}`,
     allChannels: (n) => `alle ${n} Kanäle`,
     since: (clock) => `seit ${clock}`,
     todo: 'Was zu tun ist',

@@ -57,6 +57,7 @@ export default {
     machines: 'Machines',
     channel: (n) => `channel ${n}`,
     channelShort: 'ch',
+    queue: (name, channel) => `messages of the queue ${name}, channel ${channel}`,
     allChannels: (n) => `all ${n} channels`,
     since: (clock) => `since ${clock}`,
     todo: 'What to do',
