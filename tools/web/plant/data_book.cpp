@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "base/text/number.hpp"
+#include "fabric/channel_scope.hpp"
 #include "fabric/notice.hpp"
 #include "fabric/queue_group.hpp"
 #include "tools/print/data.hpp"
@@ -189,8 +190,9 @@ void DataBook::forget(Group& group, fabric::Time now) {
 
 void DataBook::silence(const std::string& machine, fabric::Time now) {
   for (auto group = groups_.lower_bound({{machine, 0}, {}});
-       group != groups_.end() && group->first.first.machine == machine; ++group) {
-    if (!group->second.is_gone) {
+       group != groups_.end() && group->first.first.machine.starts_with(machine); ++group) {
+    // Also what is told of its message queues, "cnc.ALARMS".
+    if (fabric::machine_of(group->first.first.machine) == machine && !group->second.is_gone) {
       forget(group->second, now);
       group->second.received = now;
     }

@@ -230,6 +230,14 @@ TEST_F(TheMetrics, DoNotTellHowFarAQueueWasFilledWhenItsControllerDoesNotAnswer)
   EXPECT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
 }
 
+TEST_F(TheMetrics, TellNothingOfAQueueWhoseGatewayIsGone) {
+  add(Entry{.at = at(0), .sample = fabric::MachineStatus{.machine = "press", .host = "hall"}});
+  add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 1, 4)});
+  ASSERT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
+  add(Entry{.at = at(1), .sample = fabric::MachineStatus{.machine = "press"}});
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_queue_waiting_messages")));
+}
+
 TEST_F(TheMetrics, TellNothingOfAQueueThatCannotBe) {
   add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 9, 4)});
   add(Entry{.at = at(0), .sample = queue_of("press.NO", 1, 4)});

@@ -87,7 +87,7 @@ export default {
     },
     unserved: {
       means: 'Keine Instanz auf diesem Netz bedient die UUID.',
-      todo: 'Den Dienst starten, oder die UUID im Programm berichtigen.',
+      todo: 'Den Dienst starten, oder die UUID im Programm berichtigen (die einer Schlange: in der Konfiguration des Gateways).',
       who: 'Wer die Dienste betreibt, oder das Programm geschrieben hat',
     },
     waiting: {
