@@ -22,7 +22,8 @@ using millrace::cnc::nc::Value;
 constexpr std::size_t most_variables = 100;
 constexpr int ticks = 40;
 
-// Every variable exists, and holds what was last written; arrays of system data have 0 to 5 elements.
+// Every variable exists, and holds what was last written; arrays of system data have 0 to 5
+// elements.
 class Anything : public Environment {
  public:
   explicit Anything(std::string program) : program_(std::move(program)) {}
