@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
 
 namespace millrace::fabric {
 
@@ -74,7 +75,9 @@ Standing standing_of(const Proof& proof, std::string_view machine, bool testers)
   if (!proof.badge) {
     return Standing::unproven;
   }
-  const bool may = machine.empty() || proof.badge->machines.contains(std::string(machine)) ||
+  // A queue of a machine speaks as "press_1.orders".
+  const bool may = machine.empty() ||
+                   proof.badge->machines.contains(std::string(machine_of(machine))) ||
                    (testers && proof.badge->roles.contains(std::string(tester)));
   return may ? Standing::believed : Standing::not_its_machine;
 }

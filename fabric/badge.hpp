@@ -58,8 +58,8 @@ enum class Standing : std::uint8_t {
   not_its_machine
 };
 
-/// Whose word it is to say something of `machine` (empty: something that is of no machine).
-/// `testers`: also of who replays calls and data of machines.
+/// Whose word it is to say something of `machine`, or of one of its queues (empty: something that
+/// is of no machine). `testers`: also of who replays calls and data of machines.
 Standing standing_of(const Proof& proof, std::string_view machine = {}, bool testers = false);
 
 /// Why it does not count, for people: "gateway-2 speaks for press_1, which its certificate does not

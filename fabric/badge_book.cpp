@@ -1,5 +1,7 @@
 #include "fabric/badge_book.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace millrace::fabric {
@@ -48,16 +50,21 @@ void BadgeBook::unmatched(Handle writer) {
   }
 }
 
-std::vector<BadgeBook::Handle> BadgeBook::revoke(std::set<std::string> names) {
-  const std::set<std::string> before = std::exchange(revoked_, std::move(names));
+std::vector<BadgeBook::Handle> BadgeBook::revoke(const std::set<std::string>& names) {
   std::vector<Handle> news;
   for (const auto& [participant, one] : worn_) {
-    const std::string& name = one.badge->name;
-    if (one.there && before.contains(name) != revoked_.contains(name)) {
+    if (one.there && names.contains(one.badge->name) && !is_revoked(one.badge->name)) {
       news.push_back(participant);
     }
   }
+  revoked_.insert(names.begin(), names.end());
   return news;
+}
+
+std::vector<std::string> BadgeBook::left_out_of(const std::set<std::string>& names) const {
+  std::vector<std::string> all;
+  std::ranges::set_difference(revoked_, names, std::back_inserter(all));
+  return all;
 }
 
 Proof BadgeBook::proof_of(Handle participant) const {

@@ -35,8 +35,11 @@ class BadgeBook {
   void matched(Handle writer, Handle participant);
   void unmatched(Handle writer);
 
-  /// From now on these names are not believed; returns the participants for whom that is news.
-  std::vector<Handle> revoke(std::set<std::string> names);
+  /// From now on these names are not believed, beside those that were named before: what has been
+  /// taken back stays so. Returns the participants for whom that is news.
+  std::vector<Handle> revoke(const std::set<std::string>& names);
+  /// Of those named before who is not in this list: then it is an older one.
+  [[nodiscard]] std::vector<std::string> left_out_of(const std::set<std::string>& names) const;
   [[nodiscard]] bool is_revoked(const std::string& name) const { return revoked_.contains(name); }
 
   /// Also of who has left lately.

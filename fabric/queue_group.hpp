@@ -3,12 +3,36 @@
 // the controller's structure and array; messages read, answered and waiting, as the journal counts
 // them; response and response_state, what the last message was answered with; array, uuid and
 // drain, as configured.
+//
+//   if (is_queue(sample)) {
+//     if (const auto filled = filled_of(sample)) …          // 3 messages of 99 that have room
+//   }
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string_view>
+
+#include "fabric/data.hpp"
 
 namespace millrace::fabric {
 
 inline constexpr std::string_view queue_group = "queue";
+
+/// What a sample says of itself comes from elsewhere, and may lack anything.
+[[nodiscard]] bool is_queue(const DataSample& sample);
+/// Null if there is none of this name.
+[[nodiscard]] const Value* value_of(const DataSample& sample, std::string_view name);
+/// As the controller or the gateway has told it last, whatever its quality.
+[[nodiscard]] std::optional<std::int64_t> number_of(const DataSample& sample,
+                                                    std::string_view name);
+
+/// Messages that stand in the controller, and that have room there.
+struct Filled {
+  std::int64_t messages = 0;
+  std::int64_t room = 0;
+};
+/// Nothing before the first look.
+[[nodiscard]] std::optional<Filled> filled_of(const DataSample& sample);
 
 }  // namespace millrace::fabric

@@ -43,7 +43,7 @@ std::size_t QueueBook::waiting() const {
   return static_cast<std::size_t>(last_ - ended_);
 }
 
-std::vector<QueueMessage> QueueBook::uncovered() const {
+QueueBook::Messages QueueBook::uncovered() const {
   // Their numbers follow one another.
   const std::uint64_t first = messages_.empty() ? 0 : messages_.front().number;
   const std::uint64_t skipped = messages_.empty() || covered_ < first ? 0 : covered_ - first + 1;

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,9 @@ class QueueBook {
   [[nodiscard]] const QueueMessage* next() const;
   /// Messages that are not answered.
   [[nodiscard]] std::size_t waiting() const;
-  /// The messages that LastGet does not cover, in their order.
-  [[nodiscard]] std::vector<QueueMessage> uncovered() const;
+  using Messages = std::ranges::subrange<std::deque<QueueMessage>::const_iterator>;
+  /// The messages that LastGet does not cover, in their order; valid until the next entry.
+  [[nodiscard]] Messages uncovered() const;
   /// The number of the last message, of the last that was answered, and of the last that LastGet
   /// covers; 0 = none.
   [[nodiscard]] std::uint64_t last_number() const { return last_; }

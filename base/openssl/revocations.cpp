@@ -145,6 +145,10 @@ std::set<std::string> RevocationList::common_names() const {
   return names;
 }
 
+Time RevocationList::from() const {
+  return time_of(X509_CRL_get0_lastUpdate(list_.get()));
+}
+
 Time RevocationList::until() const {
   return time_of(X509_CRL_get0_nextUpdate(list_.get()));
 }

@@ -37,6 +37,8 @@ class RevocationList {
   [[nodiscard]] bool names(const Certificate& certificate) const;
   /// The common names that are noted beside the numbers.
   [[nodiscard]] std::set<std::string> common_names() const;
+  /// When it was made.
+  [[nodiscard]] Time from() const;
   /// When a newer one has to be there.
   [[nodiscard]] Time until() const;
 

@@ -1,32 +1,24 @@
 #include "fabric/dds/badges.hpp"
 
 #include <algorithm>
-#include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <optional>
-#include <thread>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <pthread.h>
+#include <fmt/ranges.h>
 
 #include "base/program/barrier.hpp"
 #include "fabric/badge_book.hpp"
 #include "fabric/complaints.hpp"
+#include "fabric/dds/trust_watch.hpp"
 #include "idl/badge.h"
 
 namespace millrace::fabric::dds {
 
 namespace {
 
-using namespace std::chrono_literals;
 using Handle = dds_instance_handle_t;
-
-/// How soon a change of the list is seen.
-constexpr auto look_every = 1s;
-/// Who has been told that his own certificate is over is told again.
-constexpr auto tell_again = 15s;
 
 struct EndpointDeleter {
   void operator()(dds_builtintopic_endpoint_t* endpoint) const {
@@ -79,9 +71,9 @@ struct Badges::Impl {
   Impl& operator=(const Impl&) = delete;
 
   void open(dds_entity_t participant);
-  void watch();
-  void look_whom_to_believe();
-  void look_at_our_own(std::chrono::steady_clock::time_point now);
+  /// Who of those known as revoked is not among `names`.
+  std::vector<std::string> revoke(const std::set<std::string>& names);
+  void say(std::string text);
 
   // In Cyclone's threads.
   void on_badge(dds_entity_t reader, const dds_subscription_matched_status_t& status) noexcept;
@@ -104,29 +96,17 @@ struct Badges::Impl {
   std::mutex watchers_lock;
   std::vector<Watcher*> watchers;
 
-  std::string trouble;
-  std::optional<std::chrono::steady_clock::time_point> ended_at;
-  std::mutex end_lock;
-  std::condition_variable end_news;
-  bool ending = false;
-  std::thread thread;
-
   Entity topic;
   Entity subscriber;
   Entity reader;
   Entity publisher;
   Entity writer;
+  /// Last: it ends before what it tells.
+  std::optional<TrustWatch> watch;
 };
 
 Badges::Impl::~Impl() {
-  {
-    const std::lock_guard guard(end_lock);
-    ending = true;
-  }
-  end_news.notify_all();
-  if (thread.joinable()) {
-    thread.join();
-  }
+  watch.reset();
   // No listener runs from here on.
   reader.reset();
 }
@@ -155,9 +135,9 @@ void Badges::Impl::open(dds_entity_t participant) {
   writer = Entity(
       check(dds_create_writer(publisher.handle(), topic.handle(), badge_qos().get(), nullptr),
             fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
-  look_whom_to_believe();
-  thread = std::thread([this] { watch(); });
-  ::pthread_setname_np(thread.native_handle(), "trust");
+  watch.emplace(trust,
+                TrustWatch::Told{.revoked = [this](const auto& names) { return revoke(names); },
+                                 .said = [this](std::string text) { say(std::move(text)); }});
 }
 
 void Badges::Impl::on_badge(dds_entity_t own,
@@ -213,68 +193,25 @@ void Badges::Impl::wake() {
   }
 }
 
-void Badges::Impl::watch() {
-  std::unique_lock guard(end_lock);
-  while (!end_news.wait_for(guard, look_every, [this] { return ending; })) {
-    guard.unlock();
-    base::program::contain("looking whom to believe", [this] {
-      look_whom_to_believe();
-      look_at_our_own(std::chrono::steady_clock::now());
-    });
-    guard.lock();
-  }
-}
-
-void Badges::Impl::look_whom_to_believe() {
-  if (!trust->revoked) {
-    return;
-  }
-  auto names = trust->revoked();
+std::vector<std::string> Badges::Impl::revoke(const std::set<std::string>& names) {
+  std::vector<Handle> news;
+  std::vector<std::string> left_out;
   {
     const std::lock_guard guard(lock);
-    if (names) {
-      trouble.clear();
-      const std::vector<Handle> news = book.revoke(*std::move(names));
-      if (news.empty()) {
-        return;
-      }
-      std::ranges::for_each(news, [this](Handle participant) { tell(participant); });
-    } else if (std::exchange(trouble, names.error()) != names.error()) {
-      said.push_back(
-          fmt::format("{}; until then whom the list named before is not believed", trouble));
-    } else {
-      return;
-    }
+    left_out = book.left_out_of(names);
+    news = book.revoke(names);
+    std::ranges::for_each(news, [this](Handle participant) { tell(participant); });
   }
-  wake();
+  if (!news.empty()) {
+    wake();
+  }
+  return left_out;
 }
 
-void Badges::Impl::look_at_our_own(std::chrono::steady_clock::time_point now) {
-  if (ended_at && (!trust->ended || now - *ended_at < tell_again)) {
-    return;
-  }
-  const bool over = std::chrono::system_clock::now() >= trust->until;
-  const bool taken_back = [&] {
-    const std::lock_guard guard(lock);
-    return book.is_revoked(trust->name);
-  }();
-  if (!over && !taken_back) {
-    return;
-  }
-  ended_at = now;
-  const std::string reason =
-      over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust->name, trust->until)
-           : fmt::format("the certificate of {} has been revoked", trust->name);
-  if (trust->ended) {
-    trust->ended(reason);
-    return;
-  }
-  // A program that is not ours is not ended.
+void Badges::Impl::say(std::string text) {
   {
     const std::lock_guard guard(lock);
-    said.push_back(reason +
-                   ": from now on nobody on the fabric hears this program; start it again with "
-                   "newer material");
+    said.push_back(std::move(text));
   }
   wake();
 }

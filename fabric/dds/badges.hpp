@@ -4,8 +4,8 @@
 //   if (Badges* badges = participant.badges()) …                    // null without trust
 //   standing_of(badges->of_writer(info.publication_handle), "press_1") == Standing::believed
 //
-// A thread of its own looks once a second whom the authority has taken back since: Cyclone 0.10.2
-// reads its list once, when the participant is made.
+// Whom the authority has taken back since is looked at again and again
+// (fabric/dds/trust_watch.hpp).
 #pragma once
 
 #include <functional>

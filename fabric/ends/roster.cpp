@@ -73,9 +73,11 @@ void Roster::look_at_badges(Discovery::News& news) {
   for (const auto& [instance, uuid] : registry_.take_unproven()) {
     news.ignored.push_back(
         {"unproven", instance.to_string(),
-         fmt::format("instance {} of {} gets no calls: its program shows no badge of its "
-                     "certificate. It is of another version, or another vendor's (docs/wire.md)",
-                     instance.to_string(), base::text::safe(uuid))});
+         fmt::format(
+             "instance {} of {} gets no calls: its program shows no badge of its "
+             "certificate. It is of an earlier version (`millrace trust renew` its material "
+             "and start it with this one), or of another vendor (docs/wire.md)",
+             instance.to_string(), base::text::safe(uuid))});
   }
 }
 

@@ -32,6 +32,9 @@ using Result = tl::expected<T, std::string>;
 constexpr std::string_view ask_for_it =
     "`millrace trust issue` makes all files of a member; copy its folder anew";
 
+constexpr std::string_view renew_it =
+    "`millrace trust renew` where the plant's authorities are, then copy the folder anew";
+
 tl::unexpected<std::string> refuse(const fs::path& file, std::string_view what,
                                    std::string_view do_this = ask_for_it) {
   return tl::unexpected(fmt::format("{}: {}; {}", file.string(), what, do_this));
@@ -41,7 +44,11 @@ Result<std::string> content_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in.is_open() || in.bad()) {
-    return refuse(file, fmt::format("cannot be read ({})", std::strerror(errno)));
+    const int reason = errno;
+    return refuse(file, fmt::format("cannot be read ({})", std::strerror(reason)),
+                  reason == EACCES ? "it and its folder have to be readable for the user of this "
+                                     "program: see `chown` and `chmod`"
+                                   : ask_for_it);
   }
   return text;
 }
@@ -56,7 +63,8 @@ Result<T> read_as(const fs::path& file) {
 
 Result<Key> read_key(const fs::path& file) {
   struct stat status {};
-  if (::stat(file.c_str(), &status) == 0 && (status.st_mode & (S_IROTH | S_IWOTH)) != 0) {
+  if (::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
+      (status.st_mode & (S_IROTH | S_IWOTH)) != 0) {
     return refuse(file, "is the private key, and everybody on this host can read it",
                   "`chmod o= " + file.string() + "`, and issue it anew if others may have seen it");
   }
@@ -81,8 +89,10 @@ Result<openssl::RevocationList> read_list(const fs::path& folder, const Certific
   return list;
 }
 
-Result<void> check_certificate(const fs::path& folder, const Certificate& certificate,
-                               const Key& key, std::chrono::sys_seconds now) {
+/// Returns the list of those taken back.
+Result<openssl::RevocationList> check_certificate(const fs::path& folder,
+                                                  const Certificate& certificate, const Key& key,
+                                                  std::chrono::sys_seconds now) {
   const fs::path file = folder / files::certificate;
   if (!certificate.belongs_to(key)) {
     return refuse(file, fmt::format("does not belong to the key in {}", files::key));
@@ -101,22 +111,65 @@ Result<void> check_certificate(const fs::path& folder, const Certificate& certif
                   fmt::format("is not issued by the authority in {}", files::identity_authority));
   }
   if (now >= certificate.until()) {
-    return refuse(
-        file, fmt::format("expired on {:%F %R} UTC", certificate.until()),
-        "`millrace trust renew` where the plant's authorities are, then copy the folder anew");
+    return refuse(file, fmt::format("expired on {:%F %R} UTC", certificate.until()), renew_it);
   }
   if (now < certificate.from()) {
     return refuse(file, fmt::format("is not valid before {:%F %R} UTC", certificate.from()),
                   "look at this host's clock");
   }
-  const auto revoked = read_list(folder, *authority);
+  auto revoked = read_list(folder, *authority);
   if (!revoked) {
-    return tl::unexpected(revoked.error());
+    return revoked;
   }
   if (revoked->names(certificate)) {
     return refuse(file, "has been revoked", "ask who answers for the plant's trust");
   }
-  return {};
+  // Each certificate comes with a list of its own time, and every later list is newer.
+  if (revoked->from() < certificate.from()) {
+    return refuse(folder / files::revoked,
+                  fmt::format("was made on {:%F %T} UTC, before the certificate: an older one has "
+                              "been copied over it, and who was revoked since is not in it",
+                              revoked->from()),
+                  "copy the newest one from where the plant's authorities are");
+  }
+  return revoked;
+}
+
+/// What is the same for all, and signed by the authority for permissions.
+Result<void> check_governance(const fs::path& folder, Protection protection,
+                              const Certificate& authority) {
+  const fs::path file = folder / governance_file(protection);
+  return document_in(file, authority).and_then([&](const std::string& document) -> Result<void> {
+    if (is_governance(document, protection)) {
+      return {};
+    }
+    const auto other = protection == Protection::sign ? Protection::encrypt : Protection::sign;
+    return is_governance(document, other)
+               ? refuse(file, fmt::format("is the governance of {}", name_of(other)))
+               : refuse(file, "is not the governance that this version of millrace makes",
+                        renew_it);
+  });
+}
+
+/// What the member may do: signed by the authority for permissions, of the certificate and of its
+/// time. Returns where its badge may be shown.
+Result<std::vector<std::string>> check_permissions(const fs::path& folder,
+                                                   const Certificate& certificate,
+                                                   const Certificate& authority) {
+  using Badge = Result<std::vector<std::string>>;
+  const fs::path file = folder / files::permissions;
+  return document_in(file, authority).and_then([&](const std::string& document) -> Badge {
+    if (const auto mismatch =
+            mismatch_in(document, certificate.subject(), certificate.from(), certificate.until())) {
+      return refuse(file, *mismatch);
+    }
+    std::vector<std::string> badge = badge_in(document);
+    if (badge.empty()) {
+      return refuse(file, "is of an earlier version of millrace: it says nothing of a badge",
+                    renew_it);
+    }
+    return badge;
+  });
 }
 
 /// Debian keeps Cyclone's plugins in a folder that the loader does not search, beside the library.
@@ -175,6 +228,11 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   if (missing || !fs::is_directory(folder)) {
     return refuse(given, "is no folder");
   }
+  if (std::error_code none; fs::is_directory(folder / "authorities", none)) {
+    return refuse(folder, "is the folder of a whole plant, whose authorities are in it",
+                  "keep it where only you can read it, and name the folder of one member, which is "
+                  "all that a host needs");
+  }
   if (folder.string().find(',') != std::string::npos) {
     return refuse(folder, "has a comma in its name, which Cyclone's configuration cannot hold",
                   "move it");
@@ -187,35 +245,32 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   if (!key) {
     return tl::unexpected(key.error());
   }
-  if (auto checked = check_certificate(folder, *certificate, *key, now); !checked) {
-    return tl::unexpected(checked.error());
+  const auto revoked = check_certificate(folder, *certificate, *key, now);
+  if (!revoked) {
+    return tl::unexpected(revoked.error());
   }
   const auto authority = read_as<Certificate>(folder / files::permissions_authority);
   if (!authority) {
     return tl::unexpected(authority.error());
   }
-  const auto permissions = document_in(folder / files::permissions, *authority);
-  if (!permissions) {
-    return tl::unexpected(permissions.error());
+  auto badge = check_permissions(folder, *certificate, *authority);
+  if (!badge) {
+    return tl::unexpected(badge.error());
   }
-  std::vector<std::string> badge = badge_in(*permissions);
-  if (badge.empty()) {
-    return refuse(folder / files::permissions,
-                  "is of an earlier version of millrace: it says nothing of a badge",
-                  "`millrace trust renew` where the plant's authorities are, then copy the folder "
-                  "anew");
-  }
-  if (auto checked = document_in(folder / governance_file(protection), *authority); !checked) {
+  if (auto checked = check_governance(folder, protection, *authority); !checked) {
     return tl::unexpected(checked.error());
   }
   const auto plugin_folder = plugins();
   if (!plugin_folder) {
     return tl::unexpected(plugin_folder.error());
   }
-  return Credentials{.name = certificate->common_name(),
+  return Credentials{.folder = given,
+                     .name = certificate->common_name(),
                      .from = certificate->from(),
                      .until = certificate->until(),
-                     .badge = std::move(badge),
+                     .revoked = revoked->common_names(),
+                     .revoked_as_of = revoked->from(),
+                     .badge = *std::move(badge),
                      .cyclone_configuration = configuration_of(folder, protection, *plugin_folder)};
 }
 

@@ -38,10 +38,15 @@ std::string_view governance_file(Protection protection);
 
 /// What the folder makes of whoever uses it.
 struct Credentials {
+  /// As it was named: where it is a link, another folder may be there later.
+  std::filesystem::path folder;
   /// The certificate's common name.
   std::string name;
   std::chrono::sys_seconds from;
   std::chrono::sys_seconds until;
+  /// Whose certificates are taken back, and when that list was made.
+  std::set<std::string> revoked;
+  std::chrono::sys_seconds revoked_as_of;
   /// Where its badge may be shown, by its permissions.
   std::vector<std::string> badge;
   /// A fragment for the participant: <Security>…</Security>.
@@ -50,8 +55,10 @@ struct Credentials {
 
 /// Reads all of it and checks what Cyclone would only refuse without a word that helps: a file that
 /// is missing, a key that everybody on the host can read, one of another certificate, a certificate
-/// of another authority, expired, not valid yet or revoked, a document that the authority has not
-/// signed. The error is one line that names the file and says what to do.
+/// of another authority, expired, not valid yet or revoked, a list of revoked ones that is older
+/// than the certificate, a document that the authority has not signed, or has signed for somebody
+/// else, another time or another protection. The error is one line that names the file and says
+/// what to do.
 tl::expected<Credentials, std::string> read_folder(const std::filesystem::path& folder,
                                                    Protection protection,
                                                    std::chrono::sys_seconds now);

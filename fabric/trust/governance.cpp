@@ -47,4 +47,10 @@ std::string governance_document(Protection protection) {
       name_of(protection), last_domain);
 }
 
+bool is_governance(std::string_view document, Protection protection) {
+  std::string text(document);
+  std::erase(text, '\r');
+  return text == governance_document(protection);
+}
+
 }  // namespace millrace::fabric::trust

@@ -28,4 +28,8 @@ inline constexpr std::uint32_t last_domain = 230;
 /// All topics of all domains; nobody without material takes part, and each endpoint is checked.
 std::string governance_document(Protection protection);
 
+/// Whether a document that has been signed is the one above; line ends do not count, which signing
+/// changes.
+bool is_governance(std::string_view document, Protection protection);
+
 }  // namespace millrace::fabric::trust

@@ -6,6 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
+
 namespace millrace::fabric::trust {
 
 namespace {
@@ -20,7 +23,6 @@ constexpr std::array<std::pair<Role, std::string_view>, 5> names{{{Role::gateway
 constexpr std::size_t max_name = 64;
 /// What the wire lets them have.
 constexpr std::size_t max_identifier = 127;
-constexpr std::size_t max_machine = 63;
 
 bool is_letter_or_digit(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
@@ -29,7 +31,7 @@ bool is_letter_or_digit(char c) {
 /// Those that mean something in partitions or in permissions.
 bool is_plain(std::string_view text, std::size_t most) {
   return !text.empty() && text.size() <= most &&
-         text.find_first_of("*?[]\\,") == std::string_view::npos &&
+         text.find_first_of("*?[]\\,/") == std::string_view::npos &&
          std::ranges::all_of(text, [](char c) {
            constexpr unsigned char first_printable = 0x20;
            constexpr unsigned char del = 0x7f;
@@ -73,7 +75,7 @@ std::optional<std::string> mistake_in(const Member& member) {
     return fmt::format(
         "\"{}\" is no name of a member: expected letters, digits, '-', '_' and '.', beginning with "
         "a letter or digit, at most {} of them",
-        member.name, max_name);
+        base::text::safe(member.name), max_name);
   }
   if (member.roles.empty()) {
     return "no role; expected gateway, service, operator, observer or tester";
@@ -89,17 +91,19 @@ std::optional<std::string> mistake_in(const Member& member) {
   for (const std::string& uuid : member.uuids) {
     if (!is_plain(uuid, max_identifier)) {
       return fmt::format(
-          "\"{}\" is no UUID that can be trusted: expected at most {} printable characters without "
-          "'*', '?', '[', ']', '\\' and ','",
-          uuid, max_identifier);
+          "\"{}\" is no UUID that can be trusted: expected at most {} printable characters of "
+          "ASCII "
+          "without '*', '?', '[', ']', '\\', '/' and ','",
+          base::text::safe(uuid), max_identifier);
     }
   }
   for (const std::string& machine : member.machines) {
-    if (!is_plain(machine, max_machine) || machine.find('/') != std::string::npos) {
+    if (!is_machine_name(machine)) {
       return fmt::format(
-          "\"{}\" is no machine that can be trusted: expected at most {} printable characters "
-          "without '*', '?', '[', ']', '\\', '/' and ','",
-          machine, max_machine);
+          "\"{}\" is no name of a machine: expected letters, digits, '_' and '-' of ASCII, at most "
+          "{} "
+          "of them, as the gateway's configuration has it",
+          base::text::safe(machine), longest_machine_name);
     }
   }
   return std::nullopt;

@@ -19,10 +19,6 @@ std::string time_text(std::chrono::sys_seconds time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", time);
 }
 
-}  // namespace
-
-namespace {
-
 /// What stands between the two at or after `from`, which is moved behind it; nothing if they are
 /// not there.
 std::optional<std::string_view> between(std::string_view text, std::string_view begin,
@@ -69,6 +65,28 @@ std::vector<std::string> badge_in(std::string_view document) {
     }
   }
   return all;
+}
+
+std::optional<std::string> mismatch_in(std::string_view document, std::string_view subject,
+                                       std::chrono::sys_seconds from,
+                                       std::chrono::sys_seconds until) {
+  const auto field = [document](std::string_view name) {
+    std::size_t at = 0;
+    return plain_text(
+        between(document, fmt::format("<{}>", name), fmt::format("</{}>", name), at).value_or(""));
+  };
+  if (const std::string about = field("subject_name"); about != subject) {
+    return fmt::format("is about {}, and the certificate about {}", base::text::safe(about),
+                       base::text::safe(subject));
+  }
+  const std::string begin = field("not_before");
+  const std::string end = field("not_after");
+  if (begin != time_text(from) || end != time_text(until)) {
+    return fmt::format("is valid from {} to {}, and the certificate from {} to {}",
+                       base::text::safe(begin), base::text::safe(end), time_text(from),
+                       time_text(until));
+  }
+  return std::nullopt;
 }
 
 std::string permissions_document(const std::vector<Grant>& grants, std::string_view subject,

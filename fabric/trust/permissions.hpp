@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,5 +21,11 @@ std::string permissions_document(const std::vector<Grant>& grants, std::string_v
 /// Where a document lets its member show a badge (fabric/badge.hpp); nothing in one that an earlier
 /// version has made.
 std::vector<std::string> badge_in(std::string_view document);
+
+/// Whether a document is about the holder of a certificate with this subject, for the time that is
+/// given; else what it is instead, for people: "is about CN=gateway-1,O=plant".
+std::optional<std::string> mismatch_in(std::string_view document, std::string_view subject,
+                                       std::chrono::sys_seconds from,
+                                       std::chrono::sys_seconds until);
 
 }  // namespace millrace::fabric::trust

@@ -79,17 +79,17 @@ std::uint64_t ForeignReplies::dropped() const {
 
 std::vector<Taken<Reply>> ForeignReplies::take() {
   std::vector<Taken<Reply>> taken;
-  take_lent<millrace_Reply>(
-      reader_.handle(), [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
-        Taken<Reply> one{Codec<Reply>::decode(sample), info.valid_data, presence_of(info),
-                         info.publication_handle};
-        // Their numbers are larger than ours hold.
-        if (static_cast<std::uint32_t>(sample.kind) > millrace_declined_reply ||
-            static_cast<std::uint32_t>(sample.code) > millrace_code_refused) {
-          one.value.kind = unknown_kind;
-        }
-        taken.push_back(std::move(one));
-      });
+  take_lent<millrace_Reply>(reader_.handle(),
+                            [&](const millrace_Reply& sample, const dds_sample_info_t& info) {
+                              Taken<Reply> one{Codec<Reply>::decode(sample), info.valid_data,
+                                               presence_of(info), info.publication_handle};
+                              // Their numbers are larger than ours hold.
+                              if (number_of(sample.kind) > millrace_declined_reply ||
+                                  number_of(sample.code) > millrace_code_refused) {
+                                one.value.kind = unknown_kind;
+                              }
+                              taken.push_back(std::move(one));
+                            });
   return taken;
 }
 

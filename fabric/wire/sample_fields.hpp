@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -160,10 +162,17 @@ ChannelKey get_key(const Sample& sample) {
   return {sample.machine, sample.channel};
 }
 
+/// What an enumeration holds: a foreign one may hold what none of its names stands for, and C++
+/// does not let that be read as one of C.
+template <typename Enumeration>
+constexpr auto number_of(const Enumeration& value) {
+  return std::bit_cast<std::underlying_type_t<Enumeration>>(value);
+}
+
 /// The enumerations of fabric/messages repeat those of the IDL in the same order.
 template <typename To, typename From>
-constexpr To convert(From value) {
-  return static_cast<To>(value);
+constexpr To convert(const From& value) {
+  return static_cast<To>(number_of(value));
 }
 
 }  // namespace millrace::fabric::wire

@@ -171,20 +171,21 @@ std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
   if (service.served) {
     return {};
   }
+  // It is no program that says who gets the messages of a queue, or the call of a command
+  // ("call.7f3a").
+  constexpr std::string_view variable = "V.G.SERVICE.UUID";
+  const std::string_view subject = fabric::queue_of(key.machine).empty() ? variable : "uuid";
   if (service.draining) {
-    return fmt::format("V.G.SERVICE.UUID {}: its instances are draining and take nothing new",
+    return fmt::format("{} {}: its instances are draining and take nothing new", subject,
                        printable(uuid));
   }
   if (service.elsewhere != nullptr) {
-    return fmt::format("V.G.SERVICE.UUID {} is served for {}, not for {}", printable(uuid),
+    return fmt::format("{} {} is served for {}, not for {}", subject, printable(uuid),
                        scope_of(service.elsewhere->identity), key.to_string());
   }
   std::string why = explain_unserved(uuid, instances_.uuids());
-  constexpr std::string_view variable = "V.G.SERVICE.UUID";
-  if (!fabric::queue_of(key.machine).empty() && why.starts_with(variable)) {
-    // It is no program that says who gets the messages of a queue, or the call of a command
-    // ("call.7f3a").
-    why.replace(0, variable.size(), "uuid");
+  if (why.starts_with(variable)) {
+    why.replace(0, variable.size(), subject);
   }
   return why;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include <boost/asio/post.hpp>
 #include <unistd.h>
 
 #include "base/posix/host.hpp"
@@ -65,8 +66,7 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
           {.begin_event = [this] { begin_event(); },
            .written = [this](const auto& written) { tell(written); }},
           log),
-      queues(
-          executor, [this] { return now(); }, *this),
+      queues(*this, *this),
       machines(own, *this, *this) {
   static_cast<void>(
       control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
@@ -145,6 +145,16 @@ void Gateway::Impl::tell_left_out() {
 }
 
 void Gateway::Impl::after(std::chrono::nanoseconds delay, std::function<void()> act) {
+  if (delay == std::chrono::nanoseconds(0)) {
+    // In their order, which timers do not keep.
+    asio::post(executor, [this, act = std::move(act), alive = std::weak_ptr(life)] {
+      if (!alive.expired()) {
+        begin_event();
+        act();
+      }
+    });
+    return;
+  }
   auto wait = std::make_shared<asio::steady_timer>(executor, delay);
   wait->async_wait([this, wait, act = std::move(act),
                     alive = std::weak_ptr(life)](boost::system::error_code error) {
@@ -183,7 +193,7 @@ void Gateway::Impl::start() {
   }
   data.set(settings.machines);
   variables.set(settings.machines);
-  queues.set(settings.machines, journal->ledger());
+  queues.set(settings::queues_of(settings.machines), journal->ledger().queues());
   warn_of_volatile_queues();
   machines.set(settings.machines);
   beat();
@@ -200,7 +210,7 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
   carry_out(control.change(settings::paces_of(settings.machines), settings.policies, now()));
   data.set(settings.machines);
   variables.set(settings.machines);
-  queues.set(settings.machines, journal->ledger());
+  queues.set(settings::queues_of(settings.machines), journal->ledger().queues());
   machines.set(settings.machines);
 }
 

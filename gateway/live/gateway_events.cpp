@@ -30,7 +30,7 @@ void Gateway::Impl::on_link_up(const std::string& machine,
                                const std::vector<std::uint16_t>& channels) {
   data.on_up(machine, channels);
   variables.on_up(machine, channels);
-  queues.on_up(machine, channels, clients[machine]);
+  queues.on_up(machine, channels);
   carry_out(control.on_link_up(machine, channels, now()));
 }
 

@@ -25,10 +25,10 @@
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/live/plant_data.hpp"
-#include "gateway/live/plant_queues.hpp"
 #include "gateway/live/plant_variables.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
+#include "gateway/queues/plant_queues.hpp"
 
 namespace millrace::gateway::live {
 
@@ -42,7 +42,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
                              fabric::ends::GatewayWatchListener,
                              machines::MachinesIo,
                              machines::MachinesListener,
-                             QueueEvents {
+                             queues::QueuesIo,
+                             queues::QueueEvents {
   Impl(const boost::asio::any_io_executor& the_executor, SpinAfterPublish& the_spin,
        settings::Settings the_settings, base::program::Log the_log);
 
@@ -62,7 +63,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void notice_journal(const std::string& trouble);
   void arm_timer();
 
-  // What the machines need.
+  // What machines and message queues need.
   /// The only place of the gateway that reads a clock.
   [[nodiscard]] Moment now() const override;
   void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
@@ -89,7 +90,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
 
   // What message queues want; gateway_queues.cpp.
-  void on_queue_event() override { begin_event(); }
+  std::unique_ptr<queues::QueueLink> reach(const std::string& machine,
+                                           const queues::QueueSettings& queue) override;
   void on_queue_open(const fabric::ChannelKey& key) override;
   void on_queue_down(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_queue_retired(const fabric::ChannelKey& key) override;
@@ -169,7 +171,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   PlantVariables variables;
   /// Of each machine, for its queues.
   std::map<std::string, std::weak_ptr<cnc::ads::Client>> clients;
-  PlantQueues queues;
+  queues::PlantQueues queues;
   /// Of all links; before the machines, which have them.
   std::optional<machines::LinkGate> gate;
   machines::Machines machines;

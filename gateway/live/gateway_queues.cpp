@@ -2,46 +2,59 @@
 #include <utility>
 
 #include "gateway/live/gateway_impl.hpp"
+#include "gateway/live/port_link.hpp"
+#include "gateway/live/symbol_queue.hpp"
 
 namespace millrace::gateway::live {
 
+std::unique_ptr<queues::QueueLink> Gateway::Impl::reach(const std::string& machine,
+                                                        const queues::QueueSettings& queue) {
+  auto client = clients[machine].lock();
+  if (!client) {
+    return nullptr;
+  }
+  return std::make_unique<PortLink>(
+      executor, std::make_unique<SymbolQueue>(std::move(client), queue), [this] { begin_event(); });
+}
+
 void Gateway::Impl::on_queue_open(const fabric::ChannelKey& key) {
-  begin_event();
   carry_out(control.on_link_up(key.machine, {key.channel}, now()));
   // Whatever changes there, we do.
   carry_out(control.set_told(key, true, now()));
 }
 
 void Gateway::Impl::on_queue_down(const fabric::ChannelKey& key, const std::string& reason) {
-  begin_event();
   carry_out(control.on_link_down(key.machine, reason, now()));
 }
 
 void Gateway::Impl::on_queue_retired(const fabric::ChannelKey& key) {
-  begin_event();
   carry_out(control.retire(key, now()));
 }
 
 void Gateway::Impl::on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
-  begin_event();
   carry_out(control.on_read(key, snapshot, now()));
 }
 
 void Gateway::Impl::on_queue_write(const fabric::ChannelKey& key) {
-  begin_event();
   carry_out(control.on_write(key, WriteOutcome::written, "", now()));
 }
 
 void Gateway::Impl::on_queue_change(const fabric::ChannelKey& key) {
-  begin_event();
   carry_out(control.on_change(key, Variable::request_state, now()));
 }
 
 void Gateway::Impl::record_of_queue(const std::vector<JournalEntry>& entries,
                                     std::function<void()> recorded) {
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    const bool last = i + 1 == entries.size();
-    journal->append(entries[i], last ? std::move(recorded) : std::function<void()>());
+    const bool last = i + 1 == entries.size() && recorded;
+    std::function<void()> then;
+    if (last) {
+      then = [this, recorded = std::move(recorded)] {
+        begin_event();
+        recorded();
+      };
+    }
+    journal->append(entries[i], std::move(then));
   }
 }
 
@@ -54,7 +67,7 @@ void Gateway::Impl::say_of_queue(const fabric::ChannelKey& key, const queues::Qu
                  "see the names in gateway.textproto, and whether a program has initialised it");
   }
   if (news.filling) {
-    notice_queue("queue filling", key, *news.filling,
+    notice_queue("queue_filling", key, *news.filling,
                  "start its service, or see why it does not answer");
   }
 }

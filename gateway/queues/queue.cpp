@@ -25,13 +25,30 @@ Queue::Queue(const std::string& machine, QueueSettings settings, QueueBook book)
       key_(settings_.key(machine)),
       book_(std::move(book)),
       reader_(settings_.period),
-      window_(settings_.uuid),
-      journalled_(book_.last_number()) {
+      window_(settings_.uuid) {
+  if (book_.last_get() && (book_.waiting() > 0 || !book_.uncovered().empty())) {
+    // What a gateway that runs knows of its journal need not be on the disk yet: what is written
+    // behind it says when it is.
+    settled_ = false;
+    note(LastGetEntry{key_, *book_.last_get(), book_.covered()});
+    journalling_ = book_.last_number();
+    news_.wait = true;
+  } else {
+    journalled_ = book_.last_number();
+  }
+  // Its call may be under way; what that has journalled stands behind the message.
   show_next();
 }
 
 Queue::News Queue::take_news() {
   return std::exchange(news_, {});
+}
+
+void Queue::change(QueueSettings settings) {
+  settings_ = std::move(settings);
+  reader_.set_period(settings_.period);
+  window_.set_uuid(settings_.uuid);
+  news_.shows = window_.shown().has_value();
 }
 
 void Queue::note(JournalEntry entry) {
@@ -74,7 +91,7 @@ std::size_t Queue::room() const {
 }
 
 std::optional<Step> Queue::next(Moment now) {
-  return reader_.next(book_, writable(), now);
+  return settled_ ? reader_.next(book_, writable(), now) : std::nullopt;
 }
 
 void Queue::on_control(const tl::expected<Control, std::string>& answer, Moment now) {
@@ -119,6 +136,7 @@ void Queue::take(Reader::Findings findings, Moment now) {
 }
 
 void Queue::on_journalled(Moment now) {
+  settled_ = true;
   journalled_ = std::max(journalled_, journalling_);
   reader_.on_journalled(now);
   show_next();
@@ -130,6 +148,10 @@ void Queue::write(Variable variable, const Value& value, Moment now) {
     return;
   }
   note(MessageEndedEntry{key_, *shown});
+  if (reader_.control()) {
+    // Also while the controller does not answer.
+    watch_filling(now);
+  }
   if (settings_.drain == Drain::when_answered) {
     reader_.look_again(now);
   }

@@ -48,8 +48,12 @@ class Queue {
   /// After a warning that it fills up, it must be half empty before the next one.
   static constexpr std::chrono::seconds patience{1};
 
-  /// `book` is what the journal knows of it.
+  /// `book` is what the journal knows of it. With messages in it the first news are there at once.
   Queue(const std::string& machine, QueueSettings settings, QueueBook book);
+
+  /// The configuration says something else of the queue of this key. Its message under way goes on;
+  /// the link to follow is another one.
+  void change(QueueSettings settings);
 
   struct News {
     /// To be journalled in their order; on_journalled() when the last of them is safe, if `wait`.
@@ -74,7 +78,9 @@ class Queue {
   void on_down(const std::string& reason);
   void on_event(Moment now);
   std::optional<Step> next(Moment now);
-  [[nodiscard]] std::optional<SteadyTime> next_time() const { return reader_.next_time(); }
+  [[nodiscard]] std::optional<SteadyTime> next_time() const {
+    return settled_ ? reader_.next_time() : std::nullopt;
+  }
   void on_control(const tl::expected<Control, std::string>& answer, Moment now);
   void on_array(tl::expected<std::vector<std::string>, std::string> answer, Moment now);
   void on_written(const tl::expected<void, std::string>& answer, Moment now);
@@ -111,6 +117,8 @@ class Queue {
   std::uint64_t journalled_ = 0;
   /// … and these once the journal has written what it was asked for last.
   std::uint64_t journalling_ = 0;
+  /// What the book had at the beginning is in the journal: until then LastGet stays as it is.
+  bool settled_ = true;
   std::string trouble_;
   /// Since when it has been three quarters full, and whether that was said.
   std::optional<SteadyTime> filling_since_;

@@ -1,6 +1,7 @@
 #include "gateway/queues/reader.hpp"
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include <fmt/format.h>
@@ -67,11 +68,10 @@ std::optional<Step> Reader::next(const QueueBook& book, std::uint64_t writable, 
   }
   const bool looked = fresh_ && (phase_ == Phase::waiting || phase_ == Phase::wants_array);
   if (looked && !compare_) {
-    const auto uncovered = book.uncovered();
+    const auto uncovered = book.uncovered() | std::views::reverse;
     const auto last = std::ranges::find_if(
-        uncovered.rbegin(), uncovered.rend(),
-        [&](const QueueMessage& message) { return message.number <= writable; });
-    if (last != uncovered.rend()) {
+        uncovered, [&](const QueueMessage& message) { return message.number <= writable; });
+    if (last != uncovered.end()) {
       phase_ = Phase::writing;
       fresh_ = false;
       tried_ = last->element;
@@ -240,6 +240,10 @@ Reader::Findings Reader::on_written(const tl::expected<void, std::string>& answe
   if (!answer) {
     tried_.reset();
     return fail(answer.error(), now);
+  }
+  if (control_ && tried_) {
+    // Known also if the controller is gone before the next look.
+    control_->last_get = *tried_;
   }
   wait({}, now);
   return {};

@@ -52,6 +52,8 @@ class Reader {
 
   explicit Reader(std::chrono::milliseconds period) : period_(period) {}
 
+  void set_period(std::chrono::milliseconds period) { period_ = period; }
+
   /// What an answer has shown.
   struct Findings {
     /// Messages that were not known: their elements and texts.
@@ -99,7 +101,7 @@ class Reader {
   /// Written, refused or unknown: the next look tells. A refusal's words.
   Findings on_written(const tl::expected<void, std::string>& answer, Moment now);
 
-  /// Of the last look that was right.
+  /// Of the last look that was right, and LastGet as it was written since.
   [[nodiscard]] const std::optional<Control>& control() const { return control_; }
 
  private:

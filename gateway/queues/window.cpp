@@ -5,12 +5,21 @@
 namespace millrace::gateway::queues {
 
 void Window::show(const QueueMessage& message) {
+  uuid_ = next_uuid_;
   shown_ = message.number;
   text_ = message.text;
   request_state_ = request_state_of(message.number);
   response_.clear();
   response_state_ = 0;
   cleared_ = false;
+}
+
+void Window::set_uuid(const std::string& uuid) {
+  next_uuid_ = uuid;
+  const bool being_answered = shown_ && (cleared_ || !response_.empty() || response_state_ != 0);
+  if (!being_answered) {
+    uuid_ = uuid;
+  }
 }
 
 Snapshot Window::look(ReadSet what) const {

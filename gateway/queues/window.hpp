@@ -20,9 +20,11 @@ namespace millrace::gateway::queues {
 
 class Window {
  public:
-  explicit Window(std::string uuid) : uuid_(std::move(uuid)) {}
+  explicit Window(const std::string& uuid) : uuid_(uuid), next_uuid_(uuid) {}
 
   void show(const QueueMessage& message);
+  /// Of the message that is shown, too, unless its answer is being written.
+  void set_uuid(const std::string& uuid);
   /// The number of the message that is shown and not answered.
   [[nodiscard]] const std::optional<std::uint64_t>& shown() const { return shown_; }
   [[nodiscard]] Snapshot look(ReadSet what) const;
@@ -35,6 +37,8 @@ class Window {
 
  private:
   std::string uuid_;
+  /// Of the next message.
+  std::string next_uuid_;
   std::optional<std::uint64_t> shown_;
   std::string text_;
   std::uint32_t request_state_ = 0;

@@ -294,6 +294,17 @@ MachineSettings parse_machine(const std::string& text) {
   return machine;
 }
 
+std::map<std::string, std::vector<queues::QueueSettings>> queues_of(
+    const std::vector<MachineSettings>& machines) {
+  std::map<std::string, std::vector<queues::QueueSettings>> queues;
+  for (const MachineSettings& machine : machines) {
+    if (!machine.queues.empty()) {
+      queues[machine.name] = machine.queues;
+    }
+  }
+  return queues;
+}
+
 std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines) {
   std::map<std::string, Pace> paces;
   for (const MachineSettings& machine : machines) {

@@ -75,6 +75,10 @@ MachineSettings parse_machine(const std::string& text);
 /// By machine.
 std::map<std::string, Pace> paces_of(const std::vector<MachineSettings>& machines);
 
+/// The message queues of each machine that has some.
+std::map<std::string, std::vector<queues::QueueSettings>> queues_of(
+    const std::vector<MachineSettings>& machines);
+
 /// Throws base::program::UsageError if two machines have one name.
 void check_names(const std::vector<MachineSettings>& machines);
 

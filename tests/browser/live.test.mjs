@@ -126,6 +126,35 @@ test('a service that is killed turns its row, and the channel that calls it', as
   await page.close();
 });
 
+test('a message queue stands with its machine, says who should serve it, and shows how far it is filled', async () => {
+  const other = await Plant.start();
+  try {
+    const config = other.file('cnc.textproto', `system_data { name: "ALARMS" type: STRING elements: 9 }
+      system_data { name: "CONTROL" member { name: "LastFilled" } member { name: "LastGet" } }\n`);
+    const program = other.file('alarms.nc', 'SSDQInit[SD.CONTROL]\nSSDQ[SD.ALARMS, SD.CONTROL, "drill worn"]\n#FLUSH WAIT\nM30\n');
+    await other.cnc('--config', config, '--run', `1=${program}`);
+    await other.configuredGateway(`queue { name: "ALARMS" control: "SD.CONTROL" drain: WHEN_ANSWERED uuid: "${slowUuid}" }`);
+    const { url } = await other.web();
+    const page = await browser.open(url, { view: '#/plant' });
+    const queue = '[data-machine="cnc"] [data-channel="cnc.ALARMS/1"]';
+    await page.waitForSelector(`${queue}[data-state="unserved"]`);
+    await awaitText(page, `${queue} .channel-number`, /^ALARMS$/);
+    assert.equal(await page.$('[data-machine="cnc.ALARMS"]'), null);
+    // A pause before it is said: a program and its service may start together.
+    await page.waitForFunction(() => document.querySelector('main').textContent.includes('cnc.ALARMS/1'), { polling: 50 });
+    await picture(page, 'queue');
+    await page.goto(`${url}/#/data?machine=cnc.ALARMS`);
+    await awaitText(page, 'tr[data-variable="1/queue/waiting"] .cell-value', /^1$/);
+    await other.slowService({ seconds: 0 });
+    await awaitText(page, 'tr[data-variable="1/queue/waiting"] .cell-value', /^0$/);
+    await awaitText(page, 'tr[data-variable="1/queue/response"] .cell-value', /drill worn/);
+    await picture(page, 'queue-data');
+    await page.close();
+  } finally {
+    await other.stop();
+  }
+});
+
 test('where nobody tells of data or programs there is no view of them', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await page.waitForSelector('.machine');

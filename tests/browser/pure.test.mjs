@@ -122,6 +122,17 @@ const machine = (channels, links = [{ connected: true, gateway_host: 'here' }]) 
 });
 const kinds = (plant, after) => assess(plant, noon + after).concerns.map((concern) => [concernName(concern), concern.kind, concern.level]);
 
+test('a message queue stands with its machine, the call of a command alone', () => {
+  const sut = new Model();
+  const channelOf = (owner, number) => ({ machine: owner, channel: number, channel_state: 'idle' });
+  sut.takeSnapshot({
+    about: about(), machines: [{ machine: 'cnc', gateway: 'g' }],
+    channels: [channelOf('cnc.ALARMS', 1), channelOf('cnc', 2), channelOf('cnc', 1), channelOf('call.5f3a', 1)],
+  }, 0);
+  assert.deepEqual(sut.plant().map(({ name, channels }) => [name, channels.map((each) => `${each.machine}/${each.channel}`)]),
+    [['call.5f3a', ['call.5f3a/1']], ['cnc', ['cnc/1', 'cnc/2', 'cnc.ALARMS/1']]]);
+});
+
 test('who must act at once comes before what is worth a look', () => {
   const plant = [machine([{ channel_state: 'waiting' }, { channel_state: 'unserved' }, { channel_state: 'idle' }, { channel_state: 'held' }])];
   assert.deepEqual(kinds(plant, 10_000), [['cnc/4', 'held', 'person'], ['cnc/2', 'unserved', 'person'], ['cnc/1', 'waiting', 'look']]);

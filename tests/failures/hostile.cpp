@@ -97,13 +97,14 @@ void Hostile::ask(bool astray) {
                              .state = 1}));
 }
 
-void Hostile::claim(const std::string& machine, Time since, bool connected) {
+void Hostile::claim(const std::string& machine, Time since, bool connected,
+                    const std::string& address) {
   MachineStatus status;
   status.machine = machine;
   status.gateway = InstanceId::random();
   status.claimed = since;
   status.connected = connected;
-  status.address = "\x1b[31mnowhere";
+  status.address = address;
   status.host = "\x1b[2J\nforged line";
   status.epoch = ++count_;
   static_cast<void>(machines_.write(status));

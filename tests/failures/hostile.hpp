@@ -42,7 +42,8 @@ class Hostile {
   /// somebody else.
   void ask(bool astray);
   /// That a gateway claims the machine since then.
-  void claim(const std::string& machine, fabric::Time since, bool connected);
+  void claim(const std::string& machine, fabric::Time since, bool connected,
+             const std::string& address = "\x1b[31mnowhere");
   /// That it has a call in a channel of the machine, of another channel and call each time.
   void show_channel(const std::string& machine);
   /// A command that concerns nothing.

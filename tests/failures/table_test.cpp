@@ -1,4 +1,5 @@
-// docs/failures.md names a test for each of its rows: each of them must exist.
+// docs/failures.md and docs/trust.md (what a stranger can do) name a test for each of their rows:
+// each of them must exist.
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -42,9 +43,10 @@ Sources sources() {
   return all;
 }
 
-TEST(TheTableOfFailures, NamesOnlyTestsThatExist) {
+/// Returns how many rows the tables of this page have.
+int check_tables(const std::string& page) {
   const Sources all = sources();
-  std::istringstream lines(text_of(MILLRACE_SOURCE "/docs/failures.md"));
+  std::istringstream lines(text_of(MILLRACE_SOURCE "/docs/" + page));
   const std::regex test("`([A-Za-z]+)\\.([A-Za-z0-9]+)(?:/([A-Za-z0-9]+))?`");
   int rows = 0;
   // The last table tells what judges each invariant, not which test.
@@ -74,7 +76,15 @@ TEST(TheTableOfFailures, NamesOnlyTestsThatExist) {
     }
     EXPECT_GT(found, 0) << "no test is named in: " << line;
   }
-  EXPECT_GT(rows, 20);
+  return rows;
+}
+
+TEST(TheTableOfFailures, NamesOnlyTestsThatExist) {
+  EXPECT_GT(check_tables("failures.md"), 20);
+}
+
+TEST(TheTableOfWhatAStrangerCanDo, NamesOnlyTestsThatExist) {
+  EXPECT_GT(check_tables("trust.md"), 14);
 }
 
 }  // namespace

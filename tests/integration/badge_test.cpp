@@ -45,6 +45,18 @@ class BadgeTest : public testing::Test {
     return options;
   }
 
+  /// The same with a plugin of its own, which lets it have whatever endpoint it likes.
+  [[nodiscard]] fabric::dds::ParticipantOptions join_carelessly(const std::string& member) const {
+    auto options = join(member);
+    const std::string library = "libdds_security_ac.so";
+    const auto at = options.configuration.find(library);
+    const auto begin = options.configuration.rfind('"', at) + 1;
+    const std::string real = options.configuration.substr(begin, at + library.size() - begin);
+    EXPECT_EQ(::setenv("MILLRACE_TEST_ACCESS_CONTROL", real.c_str(), 1), 0);
+    options.configuration.replace(begin, real.size(), MILLRACE_CARELESS_ACCESS_CONTROL);
+    return options;
+  }
+
   static fabric::MachineStatus claim(const std::string& machine) {
     return {.machine = machine,
             .gateway = fabric::InstanceId::random(),
@@ -69,6 +81,29 @@ TEST_F(BadgeTest, AGatewayDoesNotStartForAMachineThatItsCertificateDoesNotName) 
   EXPECT_EQ(gateway.wait(), 2);
   EXPECT_THAT(gateway.error_output(),
               AllOf(HasSubstr("may not speak for cnc"), HasSubstr("gateway-2, names press_9")));
+}
+
+// They travel as calls of a machine whose name is "cnc.ALARMS".
+TEST_F(BadgeTest, ABadgeOfAMachineCountsForItsMessageQueues) {
+  const fs::path config = sut.folder() / "cnc.textproto";
+  std::ofstream(config) << "system_data { name: \"ALARMS\" type: STRING elements: 3 }\n"
+                           "system_data { name: \"CONTROL\" member { name: \"LastFilled\" } "
+                           "member { name: \"LastGet\" } }\n";
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid});
+  Process service = sut.slow_service(flags);
+  Process cnc = sut.cnc(
+      {"--config", config.string(), "--run", Chain::program(1, "messages.nc"), "--exit-when-idle"});
+  Process gateway = sut.configured_gateway(
+      fmt::format(
+          "machine {{ name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: "
+          "\"127.0.0.1.1.1\" queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"{}\" "
+          "}} }}\njournal {{ folder: \"{}\" }}\n",
+          root_uuid, (sut.folder() / "journal").string()),
+      sut.as("gateway-1"));
+  EXPECT_EQ(cnc.wait(), 0) << cnc.error_output() << gateway.error_output();
+  gateway.await_error("call .* answered with state");
+  EXPECT_THAT(gateway.error_output() + service.error_output(), Not(HasSubstr("does not name")));
 }
 
 TEST_F(BadgeTest, AMachineIsNotTakenAwayByAGatewayThatMayNotSpeakForIt) {
@@ -147,14 +182,7 @@ TEST_F(BadgeTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
 TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
   Process service = sut.square_root(sut.as("square-root"));
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
-  auto options = join("gateway-2");
-  const std::string library = "libdds_security_ac.so";
-  const auto at = options.configuration.find(library);
-  ASSERT_NE(at, std::string::npos);
-  const auto begin = options.configuration.rfind('"', at) + 1;
-  const std::string real = options.configuration.substr(begin, at + library.size() - begin);
-  ASSERT_EQ(::setenv("MILLRACE_TEST_ACCESS_CONTROL", real.c_str(), 1), 0);
-  options.configuration.replace(begin, real.size(), MILLRACE_CARELESS_ACCESS_CONTROL);
+  auto options = join_carelessly("gateway-2");
   auto trust = *options.trust;
   trust.badge = fabric::badge_partitions(
       "millrace", {.name = "gateway-1", .roles = {"gateway"}, .machines = {"cnc", "press_9"}});
@@ -167,6 +195,64 @@ TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
       "a program that shows no badge of its certificate: what it says on millrace/machine");
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
+}
+
+// Those who write there see to it, whatever the reader's own DDS lets it do.
+TEST_F(BadgeTest, AServiceReadsNoMailboxOfAnotherUuid) {
+  const std::string another = "00000000-0000-4000-8000-000000000002";
+  sut.trust({"issue", sut.plant(), "another", "--role", "service", "--uuid", another});
+  {
+    fabric::dds::Participant honest(join("slow"));
+    EXPECT_THAT(
+        [&] {
+          const wire::Reader<fabric::Request> spy(honest, "millrace/" + another + "/*",
+                                                  wire::Keep::all);
+        },
+        testing::ThrowsMessage<std::runtime_error>(
+            AllOf(HasSubstr("may not read millrace/v2/request"), HasSubstr(another))));
+  }
+  Flags flags = sut.as("another");
+  // Time enough for a handshake of the caller with who looks on.
+  flags.insert(flags.end(), {"--uuid", another, "--work", "3000"});
+  Process service = sut.slow_service(flags);
+  const auto requests_seen_by = [&](const std::string& member) {
+    fabric::dds::Participant careless(join_carelessly(member));
+    wire::Reader<fabric::Request> spy(careless, wire::all_services("millrace"), wire::Keep::all);
+    EXPECT_THAT(sut.ask({"call", another, "a secret recipe"}, sut.as("bench")),
+                HasSubstr("a secret recipe"));
+    return spy.take().size();
+  };
+  // Else nobody could have seen one.
+  EXPECT_GT(requests_seen_by("office"), 0U);
+  EXPECT_EQ(requests_seen_by("slow"), 0U);
+}
+
+// It joins, since its certificate counts, and knows of no badges.
+TEST_F(BadgeTest, AnInstanceOfAnEarlierVersionGetsNoCallsAndGatewayAndDoctorSayWhatToDo) {
+  Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--exit-when-idle"});
+  auto options = join("square-root");
+  options.trust.reset();
+  fabric::dds::Participant participant(options);
+  const fabric::InstanceIdentity old{
+      .id = fabric::InstanceId::random(), .uuid = root_uuid, .name = "old"};
+  const wire::Writer<fabric::Reply> replies(
+      participant, wire::service_partition("millrace", root_uuid),
+      {.user_data = fabric::registry::format_instance(old.id)});
+  const wire::Reader<fabric::Request> requests(
+      participant, wire::mailbox_partition("millrace", root_uuid, old.id), wire::Keep::all,
+      {.user_data = fabric::registry::format_identity(old)});
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  const std::string advice = "shows no badge of its certificate.*`millrace trust renew`";
+  gateway.await_error("instance " + old.id.to_string() + " of .* gets no calls.*" + advice);
+  Flags doctor{"doctor"};
+  const Flags who = sut.as("screen");
+  doctor.insert(doctor.end(), who.begin(), who.end());
+  Process report = sut.millrace(std::move(doctor));
+  report.wait();
+  EXPECT_THAT(report.output(), AllOf(HasSubstr("shows no badge"), HasSubstr("trust renew")));
+  // Its place is free.
+  Process service = sut.square_root(sut.as("square-root"));
+  cnc.await("response = 1.732051");
 }
 
 TEST_F(BadgeTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
@@ -218,6 +304,37 @@ TEST_F(BadgeTest, WhoIsRevokedWhileHeIsOnGetsNoCallsAndIsSeenNoMore) {
   Process other = sut.square_root(sut.as("square-root"));
   gateway.await_error("is ready: square_root.*trusted as square-root");
   EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
+}
+
+// What a running program has seen it does not forget; one that starts has nothing to compare with
+// but what came with its certificate.
+TEST_F(BadgeTest, AnOlderListOfRevokedMembersGivesNobodyHisCertificateBack) {
+  sut.trust({"issue", sut.plant(), "unlucky", "--role", "service", "--uuid", root_uuid});
+  Process service = sut.square_root(sut.unaware("unlucky"));
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.as("gateway-1"));
+  gateway.await_error("is ready: square_root.*trusted as unlucky");
+  const fs::path list = fs::path(sut.plant()) / "gateway-1/revoked.pem";
+  fs::copy(list, sut.folder() / "older.pem");
+  sut.trust({"revoke", sut.plant(), "unlucky"});
+  gateway.await_error("instance \\S+ is put off: the certificate of unlucky has been revoked");
+  fs::copy(sut.folder() / "older.pem", list, fs::copy_options::overwrite_existing);
+  gateway.await_error("does not name unlucky any more: an older one has been copied over it");
+  EXPECT_THAT(sut.ask({"call", root_uuid, "2", "--timeout", "2s"}, sut.as("bench"), 1),
+              Not(HasSubstr("1.414214")));
+  // And none that is older than the certificate of a host.
+  gateway.terminate();
+  EXPECT_EQ(gateway.wait(), 0);
+  sut.trust({"renew", sut.plant(), "gateway-1"});
+  fs::copy(sut.folder() / "older.pem", list, fs::copy_options::overwrite_existing);
+  Flags command{binary("millrace-gateway"), "--machine",
+                "cnc=127.0.0.1:" + std::to_string(sut.port()) + "/127.0.0.1.1.1"};
+  const Flags who = sut.as("gateway-1");
+  command.insert(command.end(), who.begin(), who.end());
+  Process again(std::move(command));
+  EXPECT_EQ(again.wait(), 2);
+  EXPECT_THAT(again.error_output(),
+              AllOf(HasSubstr("revoked.pem: was made on"), HasSubstr("before the certificate")));
 }
 
 TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {

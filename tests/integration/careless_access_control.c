@@ -1,7 +1,7 @@
 // What somebody with software of his own has: Cyclone's plugin for access control, which lets its
-// own program write whatever it likes. Only what the others check keeps him from it. Cyclone loads
-// it in the place of libdds_security_ac.so, which MILLRACE_TEST_ACCESS_CONTROL names. In C, since
-// headers of Cyclone's that it needs are no C++.
+// own program write and read whatever it likes. Only what the others check keeps him from it.
+// Cyclone loads it in the place of libdds_security_ac.so, which MILLRACE_TEST_ACCESS_CONTROL names.
+// In C, since headers of Cyclone's that it needs are no C++.
 #include <dds/security/dds_security_api.h>
 #include <dlfcn.h>
 #include <stdlib.h>
@@ -30,11 +30,20 @@ static DDS_Security_boolean allow_writer(
   return 1;
 }
 
+static DDS_Security_boolean allow_reader(
+    dds_security_access_control* instance, const DDS_Security_PermissionsHandle permissions,
+    const DDS_Security_DomainId domain, const DDS_Security_char* topic, const DDS_Security_Qos* qos,
+    const DDS_Security_PartitionQosPolicy* partition, const DDS_Security_DataTags* tags,
+    DDS_Security_SecurityException* why) {
+  return allow_writer(instance, permissions, domain, topic, qos, partition, tags, why);
+}
+
 int init_access_control(const char* argument, void** context, struct ddsi_domaingv* domain) {
   const init_function init = (init_function)symbol("init_access_control");
   const int made = init != NULL ? init(argument, context, domain) : -1;
   if (made == 0) {
     ((dds_security_access_control*)*context)->check_create_datawriter = &allow_writer;
+    ((dds_security_access_control*)*context)->check_create_datareader = &allow_reader;
   }
   return made;
 }

@@ -318,6 +318,30 @@ TEST_F(ThePrometheusOfData, CallsWhileSampledValuesAreStaleAndWhileTheyAreRefuse
   expect_no_alert("MillraceDataStale");
 }
 
+TEST_F(ThePrometheus, CallsWhenAMessageQueueFills) {
+  start_web();
+  start_prometheus();
+  const auto file = chain.folder() / "cnc.textproto";
+  std::ofstream(file)
+      << "system_data { name: \"ALARMS\" type: STRING elements: 4 }\n"
+         "system_data { name: \"CONTROL\" member { name: \"LastFilled\" } member { name: "
+         "\"LastGet\" } }\n";
+  cnc.emplace(
+      chain.cnc({"--config", file.string(), "--run", Chain::program(1, "two_messages.nc")}));
+  gateway.emplace(chain.configured_gateway(
+      "machine { name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: \"127.0.0.1.1.1\" "
+      "queue { name: \"ALARMS\" control: \"SD.CONTROL\" drain: WHEN_ANSWERED "
+      "uuid: \"c0ffee00-0000-4000-8000-000000000001\" } }\n"));
+  expect_alert("MillraceQueueFills");
+  EXPECT_FALSE(fires("MillraceProgramInTrouble"));
+  EXPECT_EQ(value_of("millrace_queue_filled_messages{machine=\"cnc\",queue=\"ALARMS\"}"), 2.0);
+  EXPECT_EQ(value_of("millrace_queue_capacity_messages"), 3.0);
+  service.emplace(chain.slow_service());
+  expect_no_alert("MillraceQueueFills");
+  await("both answered", [&] { return value_of("millrace_queue_answered_messages_total") == 2.0; });
+  EXPECT_EQ(value_of("millrace_queue_filled_messages"), 0.0);
+}
+
 TEST_F(ThePrometheus, CallsWhenTheCertificateEndsSoon) {
   const std::string key = (chain.folder() / "web.key").string();
   const std::string certificate = (chain.folder() / "web.crt").string();

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "base/openssl/signed_text.hpp"
+#include "fabric/badge.hpp"
 #include "fabric/trust/grants.hpp"
 #include "fabric/trust/permissions.hpp"
 #include "tests/integration/trusted_chain.hpp"
@@ -151,6 +152,56 @@ TEST_F(Trust, IsNotWrittenByWhomItIsAbout) {
                             *certificate, *key);
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
               AllOf(HasSubstr("permissions.p7s"), HasSubstr("is not signed by")));
+}
+
+// Before there were badges: what a host got then is named by whatever is started with it.
+TEST_F(Trust, OfAnEarlierVersionIsNamedAndRenewed) {
+  const fabric::trust::Member member{
+      .name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}};
+  auto grants = fabric::trust::grants_of(member, "millrace");
+  std::erase_if(grants, [](const fabric::trust::Grant& grant) {
+    return grant.topic == fabric::badge_topic_name;
+  });
+  sut.sign_permissions(member.name, grants);
+  const auto named = AllOf(HasSubstr("permissions.p7s: is of an earlier version of millrace"),
+                           HasSubstr("`millrace trust renew`"));
+  EXPECT_THAT(refusal("millrace-square-root", sut.as("square-root"), 2), named);
+  EXPECT_THAT(sut.ask({"doctor"}, sut.as("square-root"), 2), named);
+  sut.trust({"renew", sut.plant(), "square-root"});
+  Process service = sut.square_root(sut.as("square-root"));
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), HasSubstr(root_uuid));
+}
+
+// What belongs to the plant, and not together.
+TEST_F(Trust, OfTwoMembersIsNotOfEither) {
+  const fs::path plant = sut.plant();
+  fs::copy(plant / "office/permissions.p7s", plant / "screen/permissions.p7s",
+           fs::copy_options::overwrite_existing);
+  EXPECT_THAT(sut.ask({"services"}, sut.as("screen"), 2),
+              AllOf(HasSubstr("permissions.p7s: is about CN=office"), HasSubstr("CN=screen")));
+  EXPECT_THAT(sut.ask({"services"}, sut.profile(sut.plant()), 2),
+              HasSubstr("is the folder of a whole plant"));
+}
+
+TEST_F(Trust, MayBeMoreWhenItIsIssuedAgain) {
+  EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
+              HasSubstr("what it has got before goes on counting"));
+  Process service = sut.square_root(sut.as("square-root"));
+  EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("screen")), HasSubstr("square_root"));
+  EXPECT_THAT(sut.trust({"issue", sut.plant(), "screen", "--renew", "--role", "operator"}),
+              Not(HasSubstr("goes on counting")));
+}
+
+TEST_F(Trust, IsPackedForItsHost) {
+  const std::string file = (sut.folder() / "screen.tar").string();
+  sut.trust({"export", sut.plant(), "screen", "-o", file});
+  const std::string archive = content_of(file);
+  EXPECT_EQ(sut.trust({"export", sut.plant(), "screen", "-o", "-"}), archive);
+  EXPECT_THAT(sut.trust({"export", sut.plant(), "screen", "-o", "/dev/null"}, 2),
+              HasSubstr("is there and no file"));
+  EXPECT_THAT(sut.trust({"export", sut.plant(), "nobody", "-o", file}, 2),
+              HasSubstr("no member \"nobody\""));
+  EXPECT_EQ(content_of(file), archive);
 }
 
 TEST_F(Trust, EndsWithARevocation) {

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -73,6 +74,21 @@ class TrustedChain : public Chain {
     return profile(copy.string());
   }
 
+  /// Has the member's permissions say this, for the time of its certificate.
+  void sign_permissions(const std::string& member,
+                        const std::vector<fabric::trust::Grant>& grants) const {
+    namespace openssl = base::openssl;
+    const fs::path authorities = fs::path(plant()) / "authorities";
+    const fs::path folder = fs::path(plant()) / member;
+    const auto certificate =
+        openssl::Certificate::read(content_of(folder / "certificate.pem")).value();
+    std::ofstream(folder / "permissions.p7s") << openssl::sign_text(
+        fabric::trust::permissions_document(grants, certificate.subject(), certificate.from(),
+                                            certificate.until()),
+        openssl::Certificate::read(content_of(authorities / "permissions.pem")).value(),
+        openssl::Key::read(content_of(authorities / "permissions.key")).value());
+  }
+
   /// Has the member's certificate and permissions end in a moment; returns when.
   std::chrono::sys_seconds shorten(const fabric::trust::Member& member,
                                    std::chrono::seconds from_now) const {
@@ -85,8 +101,6 @@ class TrustedChain : public Chain {
     };
     const auto [identity, identity_key] =
         read(authorities / "identity.pem", authorities / "identity.key");
-    const auto [authority, authority_key] =
-        read(authorities / "permissions.pem", authorities / "permissions.key");
     const auto [old, key] = read(folder / "certificate.pem", folder / "key.pem");
     const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
     const auto until = now + from_now;
@@ -97,10 +111,7 @@ class TrustedChain : public Chain {
                                        .until = until},
                                       identity, identity_key);
     std::ofstream(folder / "certificate.pem") << brief.pem();
-    std::ofstream(folder / "permissions.p7s") << openssl::sign_text(
-        fabric::trust::permissions_document(fabric::trust::grants_of(member, "millrace"),
-                                            brief.subject(), brief.from(), brief.until()),
-        authority, authority_key);
+    sign_permissions(member.name, fabric::trust::grants_of(member, "millrace"));
     return until;
   }
 

@@ -25,6 +25,7 @@ Plant::Plant(Agenda& agenda, History& history, Random random, Bug bug)
   build_services();
   policies_ = draw_policies(random_);
   build_controllers();
+  build_queues();
   build_gateways();
   if (random_.chance(30)) {
     stranger_ = std::make_unique<Stranger>(random_.pick(uuids_), agenda_, ++parties_, history_,
@@ -141,6 +142,41 @@ void Plant::build_controllers() {
 }
 
 /// From a source of its own: what else a seed means stays what it was.
+void Plant::build_queues() {
+  Random random(~random_.state() ^ 0x51ed270b76a1e4c3U);
+  if (!random.chance(40)) {
+    return;
+  }
+  const std::size_t count = 1 + random.below(2);
+  for (std::size_t i = 0; i < count; ++i) {
+    Controller& controller = *random.pick(controllers_);
+    RingPlan plan;
+    auto& settings = plan.settings;
+    settings.name = fmt::format("q{}", i);
+    settings.channel = static_cast<std::uint16_t>(1 + random.below(controller.size()));
+    settings.array = "SD.Q";
+    settings.uuid = random.pick(random.chance(20) && !text_uuids_.empty() ? text_uuids_ : uuids_);
+    settings.drain = random.chance(50) ? gateway::queues::Drain::journalled
+                                       : gateway::queues::Drain::when_answered;
+    settings.period = std::chrono::milliseconds(2 + random.below(40));
+    settings.backlog = random.chance(50) ? 1 + random.below(10) : 10'000;
+    settings.events = random.chance(50);
+    plan.elements = static_cast<std::uint32_t>(3 + random.below(5));
+    plan.messages = 5 + random.below(40);
+    plan.pause = random.mostly(Time{}, 50ms, 400ms, 30);
+    plan.cycle = random.between(100us, 4ms);
+    plan.initialises = random.chance(30) ? 1 + static_cast<unsigned>(random.below(10)) : 0;
+    plan.read_by_others = random.chance(20) ? 1 + static_cast<unsigned>(random.below(20)) : 0;
+    plan.repeats = random.chance(15);
+    plan.keeps = random.chance(60);
+    const Key key = settings.key(controller.name());
+    history_.add(
+        QueuePlanned{key, settings.drain == gateway::queues::Drain::when_answered, plan.repeats});
+    controller.add_queue(std::move(plan), random.fork());
+  }
+}
+
+/// From a source of its own: what else a seed means stays what it was.
 NoticeHabits Plant::draw_notices() const {
   Random random(~random_.state());
   NoticeHabits habits;
@@ -163,6 +199,9 @@ gateway::settings::MachineSettings Plant::settings_of(const Controller& controll
                              gateway::WatchMode::poll};
   settings.watch = random.pick(modes);
   settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
+  for (const auto& ring : controller.queues()) {
+    settings.queues.push_back(ring->plan().settings);
+  }
   return settings;
 }
 

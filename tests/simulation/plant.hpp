@@ -34,6 +34,8 @@ class Plant {
   [[nodiscard]] const GatewayFile& first_file(const GatewayProcess& gateway) const {
     return first_files_.at(gateway.number());
   }
+  /// Of the services.
+  [[nodiscard]] const std::vector<std::string>& uuids() const { return uuids_; }
   /// Policies that no configuration had before.
   gateway::Policies draw_policies(Random& random);
 
@@ -45,6 +47,7 @@ class Plant {
   [[nodiscard]] fabric::Awaited draw_awaited(std::size_t service) const;
   void let_wait_for_text(ProgramHabits& habits) const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);
+  void build_queues();
 
   Agenda& agenda_;
   History& history_;

@@ -134,7 +134,7 @@ void World::rescue() {
 bool World::done() {
   return std::ranges::all_of(plant_.controllers(), [](const auto& one) { return one->done(); }) &&
          std::ranges::all_of(plant_.gateways(), [](const auto& one) {
-           return one->running() && one->open_calls() == 0;
+           return one->running() && one->open_calls() == 0 && one->waiting_messages() == 0;
          });
 }
 
@@ -157,10 +157,24 @@ void World::judge_the_end() {
                       std::chrono::duration_cast<std::chrono::seconds>(recovery).count(), words));
     }
   }
+  for (const auto& controller : plant_.controllers()) {
+    for (const auto& ring : controller->queues()) {
+      if (!ring->done()) {
+        const auto control = ring->control();
+        history_.violated(fmt::format("I5: messages stand in {}: LastFilled {}, LastGet {}",
+                                      ring->key().to_string(), control.last_filled,
+                                      control.last_get));
+      }
+    }
+  }
   for (const auto& gateway : plant_.gateways()) {
     if (gateway->open_calls() > 0) {
       history_.violated(fmt::format("I5: gateway {} still has {} open calls", gateway->number(),
                                     gateway->open_calls()));
+    }
+    if (gateway->waiting_messages() > 0) {
+      history_.violated(fmt::format("I5: gateway {} still has {} messages", gateway->number(),
+                                    gateway->waiting_messages()));
     }
   }
 }
@@ -204,6 +218,9 @@ Outcome World::run() {
       judge_the_end();
     }
     go_on(agenda_.now() + aftermath);
+    if (history_.violations().empty()) {
+      history_.judge_the_end();
+    }
   }
   Outcome outcome{history_.violations(), agenda_.now(), 0};
   for (const auto& controller : plant_.controllers()) {

@@ -1,5 +1,6 @@
 #include "tests/support/lawless_writer.hpp"
 
+#include <bit>
 #include <utility>
 
 #include "fabric/wire/codec.hpp"
@@ -67,7 +68,7 @@ void LawlessWriter::write(Reply reply, std::uint32_t kind) {
   sample.text._buffer = reinterpret_cast<std::uint8_t*>(const_cast<char*>(text.data()));
   sample.text._length = static_cast<std::uint32_t>(text.size());
   sample.text._maximum = sample.text._length;
-  sample.kind = static_cast<millrace_ReplyKind>(kind);
+  sample.kind = std::bit_cast<millrace_ReplyKind>(kind);
   dds::check(dds_write(writer_, &sample), "write a lawless reply");
 }
 

@@ -150,7 +150,8 @@ std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle
   return all;
 }
 
-std::vector<Program> programs_in(const Directory& directory, const std::string& fabric) {
+std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
+                                 const fabric::dds::Badges* badges) {
   std::map<Handle, Program> programs;
   for (const auto& [handle, participant] : directory.participants()) {
     programs.emplace(handle, Program{.prefix = participant.who.prefix,
@@ -159,7 +160,9 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
                                      .host = participant.who.host,
                                      .pid = participant.who.pid,
                                      .addresses = participant.addresses,
-                                     .self = participant.self});
+                                     .self = participant.self,
+                                     .shows_badge = badges == nullptr || participant.self ||
+                                                    badges->look_up(handle).proof.badge});
   }
   for (const auto& [handle, endpoint] : directory.endpoints()) {
     const auto program = programs.find(endpoint.participant);

@@ -4,6 +4,7 @@
 #include <set>
 #include <vector>
 
+#include "fabric/dds/badges.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
@@ -37,7 +38,8 @@ class TopicReaders {
 std::vector<Misfit> misfits_in(const Directory& directory, const std::set<Handle>& matched,
                                const std::string& fabric);
 
-/// The others on the domain, and what each does.
-std::vector<Program> programs_in(const Directory& directory, const std::string& fabric);
+/// The others on the domain, and what each does. `badges` is null without trust.
+std::vector<Program> programs_in(const Directory& directory, const std::string& fabric,
+                                 const fabric::dds::Badges* badges);
 
 }  // namespace millrace::tools::doctor

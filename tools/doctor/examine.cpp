@@ -149,7 +149,7 @@ class Visit {
         }
       }
     }
-    found_.programs = programs_in(directory_, fabric);
+    found_.programs = programs_in(directory_, fabric, participant_.badges());
     found_.misfits = misfits_in(directory_, readers_.matched(), fabric);
     found_.clocks = compare_clocks(participant_, found_.live);
   }

@@ -32,6 +32,9 @@ struct Joining {
   /// The name in the certificate that it shows, and how long that is valid; empty without trust.
   std::string trusted_as{};
   std::chrono::sys_seconds trusted_until{};
+  /// Whom the list of revoked members names, and when it was made.
+  std::set<std::string> revoked{};
+  std::chrono::sys_seconds revoked_as_of{};
   /// When this was looked at.
   std::chrono::sys_seconds now{};
 };
@@ -48,6 +51,8 @@ struct Program {
   std::set<std::string> fabrics{};
   /// It tells of machines or channels.
   bool is_gateway = false;
+  /// Where there is trust: it has shown what its certificate lets it be.
+  bool shows_badge = true;
   /// It takes the requests of these UUIDs.
   std::set<std::string> serves{};
 };

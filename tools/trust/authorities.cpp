@@ -49,6 +49,19 @@ tl::expected<std::string, std::string> content_of(const fs::path& file) {
   return text;
 }
 
+/// A key that is not encrypted is its owner's alone.
+tl::expected<void, std::string> check_mode(const fs::path& file, std::string_view passphrase) {
+  struct stat status {};
+  if (passphrase.empty() && ::stat(file.c_str(), &status) == 0 &&
+      (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    return tl::unexpected(fmt::format(
+        "{0}: is the private key of an authority, and others on this host can read it; `chmod go= "
+        "{0}`, and make a new plant if others may have seen it: who has it can be anything",
+        file.string()));
+  }
+  return {};
+}
+
 /// With what documents are signed. Cyclone 0.10.2 builds a chain from the certificate that goes
 /// with a document to the authority that it was given; if that is the root of an authority itself,
 /// it has to be the same file, so that no document of before a renewal would count after it, and
@@ -87,6 +100,9 @@ tl::expected<Authorities, std::string> Authorities::read(const fs::path& folder,
     const auto in = [](const fs::path& file) {
       return [file](const std::string& what) { return fmt::format("{}: {}", file.string(), what); };
     };
+    if (auto checked = check_mode(of_key, passphrase); !checked) {
+      return tl::unexpected(checked.error());
+    }
     auto key = content_of(of_key).and_then(
         [&](const std::string& pem) { return Key::read(pem, passphrase).map_error(in(of_key)); });
     if (!key) {

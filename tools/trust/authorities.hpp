@@ -25,6 +25,8 @@ using Time = std::chrono::sys_seconds;
 /// Of private keys, and of folders that hold them.
 inline constexpr mode_t owner_only = 0600;
 inline constexpr mode_t owner_folder = 0700;
+/// Of what is no secret.
+inline constexpr mode_t everybody_reads = 0644;
 
 /// The files of a member's folder, by name; the key is among them.
 struct Material {

@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 template <typename T>
 using Result = tl::expected<T, std::string>;
 
-constexpr mode_t everybody_reads = 0644;
+/// What the name of a folder ends with that is being written.
+constexpr std::string_view unfinished = ".part";
 
 /// Of tar: everything comes in blocks of this size, and two empty ones end it.
 constexpr std::size_t block_size = 512;
@@ -61,8 +62,8 @@ std::string header_of(const std::string& name, std::size_t size, mode_t mode, st
 }  // namespace
 
 Result<void> write_member_folder(const fs::path& folder, const std::vector<Material::File>& files) {
-  fs::path fresh = folder;
-  fresh.replace_filename(fmt::format(".{}.part", folder.filename().string()));
+  const fs::path fresh =
+      folder.parent_path() / fmt::format(".{}{}", folder.filename().string(), unfinished);
   std::error_code failed;
   fs::remove_all(fresh, failed);
   if (::mkdir(fresh.c_str(), owner_folder) != 0) {
@@ -88,6 +89,20 @@ Result<void> write_member_folder(const fs::path& folder, const std::vector<Mater
     fs::remove_all(fresh, failed);
   }
   return {};
+}
+
+void remove_unfinished(const fs::path& plant) {
+  std::error_code failed;
+  std::vector<fs::path> left;
+  for (const fs::directory_entry& entry : fs::directory_iterator(plant, failed)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') && name.ends_with(unfinished) && entry.is_directory(failed)) {
+      left.push_back(entry.path());
+    }
+  }
+  for (const fs::path& folder : left) {
+    fs::remove_all(folder, failed);
+  }
 }
 
 Result<std::string> tar_of(const fs::path& folder, std::string_view name) {

@@ -17,6 +17,10 @@ namespace millrace::tools::trust {
 tl::expected<void, std::string> write_member_folder(const std::filesystem::path& folder,
                                                     const std::vector<Material::File>& files);
 
+/// Removes what a command that was ended in the middle has left in the plant's folder: keys that
+/// nobody has.
+void remove_unfinished(const std::filesystem::path& plant);
+
 /// A tar archive (POSIX ustar) of the plain files in `folder`, below `name`/, with their modes and
 /// no owner.
 tl::expected<std::string, std::string> tar_of(const std::filesystem::path& folder,

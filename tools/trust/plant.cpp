@@ -4,15 +4,16 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
-#include <google/protobuf/text_format.h>
 #include <sys/stat.h>
 
-#include "base/configuration/config_file.hpp"
 #include "base/posix/durable_file.hpp"
 #include "base/posix/folder_lock.hpp"
+#include "base/text/characters.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/trust/folder.hpp"
 #include "idl/trust.pb.h"
 #include "tools/trust/member_folder.hpp"
+#include "tools/trust/register.hpp"
 
 namespace millrace::tools::trust {
 
@@ -24,44 +25,12 @@ using fabric::trust::Member;
 template <typename T>
 using Result = tl::expected<T, std::string>;
 
-constexpr const char* register_name = "register.textproto";
 constexpr const char* authorities_name = "authorities";
 constexpr const char* lock_name = ".lock";
 constexpr int most_days = 36'500;
 
-Time time_of(std::int64_t seconds) {
-  return Time(std::chrono::seconds(seconds));
-}
-
 std::int64_t seconds_of(Time time) {
   return time.time_since_epoch().count();
-}
-
-bool all_revoked(const config::TrustMember& record) {
-  return std::ranges::all_of(record.issue(),
-                             [](const config::Issue& issue) { return issue.revoked() != 0; });
-}
-
-Entry entry_of(const config::TrustMember& record) {
-  Entry entry;
-  entry.member.name = record.name();
-  entry.host = record.host();
-  entry.revoked = all_revoked(record);
-  entry.foreign = record.foreign();
-  for (const std::string& role : record.role()) {
-    if (const auto known = fabric::trust::role_named(role)) {
-      entry.member.roles.insert(*known);
-    }
-  }
-  entry.member.uuids.assign(record.uuid().begin(), record.uuid().end());
-  entry.member.machines.assign(record.machine().begin(), record.machine().end());
-  if (record.issue_size() > 0) {
-    const config::Issue& last = record.issue(record.issue_size() - 1);
-    entry.serial = last.serial();
-    entry.from = time_of(last.from());
-    entry.until = time_of(last.until());
-  }
-  return entry;
 }
 
 Result<void> check_days(int days) {
@@ -71,13 +40,42 @@ Result<void> check_days(int days) {
   return {};
 }
 
-/// A folder that is not there yet, or is empty.
-Result<void> make_empty_folder(const fs::path& folder) {
+/// Draws the keys; the plant's name is what a certificate can hold, and a line can show.
+Result<Authorities> create_authorities(std::string_view name, Time from, Time until) {
+  const auto refuse = [name](std::string_view why) {
+    return tl::unexpected(fmt::format(
+        "\"{}\" is no name of a plant ({}): expected 1 to 64 characters of UTF-8 without control "
+        "characters; `--name` gives one that is not the folder's",
+        base::text::safe(name), why));
+  };
+  if (name.empty()) {
+    return refuse("it is empty");
+  }
+  if (std::ranges::any_of(name, &base::text::is_control)) {
+    return refuse("it has a control character");
+  }
+  try {
+    return Authorities::create(name, from, until);
+  } catch (const std::invalid_argument& what) {
+    return refuse(what.what());
+  }
+}
+
+/// A folder that is not there yet, or is empty; returns whether it was made.
+Result<bool> make_empty_folder(const fs::path& folder) {
   std::error_code failed;
   if (fs::exists(folder, failed)) {
     if (fs::is_directory(folder, failed) && fs::is_empty(folder, failed)) {
       ::chmod(folder.c_str(), owner_folder);
-      return {};
+      return false;
+    }
+    if (fs::exists(folder / authorities_name, failed) &&
+        !fs::exists(folder / register_name, failed)) {
+      return tl::unexpected(fmt::format(
+          "{0} is there already, and has authorities but no {1}: `millrace trust init` did not "
+          "come "
+          "to its end here; nobody has got anything of them, so remove {0} and say it again",
+          folder.string(), register_name));
     }
     return tl::unexpected(fmt::format(
         "{} is there already; the authorities of a plant are never overwritten", folder.string()));
@@ -87,16 +85,14 @@ Result<void> make_empty_folder(const fs::path& folder) {
     return tl::unexpected(
         fmt::format("{}: cannot be created ({})", folder.string(), failed.message()));
   }
-  return {};
+  return true;
 }
 
-Result<void> write_register(const fs::path& folder, const config::TrustRegister& members) {
-  std::string text;
-  google::protobuf::TextFormat::PrintToString(members, &text);
-  return base::posix::write_durably(
-      folder / register_name,
-      "# Written by `millrace trust`; whom the authorities of this plant have believed what.\n" +
-          text);
+tl::unexpected<std::string> refuse_revoked(std::string_view name) {
+  return tl::unexpected(fmt::format(
+      "\"{}\" has been revoked, and nobody believes that name any more; `millrace trust "
+      "issue` it under another one",
+      name));
 }
 
 }  // namespace
@@ -112,37 +108,58 @@ Result<void> Plant::create(const fs::path& folder, std::string_view name, std::s
   if (auto checked = check_days(days); !checked) {
     return checked;
   }
-  if (auto made = make_empty_folder(folder); !made) {
-    return made;
+  const auto authorities = create_authorities(name, now, now + std::chrono::days(days));
+  if (!authorities) {
+    return tl::unexpected(authorities.error());
+  }
+  const auto made = make_empty_folder(folder);
+  if (!made) {
+    return tl::unexpected(made.error());
   }
   config::TrustRegister members;
   members.set_plant(std::string(name));
   members.set_fabric(std::string(fabric));
   // The register comes last: a folder without one is not taken for a plant.
-  return Authorities::create(name, now, now + std::chrono::days(days))
-      .write(folder / authorities_name, passphrase)
-      .and_then([&] { return write_register(folder, members); });
+  auto done = authorities->write(folder / authorities_name, passphrase)
+                  .and_then([&] {
+                    return base::posix::write_durably(folder / fabric::trust::files::revoked,
+                                                      authorities->revocations({}, now));
+                  })
+                  .and_then([&] { return write_register(folder, members); });
+  if (!done) {
+    std::error_code none;
+    fs::remove_all(folder / authorities_name, none);
+    fs::remove(folder / fabric::trust::files::revoked, none);
+    if (*made) {
+      fs::remove(folder, none);
+    }
+  }
+  return done;
+}
+
+Result<Plant> Plant::look(const fs::path& folder) {
+  return read_register(folder).map([&](std::unique_ptr<config::TrustRegister> members) {
+    return Plant(folder, {}, std::move(members));
+  });
 }
 
 Result<Plant> Plant::open(const fs::path& folder) {
-  const fs::path file = folder / register_name;
-  std::error_code none;
-  if (!fs::exists(file, none)) {
-    return tl::unexpected(fmt::format(
-        "{} is no folder of a plant's trust: it has no {}; `millrace trust init` makes one",
-        folder.string(), register_name));
+  // What is no plant gets no lock.
+  if (auto looked = read_register(folder); !looked) {
+    return tl::unexpected(looked.error());
   }
   base::posix::Fd lock;
   try {
-    lock = base::posix::lock_folder(folder, lock_name, "another `millrace trust` is at work here");
+    lock = base::posix::lock_folder(
+        folder, lock_name,
+        "another `millrace trust` is at work here; say it again when that has ended");
   } catch (const std::runtime_error& taken) {
     return tl::unexpected(std::string(taken.what()));
   }
-  auto members = std::make_unique<config::TrustRegister>();
-  if (auto read = base::configuration::read_config(file, *members); !read) {
-    return tl::unexpected(read.error());
-  }
-  return Plant(folder, std::move(lock), std::move(members));
+  remove_unfinished(folder);
+  return read_register(folder).map([&](std::unique_ptr<config::TrustRegister> members) {
+    return Plant(folder, std::move(lock), std::move(members));
+  });
 }
 
 const std::string& Plant::name() const {
@@ -179,80 +196,103 @@ fs::path Plant::folder_of(std::string_view name) const {
   return folder_ / name;
 }
 
+config::TrustMember* Plant::find_to_change(std::string_view name) {
+  const auto found =
+      std::ranges::find(*register_->mutable_member(), name, &config::TrustMember::name);
+  return found == register_->mutable_member()->end() ? nullptr : &*found;
+}
+
+Result<Authorities> Plant::authorities(std::string_view passphrase) const {
+  return Authorities::read(folder_ / authorities_name, passphrase);
+}
+
 Result<Entry> Plant::issue(const Member& member, const IssueOptions& options,
                            std::string_view passphrase, Time now) {
   if (auto mistake = fabric::trust::mistake_in(member)) {
     return tl::unexpected(*mistake);
   }
-  if (member.name == authorities_name || member.name == register_name) {
-    return tl::unexpected(
-        fmt::format("\"{}\" has another meaning here; take another name", member.name));
+  for (const std::string_view other :
+       {std::string_view(authorities_name), std::string_view(register_name),
+        fabric::trust::files::revoked}) {
+    if (member.name == other) {
+      return tl::unexpected(
+          fmt::format("\"{}\" has another meaning here; take another name", member.name));
+    }
   }
   if (find(member.name) != nullptr) {
     return tl::unexpected(
-        fmt::format("{} has a member \"{}\" already; `millrace trust renew` makes it new material",
+        fmt::format("{} has a member \"{}\" already; `millrace trust renew` makes it new material, "
+                    "and `issue --renew` has it be what that says",
                     folder_.string(), member.name));
-  }
-  config::TrustMember record;
-  record.set_name(member.name);
-  for (const fabric::trust::Role role : member.roles) {
-    record.add_role(std::string(fabric::trust::name_of(role)));
-  }
-  for (const std::string& uuid : member.uuids) {
-    record.add_uuid(uuid);
-  }
-  for (const std::string& machine : member.machines) {
-    record.add_machine(machine);
-  }
-  if (!options.host.empty()) {
-    record.set_host(options.host);
-  }
-  if (options.foreign) {
-    record.set_foreign(true);
   }
   // Registered before its folder is there: what the authorities have signed is never forgotten.
   config::TrustMember& added = *register_->add_member();
-  added = record;
-  auto made = make(added, options.days, passphrase, now);
-  if (!made) {
+  describe(added, member, options);
+  auto made = make_and_tell(added, options.days, passphrase, now);
+  if (!made && added.issue_size() == 0) {
     register_->mutable_member()->RemoveLast();
+    static_cast<void>(save());
   }
   return made;
 }
 
 Result<Entry> Plant::renew(std::string_view name, int days, std::string_view passphrase, Time now) {
-  const auto found =
-      std::ranges::find(*register_->mutable_member(), name, &config::TrustMember::name);
-  if (found == register_->mutable_member()->end()) {
+  config::TrustMember* const found = find_to_change(name);
+  if (found == nullptr) {
     return entry(name);
   }
-  if (found->issue_size() > 0 && all_revoked(*found)) {
-    return tl::unexpected(
-        fmt::format("\"{}\" has been revoked, and nobody believes that name any more; `millrace "
-                    "trust issue` it under another one",
-                    name));
+  if (is_revoked(*found)) {
+    return refuse_revoked(name);
   }
-  return make(*found, days, passphrase, now);
+  return make_and_tell(*found, days, passphrase, now);
 }
 
-Result<Entry> Plant::make(config::TrustMember& record, int days, std::string_view passphrase,
+Result<Entry> Plant::reissue(const Member& member, const IssueOptions& options,
+                             std::string_view passphrase, Time now) {
+  config::TrustMember* const found = find_to_change(member.name);
+  if (found == nullptr) {
+    return entry(member.name);
+  }
+  if (auto mistake = fabric::trust::mistake_in(member)) {
+    return tl::unexpected(*mistake);
+  }
+  if (is_revoked(*found)) {
+    return refuse_revoked(member.name);
+  }
+  const config::TrustMember before = *found;
+  describe(*found, member, options);
+  auto made = make_and_tell(*found, options.days, passphrase, now);
+  if (!made && found->issue_size() == before.issue_size()) {
+    *found = before;
+    static_cast<void>(save());
+  }
+  return made;
+}
+
+Result<Entry> Plant::make_and_tell(config::TrustMember& record, int days,
+                                   std::string_view passphrase, Time now) {
+  return authorities(passphrase).and_then([&](const Authorities& authorities) {
+    return make(record, days, authorities, now).and_then([&](const Entry& entry) {
+      return spread_list(authorities, now).map([&] { return entry; });
+    });
+  });
+}
+
+Result<Entry> Plant::make(config::TrustMember& record, int days, const Authorities& authorities,
                           Time now) {
   if (auto checked = check_days(days); !checked) {
     return tl::unexpected(checked.error());
   }
-  const auto authorities = Authorities::read(folder_ / authorities_name, passphrase);
-  if (!authorities) {
-    return tl::unexpected(authorities.error());
-  }
-  const Time until = std::min(now + std::chrono::days(days), authorities->until());
+  const Time until = std::min(now + std::chrono::days(days), authorities.until());
   if (until <= now) {
     return tl::unexpected(fmt::format(
         "the authorities in {} are no longer valid; `millrace trust renew-authorities {}` "
         "renews them, and all members",
         (folder_ / authorities_name).string(), folder_.string()));
   }
-  const Material material = authorities->issue(entry_of(record).member, record.foreign(),
-                                               register_->fabric(), now, until, revoked());
+  const Material material =
+      authorities.issue(entry_of(record).member, record.foreign(), register_->fabric(), now, until,
+                        revoked_in(*register_));
   config::Issue& issue = *record.add_issue();
   issue.set_serial(material.serial);
   issue.set_from(seconds_of(now));
@@ -273,17 +313,18 @@ Result<void> Plant::renew_authorities(int days, int member_days, std::string_vie
   if (auto checked = check_days(days).and_then([&] { return check_days(member_days); }); !checked) {
     return checked;
   }
-  const fs::path folder = folder_ / authorities_name;
-  auto done = Authorities::read(folder, passphrase).and_then([&](Authorities authorities) {
-    authorities.renew(now + std::chrono::days(days));
-    return authorities.write_certificates(folder);
-  });
+  auto renewed = authorities(passphrase);
+  if (!renewed) {
+    return tl::unexpected(renewed.error());
+  }
+  renewed->renew(now + std::chrono::days(days));
+  auto done = renewed->write_certificates(folder_ / authorities_name);
   for (config::TrustMember& member : *register_->mutable_member()) {
-    if (done && !all_revoked(member)) {
-      done = make(member, member_days, passphrase, now).map([](const Entry&) {});
+    if (done && !is_revoked(member)) {
+      done = make(member, member_days, *renewed, now).map([](const Entry&) {});
     }
   }
-  return done;
+  return done.and_then([&] { return spread_list(*renewed, now); });
 }
 
 Result<Time> Plant::authorities_until() const {
@@ -291,46 +332,54 @@ Result<Time> Plant::authorities_until() const {
 }
 
 Result<void> Plant::revoke(std::string_view name, std::string_view passphrase, Time now) {
-  const auto found =
-      std::ranges::find(*register_->mutable_member(), name, &config::TrustMember::name);
-  if (found == register_->mutable_member()->end()) {
+  config::TrustMember* const found = find_to_change(name);
+  if (found == nullptr) {
     return tl::unexpected(entry(name).error());
   }
-  const auto authorities = Authorities::read(folder_ / authorities_name, passphrase);
-  if (!authorities) {
-    return tl::unexpected(authorities.error());
-  }
-  for (config::Issue& issue : *found->mutable_issue()) {
-    if (issue.revoked() == 0) {
-      issue.set_revoked(seconds_of(now));
+  return authorities(passphrase).and_then([&](const Authorities& authorities) {
+    const config::TrustMember before = *found;
+    for (config::Issue& issue : *found->mutable_issue()) {
+      if (issue.revoked() == 0) {
+        issue.set_revoked(seconds_of(now));
+      }
     }
-  }
-  const std::string list = authorities->revocations(revoked(), now);
-  auto done = save();
+    if (auto saved = save(); !saved) {
+      *found = before;
+      return saved;
+    }
+    return spread_list(authorities, now);
+  });
+}
+
+Result<void> Plant::spread_list(const Authorities& authorities, Time now) const {
+  const std::string list = authorities.revocations(revoked_in(*register_), now);
+  const auto write = [&](const fs::path& folder) {
+    return base::posix::write_durably(folder / fabric::trust::files::revoked, list,
+                                      everybody_reads);
+  };
+  auto done = write(folder_);
   for (const config::TrustMember& member : register_->member()) {
-    done = done.and_then([&] {
-      return base::posix::write_durably(folder_of(member.name()) / fabric::trust::files::revoked,
-                                        list);
-    });
+    // Who has moved it to its host has it no more; the plant's own is the same.
+    std::error_code none;
+    if (fs::is_directory(folder_of(member.name()), none)) {
+      auto written = write(folder_of(member.name()));
+      // As many as can be told are told.
+      done = done ? written : done;
+    }
   }
   return done;
 }
 
-std::vector<base::openssl::Revoked> Plant::revoked() const {
-  std::vector<base::openssl::Revoked> all;
-  for (const config::TrustMember& member : register_->member()) {
-    for (const config::Issue& issue : member.issue()) {
-      if (issue.revoked() != 0) {
-        all.push_back({issue.serial(), time_of(issue.revoked()), member.name()});
-      }
-    }
-  }
-  return all;
-}
-
 Result<std::string> Plant::archive_of(std::string_view name) const {
-  return entry(name).and_then(
-      [&](const Entry& entry) { return tar_of(folder_of(name), entry.member.name); });
+  return entry(name).and_then([&](const Entry& entry) -> Result<std::string> {
+    std::error_code none;
+    if (!fs::is_directory(folder_of(name), none)) {
+      return tl::unexpected(fmt::format(
+          "{}: is not there; `millrace trust renew` makes its content anew, if no host has it",
+          folder_of(name).string()));
+    }
+    return tar_of(folder_of(name), entry.member.name);
+  });
 }
 
 Result<void> Plant::save() const {

@@ -7,10 +7,12 @@
 //
 //   plant/authorities/       never leaves the desk
 //   plant/register.textproto
+//   plant/revoked.pem        the newest list of revoked members, the same as in their folders
 //   plant/square-root/       goes to the host of that service
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -50,15 +52,18 @@ struct IssueOptions {
   bool foreign = false;
 };
 
-/// Holds the folder's lock; two commands do not write it at once. Errors are for people and name
-/// the file.
+/// Holds the folder's lock while it may write; two commands do not write it at once. Errors are for
+/// people and name the file.
 class Plant {
  public:
-  /// Creates the folder, which must not exist or be empty: an authority is never overwritten.
+  /// Creates the folder, which must not exist or be empty: an authority is never overwritten. On
+  /// error nothing is left of it.
   static tl::expected<void, std::string> create(const std::filesystem::path& folder,
                                                 std::string_view name, std::string_view fabric,
                                                 int days, std::string_view passphrase, Time now);
   static tl::expected<Plant, std::string> open(const std::filesystem::path& folder);
+  /// To look only, also while another command writes, and where nobody can.
+  static tl::expected<Plant, std::string> look(const std::filesystem::path& folder);
   Plant(Plant&&) noexcept;
   Plant& operator=(Plant&&) noexcept;
   ~Plant();
@@ -75,6 +80,11 @@ class Plant {
   tl::expected<Entry, std::string> issue(const fabric::trust::Member& member,
                                          const IssueOptions& options, std::string_view passphrase,
                                          Time now);
+  /// renew() of a member that may other things from now on: roles, UUIDs and machines become those
+  /// of `member`; a host that is not said and who is foreign stay so.
+  tl::expected<Entry, std::string> reissue(const fabric::trust::Member& member,
+                                           const IssueOptions& options, std::string_view passphrase,
+                                           Time now);
   /// A new key, certificate and permissions; what the host has goes on being valid until its time
   /// is over.
   tl::expected<Entry, std::string> renew(std::string_view name, int days,
@@ -86,7 +96,8 @@ class Plant {
                                                     std::string_view passphrase, Time now);
   /// How long the authorities are valid, and so whatever they sign.
   [[nodiscard]] tl::expected<Time, std::string> authorities_until() const;
-  /// Takes back everything that the member ever got, and tells all members' folders of it.
+  /// Takes back everything that the member ever got, and tells all members' folders of it that are
+  /// there. An error may leave some without; the same again goes on.
   tl::expected<void, std::string> revoke(std::string_view name, std::string_view passphrase,
                                          Time now);
   /// The member's folder as a tar archive, for its host.
@@ -97,10 +108,17 @@ class Plant {
         std::unique_ptr<config::TrustRegister> members);
 
   [[nodiscard]] const config::TrustMember* find(std::string_view name) const;
-  [[nodiscard]] std::vector<base::openssl::Revoked> revoked() const;
+  config::TrustMember* find_to_change(std::string_view name);
   tl::expected<Entry, std::string> make(config::TrustMember& record, int days,
-                                        std::string_view passphrase, Time now);
+                                        const Authorities& authorities, Time now);
   [[nodiscard]] tl::expected<void, std::string> save() const;
+  /// The list of revoked members, newly signed, for all folders.
+  [[nodiscard]] tl::expected<void, std::string> spread_list(const Authorities& authorities,
+                                                            Time now) const;
+  [[nodiscard]] tl::expected<Authorities, std::string> authorities(
+      std::string_view passphrase) const;
+  tl::expected<Entry, std::string> make_and_tell(config::TrustMember& record, int days,
+                                                 std::string_view passphrase, Time now);
 
   std::filesystem::path folder_;
   base::posix::Fd lock_;

@@ -59,6 +59,15 @@ void Storm::reload_gateway() {
     if (random_.chance(30)) {
       machine.pace.idle = std::chrono::milliseconds(10 + random_.below(80));
     }
+    // From a source of its own: what else a seed means stays what it was.
+    if (Random chance(~random_.state()); chance.chance(30)) {
+      std::erase_if(machine.queues, [&](auto&) { return chance.chance(60); });
+    } else if (chance.chance(20)) {
+      for (auto& queue : machine.queues) {
+        queue.backlog = 1 + chance.below(20);
+        queue.uuid = chance.pick(plant_.uuids());
+      }
+    }
     if (random_.chance(20)) {
       // Another address of the same controller.
       ++machine.tcp_port;

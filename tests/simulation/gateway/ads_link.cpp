@@ -38,6 +38,17 @@ void put(gateway::Snapshot& snapshot, Variable variable, gateway::Value value) {
   }
 }
 
+gateway::queues::StepAnswer refusal_of(const gateway::queues::Step& step,
+                                       const std::string& reason) {
+  if (std::holds_alternative<gateway::queues::ReadControl>(step)) {
+    return gateway::queues::Answer<gateway::queues::Control>(tl::unexpected(reason));
+  }
+  if (std::holds_alternative<gateway::queues::ReadQueue>(step)) {
+    return gateway::queues::Answer<std::vector<std::string>>(tl::unexpected(reason));
+  }
+  return gateway::queues::Answer<void>(tl::unexpected(reason));
+}
+
 std::string words_for(const gateway::Value& value) {
   return std::visit([](const auto& one) { return fmt::format("{}", one); }, value);
 }
@@ -46,6 +57,12 @@ std::string words_for(const gateway::Value& value) {
 
 struct AdsLink::Request {
   std::uint16_t channel = 0;
+  /// A question to a message queue, and who waits for its answer.
+  MessageRing* ring = nullptr;
+  gateway::queues::Step step;
+  gateway::queues::StepAnswer found;
+  MessageRing::Sight sight;
+  std::function<void(gateway::queues::StepAnswer)> told;
   std::optional<AdsWrite> write;
   gateway::Snapshot snapshot;
   std::vector<Variable> variables;
@@ -201,6 +218,10 @@ void AdsLink::fail(const Request& request, bool timed_out) {
   if (abandoned_) {
     return;
   }
+  if (request.ring != nullptr) {
+    request.told(refusal_of(request.step, timed_out ? "timeout" : "link lost"));
+    return;
+  }
   const Key key{controller_.name(), request.channel};
   if (request.write) {
     events_.on_write(key, WriteOutcome::unknown, timed_out ? "timeout" : "link lost");
@@ -247,6 +268,19 @@ void AdsLink::write(std::uint16_t channel, Variable variable, const gateway::Val
   send(request);
 }
 
+void AdsLink::ask(MessageRing& ring, const gateway::queues::Step& step,
+                  std::function<void(gateway::queues::StepAnswer)> answered) {
+  auto request = std::make_shared<Request>();
+  request->ring = &ring;
+  request->step = step;
+  request->told = std::move(answered);
+  if (up_) {
+    send(request);
+  } else {
+    process_.after(Time{}, [self = shared_from_this(), request] { self->fail(*request, false); });
+  }
+}
+
 void AdsLink::later(Time delay, void (AdsLink::*act)(const RequestPointer&),
                     const RequestPointer& request) {
   process_.agenda().after(delay,
@@ -289,6 +323,12 @@ void AdsLink::execute(const RequestPointer& request) {
     answer(request, delay());
     return;
   }
+  if (request->ring != nullptr) {
+    request->executed = true;
+    carry_out(*request, gateway_);
+    answer(request, delay());
+    return;
+  }
   if (!request->write) {
     request->executed = true;
     request->first = process_.agenda().now();
@@ -306,6 +346,20 @@ void AdsLink::execute(const RequestPointer& request) {
                            channel.state(Variable::request_state)});
   }
   answer(request, delay());
+}
+
+/// Each is done whole.
+void AdsLink::carry_out(Request& request, GatewayNumber gateway) {
+  MessageRing& ring = *request.ring;
+  if (std::holds_alternative<gateway::queues::ReadControl>(request.step)) {
+    request.found = gateway::queues::Answer<gateway::queues::Control>(ring.control());
+    request.sight = ring.sight(gateway);
+  } else if (std::holds_alternative<gateway::queues::ReadQueue>(request.step)) {
+    request.found = gateway::queues::Answer<std::vector<std::string>>(ring.texts());
+  } else {
+    ring.write_last_get(std::get<gateway::queues::WriteLastGet>(request.step).element, gateway);
+    request.found = gateway::queues::Answer<void>();
+  }
 }
 
 void AdsLink::sample(const RequestPointer& request, std::size_t next) {
@@ -337,6 +391,17 @@ void AdsLink::answered(const RequestPointer& request) {
   request->settled = true;
   silent_timeouts_ = 0;
   std::erase(pending_, request);
+  if (request->ring != nullptr) {
+    if (request->refused) {
+      request->told(refusal_of(request->step, "the controller refuses it"));
+      return;
+    }
+    if (std::holds_alternative<gateway::queues::ReadControl>(request->step)) {
+      request->ring->seen(gateway_, request->sight);
+    }
+    request->told(std::move(request->found));
+    return;
+  }
   const Key key{controller_.name(), request->channel};
   if (request->write) {
     events_.on_write(key, request->refused ? WriteOutcome::refused : WriteOutcome::written,

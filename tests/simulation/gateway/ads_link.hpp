@@ -14,6 +14,7 @@
 
 #include "gateway/machines/back_off.hpp"
 #include "gateway/machines/link.hpp"
+#include "gateway/queues/queue_link.hpp"
 #include "tests/simulation/machine/controller.hpp"
 #include "tests/simulation/time/process.hpp"
 
@@ -79,6 +80,9 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void abandon();
   void read(std::uint16_t channel, gateway::ReadSet look);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
+  /// `answered` never comes from within, and never if the connection ends.
+  void ask(MessageRing& ring, const gateway::queues::Step& step,
+           std::function<void(gateway::queues::StepAnswer)> answered);
   void watch(const std::vector<std::uint16_t>& channels);
   void unwatch(const std::vector<std::uint16_t>& channels);
   /// The cable or the controller ends the connection.
@@ -98,6 +102,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void answer(const RequestPointer& request, Time delay);
   void answered(const RequestPointer& request);
   void timed_out(const RequestPointer& request);
+  static void carry_out(Request& request, GatewayNumber gateway);
   void fail(const Request& request, bool timeout);
   void refuse_unsent(std::uint16_t channel, bool is_write);
   // ads_link_notices.cpp

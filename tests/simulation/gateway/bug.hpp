@@ -31,6 +31,8 @@ enum class Bug : std::uint8_t {
   cancelled_result_sent,
   stranger_believed,
   refused_answer_forgotten,
+  message_not_journalled,
+  message_end_not_journalled,
 };
 
 struct BugName {
@@ -60,6 +62,8 @@ inline constexpr std::array bug_names{
     BugName{Bug::cancelled_result_sent, "cancelled-result-sent"},
     BugName{Bug::stranger_believed, "stranger-believed"},
     BugName{Bug::refused_answer_forgotten, "refused-answer-forgotten"},
+    BugName{Bug::message_not_journalled, "message-not-journalled"},
+    BugName{Bug::message_end_not_journalled, "message-end-not-journalled"},
 };
 
 }  // namespace millrace::tests::simulation

@@ -49,6 +49,10 @@ void GatewayProcess::carry_out(const gateway::control::ChannelActions& actions) 
 }
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
+  if (queues_->has(key)) {
+    queues_->read(key, action.look);
+    return;
+  }
   if (const auto made_up = mistakes_.instead_of(key, action, witness_)) {
     process().after(Time{}, [this, key, snapshot = *made_up] {
       begin_event();
@@ -60,6 +64,10 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Read& action) {
 }
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Write& action) {
+  if (queues_->has(key)) {
+    write_queue(key, action);
+    return;
+  }
   if (mistakes_.keeps(key, action, witness_)) {
     process().after(Time{}, [this, key] {
       begin_event();
@@ -132,7 +140,7 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Hide&) {
   wakes_.erase(key);
   statuses_.erase(key);
   fabric().talk().let_go(*end(), key);
-  machines_->on_over(key);
+  queues_->has(key) ? queues_->on_over(key) : machines_->on_over(key);
 }
 
 void GatewayProcess::arm_timer() {

@@ -80,18 +80,21 @@ void GatewayProcess::on_link_up(const std::string& machine,
     served_.insert({machine, channel});
   }
   note(fmt::format("serves {} channels of {}", channels.size(), machine));
+  queues_->on_up(machine, channels);
   carry_out(control_->on_link_up(machine, channels, now()));
 }
 
 void GatewayProcess::on_link_down(const std::string& machine, const std::string& reason) {
   served_no_more(machine);
   carry_out(control_->on_link_down(machine, reason, now()));
+  queues_->on_down(machine, reason);
 }
 
 void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
   served_no_more(machine);
   note(fmt::format("drops its link to {}: {}", machine, reason));
   carry_out(control_->on_link_dropped(machine, reason, now()));
+  queues_->on_left(machine, 0, reason);
 }
 
 void GatewayProcess::served_no_more(const std::string& machine) {
@@ -102,15 +105,17 @@ void GatewayProcess::on_retired(const Key& key) {
   served_.erase(key);
   if (mistakes_.makes(Bug::reload_drops_calls)) {
     carry_out(control_->release(key, "not in the configuration any more", now()));
-    return;
+  } else {
+    carry_out(control_->retire(key, now()));
   }
-  carry_out(control_->retire(key, now()));
+  queues_->on_left(key.machine, key.channel, "the configuration names its channel no more");
 }
 
 void GatewayProcess::on_refused(const Key& key, const std::string& reason) {
   served_.erase(key);
   witness_.on_refused(key);
   carry_out(control_->release(key, reason, now()));
+  queues_->on_left(key.machine, key.channel, reason);
 }
 
 void GatewayProcess::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {

@@ -104,7 +104,9 @@ void GatewayProcess::start() {
   own.host = name();
   own.epoch = keeper_->ledger().numbers().epoch;
   machines_ = std::make_unique<gateway::machines::Machines>(own, *this, *this);
+  queues_.emplace(*this, *this);
   joined(fabric().join(process(), *this, *this));
+  queues_->set(gateway::settings::queues_of(plan_.file.machines), keeper_->ledger().queues());
   machines_->set(plan_.file.machines);
   if (plan_.watches_itself) {
     stall_.emplace(fabric().weather.lease);
@@ -114,6 +116,7 @@ void GatewayProcess::start() {
 }
 
 void GatewayProcess::forget() {
+  queues_.reset();
   machines_.reset();
   gate_.reset();
   links_.clear();
@@ -200,6 +203,7 @@ void GatewayProcess::read_file() {
   witness_.on_policies(plan_.file.policies);
   carry_out(control_->change(gateway::settings::paces_of(plan_.file.machines), plan_.file.policies,
                              now()));
+  queues_->set(gateway::settings::queues_of(plan_.file.machines), keeper_->ledger().queues());
   machines_->set(plan_.file.machines);
 }
 
@@ -212,6 +216,16 @@ void GatewayProcess::cut_links(const std::string& machine, const std::string& re
 
 std::size_t GatewayProcess::open_calls() const {
   return keeper_ ? keeper_->ledger().open_calls().size() : 0;
+}
+
+std::size_t GatewayProcess::waiting_messages() const {
+  std::size_t messages = 0;
+  if (keeper_) {
+    for (const auto& [key, book] : keeper_->ledger().queues()) {
+      messages += book.waiting();
+    }
+  }
+  return messages;
 }
 
 void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {

@@ -12,6 +12,7 @@
 #include "gateway/journal/keeper.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
+#include "gateway/queues/plant_queues.hpp"
 #include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/gateway/bug.hpp"
@@ -43,6 +44,8 @@ class GatewayProcess final : public Member,
                              private GatewayWatchListener,
                              public gateway::machines::MachinesIo,
                              public gateway::machines::MachinesListener,
+                             public gateway::queues::QueuesIo,
+                             public gateway::queues::QueueEvents,
                              public LinkObserver {
  public:
   GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
@@ -71,7 +74,9 @@ class GatewayProcess final : public Member,
   [[nodiscard]] const std::map<Key, fabric::ChannelStatus>& statuses() const { return statuses_; }
   void answer(const Key& key, const fabric::CallId& call);
   void retry(const Key& key, const fabric::CallId& call);
-  /// Calls that the journal holds open; nothing while it does not run.
+  /// Messages of its queues that are not answered, and calls that the journal holds open; nothing
+  /// while it does not run.
+  [[nodiscard]] std::size_t waiting_messages() const;
   [[nodiscard]] std::size_t open_calls() const;
   /// It serves the channel now.
   [[nodiscard]] bool serves(const Key& key) const { return served_.contains(key); }
@@ -114,6 +119,20 @@ class GatewayProcess final : public Member,
   void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
   void on_pushed(const Key& key, bool pushed) override;
   void on_change(const Key& key, gateway::Variable variable) override;
+  // Message queues; gateway_queues.cpp.
+  std::unique_ptr<gateway::queues::QueueLink> reach(
+      const std::string& machine, const gateway::queues::QueueSettings& settings) override;
+  void on_queue_open(const Key& key) override;
+  void on_queue_down(const Key& key, const std::string& reason) override;
+  void on_queue_retired(const Key& key) override;
+  void on_queue_read(const Key& key, const gateway::Snapshot& snapshot) override;
+  void on_queue_write(const Key& key) override;
+  void on_queue_change(const Key& key) override;
+  void record_of_queue(const std::vector<gateway::JournalEntry>& entries,
+                       std::function<void()> recorded) override;
+  void say_of_queue(const Key& key, const gateway::queues::Queue::News& news) override;
+  void tell_queue(const fabric::DataSample&) override {}
+  void write_queue(const Key& key, const gateway::Write& action);
   // What is seen of a link.
   void on_looked(Time first) override { looked_from_ = first; }
   AdsWrite describe(const Key& key, gateway::Variable variable,
@@ -161,6 +180,7 @@ class GatewayProcess final : public Member,
   std::optional<gateway::control::CallControl> control_;
   std::optional<gateway::machines::StallDetector> stall_;
   std::optional<gateway::machines::LinkGate> gate_;
+  std::optional<gateway::queues::PlantQueues> queues_;
   std::unique_ptr<gateway::machines::Machines> machines_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
   std::map<Key, gateway::SteadyTime> wakes_;

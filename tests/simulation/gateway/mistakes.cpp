@@ -84,7 +84,11 @@ std::optional<gateway::Write> Mistakes::again(const Key& key, gateway::WriteOutc
 }
 
 bool Mistakes::skips(const gateway::JournalEntry& entry) const {
-  return (makes(Bug::clearing_not_journalled) &&
+  return (makes(Bug::message_not_journalled) &&
+          std::holds_alternative<gateway::MessageEntry>(entry)) ||
+         (makes(Bug::message_end_not_journalled) &&
+          std::holds_alternative<gateway::MessageEndedEntry>(entry)) ||
+         (makes(Bug::clearing_not_journalled) &&
           std::holds_alternative<gateway::ClearingEntry>(entry)) ||
          (makes(Bug::numbers_not_journalled) &&
           std::holds_alternative<gateway::NumbersEntry>(entry));

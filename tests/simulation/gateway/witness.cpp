@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "fabric/channel_scope.hpp"
+
 namespace millrace::tests::simulation {
 
 void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies) {
@@ -14,12 +16,12 @@ void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Po
   for (const gateway::Call& call : open_calls) {
     const std::string uuid = fabric::canonical_uuid(call.request.uuid);
     Current& current = current_[call.key];
-    current = {call.id, call.request, call.answer, policies_.of(call.key.machine, uuid)};
+    current = {call.id, call.request, call.answer, policy_of(call.key, uuid)};
     current.awaited = call.awaited;
     for (const gateway::Attempt& attempt : call.attempts) {
       current.asked.insert(attempt.instance);
     }
-    history_.add(Resumed{number_, call.key, call.id, call.request, call.clearing});
+    history_.add(Resumed{number_, seen_as(call.key), call.id, call.request, call.clearing});
   }
 }
 
@@ -31,7 +33,7 @@ void Witness::on_end() {
 
 void Witness::on_heard(const fabric::ChannelStatus& status) {
   if (status.call != fabric::CallId{}) {
-    history_.add(Heard{number_, status.key, status.call});
+    history_.add(Heard{number_, seen_as(status.key), status.call});
   }
 }
 
@@ -40,8 +42,8 @@ void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_troubl
   if (event.kind == EventKind::seen) {
     const gateway::PendingRequest request{event.uuid, event.text, event.state};
     const std::string uuid = fabric::canonical_uuid(event.uuid);
-    current_[key] = {event.call, request, {}, policies_.of(key.machine, uuid)};
-    history_.add(Claimed{number_, key, event.call, request, in_trouble});
+    current_[key] = {event.call, request, {}, policy_of(key, uuid)};
+    history_.add(Claimed{number_, seen_as(key), event.call, request, in_trouble});
   } else if (event.kind == EventKind::lost || event.kind == EventKind::refused) {
     given_.erase(event.call);
     if (event.kind == EventKind::refused) {
@@ -71,7 +73,7 @@ void Witness::on_record(const Key& key, const gateway::JournalEntry& entry) {
     if (current != current_.end() && current->second.call == ended->call) {
       current->second.over = true;
     }
-    history_.add(Ended{number_, key, ended->call, answered});
+    history_.add(Ended{number_, seen_as(key), ended->call, answered});
   }
 }
 
@@ -95,7 +97,7 @@ void Witness::answered(const Current& current) {
 void Witness::given_out(const gateway::DispatchedEntry& entry) {
   GivenOut fact;
   fact.gateway = number_;
-  fact.key = entry.key;
+  fact.key = seen_as(entry.key);
   fact.call = entry.call;
   fact.attempt = entry.attempt;
   fact.instance = entry.instance;
@@ -106,11 +108,11 @@ void Witness::given_out(const gateway::DispatchedEntry& entry) {
   if (found != ready_.end()) {
     fact.room = found->second.concurrency;
     const auto& scopes = found->second.channels;
-    fact.ready =
-        fact.ready && (scopes.empty() || std::ranges::any_of(scopes, [&](const auto& one) {
-                         return (one.machine.empty() || one.machine == entry.key.machine) &&
-                                (one.channel == 0 || one.channel == entry.key.channel);
-                       }));
+    fact.ready = fact.ready && (scopes.empty() || std::ranges::any_of(scopes, [&](const auto& one) {
+                                  return (one.machine.empty() || one.machine == entry.key.machine ||
+                                          one.machine == fabric::machine_of(entry.key.machine)) &&
+                                         (one.channel == 0 || one.channel == entry.key.channel);
+                                }));
   }
   fact.load = static_cast<std::uint32_t>(std::ranges::count_if(given_, [&](const auto& one) {
     return one.second == entry.instance && one.first != entry.call;
@@ -121,8 +123,8 @@ void Witness::given_out(const gateway::DispatchedEntry& entry) {
 
 void Witness::on_write(const Key& key, gateway::Variable variable, const gateway::Value& value) {
   const Current& current = current_.at(key);
-  history_.add(
-      WriteAsked{number_, key, current.call, current.request, variable, value, current.awaited});
+  history_.add(WriteAsked{number_, seen_as(key), current.call, current.request, variable, value,
+                          current.awaited});
 }
 
 void Witness::on_reply(const fabric::Reply& reply, const std::function<void()>& take) {
@@ -166,6 +168,43 @@ AdsWrite Witness::describe(const Key& key, gateway::Variable variable,
 void Witness::on_retried(const fabric::CallId& call) {
   given_.erase(call);
   history_.add(Retried{call});
+}
+
+gateway::Policy Witness::policy_of(const Key& key, const std::string& uuid) const {
+  return policies_.of(std::string(fabric::machine_of(key.machine)), uuid);
+}
+
+void Witness::on_message(const gateway::JournalEntry& entry) {
+  if (const auto* taken = std::get_if<gateway::MessageEntry>(&entry)) {
+    history_.add(MessageTaken{number_, taken->key, taken->number, taken->element, taken->text});
+  } else if (const auto* ended = std::get_if<gateway::MessageEndedEntry>(&entry)) {
+    history_.add(MessageEnded{number_, ended->key, ended->number});
+  }
+}
+
+void Witness::on_shown(const Key& key, const gateway::Snapshot& all) {
+  const gateway::PendingRequest shown{all.uuid, all.request, all.request_state};
+  gateway::PendingRequest& before = shown_[key];
+  if (shown.state != 0 && shown != before) {
+    before = shown;
+    history_.add(ProgramAsked{seen_as(key), shown});
+  }
+}
+
+void Witness::on_window_written(const Key& key, gateway::Variable variable,
+                                const gateway::Value& value, const gateway::Snapshot& all) {
+  const AdsWrite write = describe(key, variable, value);
+  // The next message may be there already, before RESPONSE, where that is written last.
+  const std::uint32_t request_state =
+      all.request_state == write.request.state ? all.request_state : 0;
+  history_.add(WriteDone{number_, seen_as(key), write.call, write.request, variable, write.answer,
+                         value, all.response, request_state});
+  if (write.answer) {
+    // A gateway that forgets that shows the message again.
+    shown_.erase(key);
+    history_.add(ProgramReleased{seen_as(key), write.request, false, all.response,
+                                 all.response_state, variable == gateway::Variable::response});
+  }
 }
 
 fabric::CallId Witness::call_of(const Key& key) const {

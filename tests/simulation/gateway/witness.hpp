@@ -38,6 +38,15 @@ class Witness {
   void on_reply(const fabric::Reply& reply, const std::function<void()>& take);
   void on_retried(const fabric::CallId& call);
 
+  // Of a message queue, whose channel the gateway plays itself.
+  /// It is journalled.
+  void on_message(const gateway::JournalEntry& entry);
+  /// What is shown is looked at.
+  void on_shown(const Key& key, const gateway::Snapshot& all);
+  void on_window_written(const Key& key, gateway::Variable variable, const gateway::Value& value,
+                         const gateway::Snapshot& all);
+  [[nodiscard]] Key seen_as(const Key& key) const { return key_at(key, number_); }
+
   /// What the write is about.
   [[nodiscard]] AdsWrite describe(const Key& key, gateway::Variable variable,
                                   const gateway::Value& value) const;
@@ -62,12 +71,16 @@ class Witness {
   void given_out(const gateway::DispatchedEntry& entry);
   void answered(const Current& current);
 
+  [[nodiscard]] gateway::Policy policy_of(const Key& key, const std::string& uuid) const;
+
   GatewayNumber number_;
   History& history_;
   gateway::Policies policies_;
   std::map<Key, Current> current_;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> ready_;
   std::map<fabric::CallId, fabric::InstanceId> given_;
+  /// The last message of each queue that is known to the history.
+  std::map<Key, gateway::PendingRequest> shown_;
   /// The call that it said last of that an answer is refused.
   fabric::CallId refusal_told_;
 };

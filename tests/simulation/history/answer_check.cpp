@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "fabric/channel_scope.hpp"
 #include "tests/simulation/service/words.hpp"
 
 namespace millrace::tests::simulation {
@@ -96,8 +97,10 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
     return;
   }
   const auto answered = answered_.find({fact.gateway, fact.call});
+  // What a gateway plays itself takes no time to look at.
+  const bool at_once = !fabric::queue_of(fact.key.machine).empty();
   if (fact.variable == gateway::Variable::request_state && answered != answered_.end() &&
-      look->second.end <= answered->second) {
+      look->second.end + Time(at_once ? 1 : 0) <= answered->second) {
     violations_.push_back(fmt::format("I2: {} is answered without a look since its answer came",
                                       fact.call.to_string()));
     return;

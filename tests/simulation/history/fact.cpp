@@ -1,7 +1,9 @@
 #include "tests/simulation/history/fact.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "fabric/channel_scope.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::tests::simulation {
@@ -124,10 +126,45 @@ struct Words {
   std::string operator()(const JournalLost& one) const {
     return fmt::format("gateway {} has lost the end of its journal", one.gateway);
   }
+  std::string operator()(const QueuePlanned& one) const {
+    return fmt::format("{}  is a message queue{}{}", one.key.to_string(),
+                       one.when_answered ? ", drained when answered" : "",
+                       one.repeats ? ", with texts that repeat" : "");
+  }
+  std::string operator()(const MessageWritten& one) const {
+    return fmt::format("{}  message {} in element {}: \"{}\"", one.key.to_string(), one.message,
+                       one.element, gateway::printable(one.text));
+  }
+  std::string operator()(const MessagesGone& one) const {
+    return fmt::format("{}  {}; gone: {}", one.key.to_string(), one.why,
+                       fmt::join(one.messages, ", "));
+  }
+  std::string operator()(const MessagesRead& one) const {
+    return fmt::format("{}  gateway {} writes LastGet{}: {}", one.key.to_string(), one.gateway,
+                       one.crossed ? " too late" : "", fmt::join(one.messages, ", "));
+  }
+  std::string operator()(const NobodyCanTell& one) const {
+    return fmt::format("{}  nobody can tell: {}", one.key.to_string(), one.why);
+  }
+  std::string operator()(const MessageTaken& one) const {
+    return fmt::format("{}  gateway {} takes number {} from element {}: \"{}\"",
+                       one.key.to_string(), one.gateway, one.number, one.element,
+                       gateway::printable(one.text));
+  }
+  std::string operator()(const MessageEnded& one) const {
+    return fmt::format("{}  gateway {}: number {} is answered", one.key.to_string(), one.gateway,
+                       one.number);
+  }
   std::string operator()(const Note& one) const { return fmt::format("{}: {}", one.who, one.what); }
 };
 
 }  // namespace
+
+Key key_at(const Key& key, GatewayNumber gateway) {
+  return fabric::queue_of(key.machine).empty()
+             ? key
+             : Key{fmt::format("{}@{}", key.machine, gateway), key.channel};
+}
 
 std::string to_string(const Fact& fact) {
   return std::visit(Words{}, fact);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "fabric/messages.hpp"
 #include "gateway/journal_entry.hpp"
@@ -174,16 +175,71 @@ struct Retried {
 struct JournalLost {
   GatewayNumber gateway = 0;
 };
+/// A controller has this queue.
+struct QueuePlanned {
+  Key key;
+  /// LastGet waits for the answer.
+  bool when_answered = false;
+  /// Several messages have the same text.
+  bool repeats = false;
+};
+/// A program has written a message into a queue of its controller: the `message`-th.
+struct MessageWritten {
+  Key key;
+  std::uint64_t message = 0;
+  std::uint32_t element = 0;
+  std::string text;
+};
+/// These stand there no more, and it was no gateway.
+struct MessagesGone {
+  Key key;
+  std::string why;
+  std::vector<std::uint64_t> messages;
+};
+/// A gateway has written LastGet, which covers these.
+struct MessagesRead {
+  GatewayNumber gateway = 0;
+  Key key;
+  std::vector<std::uint64_t> messages;
+  /// Somebody else had moved LastGet since the gateway looked.
+  bool crossed = false;
+  /// None is left.
+  bool empty = false;
+};
+/// What has happened in the queue until now can have misled a gateway, until somebody has read it
+/// to its end.
+struct NobodyCanTell {
+  Key key;
+  std::string why;
+};
+/// A gateway has a message journalled, under its number.
+struct MessageTaken {
+  GatewayNumber gateway = 0;
+  Key key;
+  std::uint64_t number = 0;
+  std::uint32_t element = 0;
+  std::string text;
+};
+/// … and that it is answered.
+struct MessageEnded {
+  GatewayNumber gateway = 0;
+  Key key;
+  std::uint64_t number = 0;
+};
 /// Anything else, for the reader of a trace.
 struct Note {
   std::string who;
   std::string what;
 };
 
-using Fact =
-    std::variant<ProgramAsked, ProgramMoved, ResponseEmptied, ProgramReleased, Looked, WriteAsked,
-                 Answered, WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused, Started,
-                 Finished, Cancelled, Replied, ReplyTaken, Retried, JournalLost, Note>;
+using Fact = std::variant<ProgramAsked, ProgramMoved, ResponseEmptied, ProgramReleased, Looked,
+                          WriteAsked, Answered, WriteDone, Claimed, GivenOut, Ended, Resumed, Heard,
+                          Refused, Started, Finished, Cancelled, Replied, ReplyTaken, Retried,
+                          JournalLost, QueuePlanned, MessageWritten, MessagesGone, MessagesRead,
+                          NobodyCanTell, MessageTaken, MessageEnded, Note>;
+
+/// What is said of a channel. Each gateway plays one of its own for a message queue: "m0.q@1/1".
+Key key_at(const Key& key, GatewayNumber gateway);
 
 /// One line, without the time.
 std::string to_string(const Fact& fact);

@@ -7,6 +7,7 @@
 #include "tests/simulation/history/answer_check.hpp"
 #include "tests/simulation/history/dispatch_check.hpp"
 #include "tests/simulation/history/execution_check.hpp"
+#include "tests/simulation/history/queue_check.hpp"
 #include "tests/simulation/history/reply_check.hpp"
 
 namespace millrace::tests::simulation {
@@ -32,6 +33,7 @@ History::History(Agenda& agenda, Trace trace) : agenda_(agenda), trace_(std::mov
   checks_.push_back(std::make_unique<DispatchCheck>());
   checks_.push_back(std::make_unique<ExecutionCheck>());
   checks_.push_back(std::make_unique<ReplyCheck>());
+  checks_.push_back(std::make_unique<QueueCheck>());
 }
 
 void History::add(const Fact& fact) {
@@ -43,6 +45,14 @@ void History::add(const Fact& fact) {
   }
   for (const auto& check : checks_) {
     for (const std::string& sentence : check->on(fact, agenda_.now())) {
+      violated(sentence);
+    }
+  }
+}
+
+void History::judge_the_end() {
+  for (const auto& check : checks_) {
+    for (const std::string& sentence : check->at_the_end()) {
       violated(sentence);
     }
   }

@@ -21,6 +21,8 @@ class Check {
   virtual ~Check() = default;
   /// A sentence for each violation.
   virtual std::vector<std::string> on(const Fact& fact, Time now) = 0;
+  /// All faults are over, and everything has had its time.
+  virtual std::vector<std::string> at_the_end() { return {}; }
 };
 
 class History {
@@ -31,6 +33,7 @@ class History {
   explicit History(Agenda& agenda, Trace trace = {});
 
   void add(const Fact& fact);
+  void judge_the_end();
   void note(const std::string& who, const std::string& what);
   void violated(const std::string& sentence);
   [[nodiscard]] bool traced() const { return static_cast<bool>(trace_); }

@@ -23,6 +23,18 @@ void Controller::add(cnc::simulator::ServiceRules rules, ProgramHabits habits, R
   lines_.push_back(std::move(line));
 }
 
+void Controller::add_queue(RingPlan plan, Random random) {
+  const Key key = plan.settings.key(name_);
+  rings_.push_back(
+      std::make_unique<MessageRing>(key, std::move(plan), agenda_, party_, history_, random));
+}
+
+MessageRing& Controller::queue(const std::string& name) const {
+  return **std::ranges::find(rings_, name, [](const auto& one) -> const std::string& {
+    return one->plan().settings.name;
+  });
+}
+
 std::vector<std::uint16_t> Controller::numbers() const {
   std::vector<std::uint16_t> numbers;
   for (std::size_t i = 1; i <= lines_.size(); ++i) {
@@ -35,6 +47,9 @@ void Controller::start_programs() {
   for (Line& line : lines_) {
     line.program->start();
   }
+  for (const auto& ring : rings_) {
+    ring->start();
+  }
 }
 
 void Controller::reset(std::uint16_t number, Time pause) {
@@ -44,6 +59,16 @@ void Controller::reset(std::uint16_t number, Time pause) {
   }
   line.program->stop();
   line.channel->reset();
+  for (const auto& ring : rings_) {
+    if (ring->key().channel == number) {
+      ring->stop();
+      agenda_.after(pause, {.parties = parties()}, [this, &ring = *ring, life = life_] {
+        if (life == life_) {
+          ring.start();
+        }
+      });
+    }
+  }
   const auto again = agenda_.meaning(line.channel->key().to_string(), "starts again");
   agenda_.after(pause, {.parties = parties(), .means = again}, [this, &line, life = life_] {
     if (life == life_ && !line.program->active()) {
@@ -59,6 +84,9 @@ void Controller::switch_off() {
   for (Line& line : lines_) {
     line.program->stop();
   }
+  for (const auto& ring : rings_) {
+    ring->stop();
+  }
 }
 
 void Controller::switch_on() {
@@ -70,10 +98,15 @@ void Controller::switch_on() {
     line.channel->power_up();
     line.program->start();
   }
+  for (const auto& ring : rings_) {
+    ring->power_up();
+    ring->start();
+  }
 }
 
 bool Controller::done() const {
-  return std::ranges::all_of(lines_, [](const Line& line) { return line.program->done(); });
+  return std::ranges::all_of(lines_, [](const Line& line) { return line.program->done(); }) &&
+         std::ranges::all_of(rings_, [](const auto& ring) { return ring->done(); });
 }
 
 std::string Controller::place() const {
@@ -87,6 +120,9 @@ std::string Controller::place() const {
 void Controller::calm_down() {
   for (Line& line : lines_) {
     line.program->calm_down();
+  }
+  for (const auto& ring : rings_) {
+    ring->calm_down();
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/simulation/machine/message_ring.hpp"
 #include "tests/simulation/machine/program.hpp"
 
 namespace millrace::tests::simulation {
@@ -16,6 +17,7 @@ class Controller {
       : name_(std::move(name)), party_(party), agenda_(agenda), history_(history) {}
 
   void add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random);
+  void add_queue(RingPlan plan, Random random);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::uint64_t parties() const { return std::uint64_t{1} << party_; }
@@ -28,6 +30,8 @@ class Controller {
   }
   [[nodiscard]] Program& program(std::uint16_t number) { return *lines_.at(number - 1U).program; }
   [[nodiscard]] std::size_t size() const { return lines_.size(); }
+  [[nodiscard]] const std::vector<std::unique_ptr<MessageRing>>& queues() const { return rings_; }
+  [[nodiscard]] MessageRing& queue(const std::string& name) const;
 
   void start_programs();
   /// NC reset of one channel; its program starts again after `pause`.
@@ -54,6 +58,7 @@ class Controller {
   Agenda& agenda_;
   History& history_;
   std::vector<Line> lines_;
+  std::vector<std::unique_ptr<MessageRing>> rings_;
   bool powered_ = true;
   std::uint64_t life_ = 1;
 };

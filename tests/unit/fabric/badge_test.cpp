@@ -45,6 +45,13 @@ TEST(Standing, IsThatOfAMachineForWhoseCertificateNamesIt) {
               HasSubstr("gateway-1 speaks for press_3, which its certificate does not name"));
 }
 
+TEST(Standing, OfAMachineIsThatOfItsQueues) {
+  const Proof sut = proof_of(gateway);
+  EXPECT_EQ(standing_of(sut, "press_1.ALARMS"), Standing::believed);
+  EXPECT_EQ(standing_of(sut, "press_3.ALARMS"), Standing::not_its_machine);
+  EXPECT_EQ(standing_of(sut, "press_10"), Standing::not_its_machine);
+}
+
 TEST(Standing, OfATesterIsThatOfAnyMachineWhereHeMaySpeak) {
   const Proof sut = proof_of({.name = "bench", .roles = {"tester"}});
   EXPECT_EQ(standing_of(sut, "press_3", true), Standing::believed);

@@ -132,10 +132,21 @@ TEST(Member, HasANameThatIsOneOfAFolderToo) {
 
 // What a partition or a permission would take for a pattern.
 TEST(Member, MayAnswerNoPatternOfUuids) {
-  for (const char* pattern : {"*", "560a*", "?", "[a]", "a\\b", "a,b", "", "a\nb"}) {
+  // A slash: who may answer "a" may read what is in the mailboxes of "a/b".
+  for (const char* pattern :
+       {"*", "560a*", "?", "[a]", "a\\b", "a,b", "", "a\nb", "a/b", "\xc3\xa4"}) {
     EXPECT_TRUE(mistake_in({.name = "s", .roles = {Role::service}, .uuids = {pattern}})) << pattern;
   }
-  EXPECT_TRUE(mistake_in({.name = "g", .roles = {Role::gateway}, .machines = {"press/*"}}));
+}
+
+TEST(Member, SpeaksForMachinesThatAGatewayCanHave) {
+  for (const char* name : {"press/*", "press 1",
+                           "pr\xc3\xbc"
+                           "f",
+                           "", "a.b", "press_1 "}) {
+    EXPECT_TRUE(mistake_in({.name = "g", .roles = {Role::gateway}, .machines = {name}})) << name;
+  }
+  EXPECT_FALSE(mistake_in({.name = "g", .roles = {Role::gateway}, .machines = {"press_1-B"}}));
 }
 
 TEST(Permissions, SayWhatIsGrantedAndDenyTheRest) {
@@ -172,6 +183,31 @@ TEST(Permissions, OfAnEarlierVersionSayNothingOfABadge) {
       badge_in(permissions_document({{Way::write, "millrace/v2/reply", "hall/x"}}, "CN=g", {}, {})),
       testing::IsEmpty());
   EXPECT_THAT(badge_in("<publish><topic>millrace/badge</topic><partition>"), testing::IsEmpty());
+}
+
+TEST(Permissions, AreOfOneCertificateAndOfItsTime) {
+  const std::chrono::sys_seconds from{0s};
+  const std::chrono::sys_seconds until{86'400s};
+  const std::string sut = permissions_document({}, "CN=\"x\" & y,O=plant", from, until);
+  EXPECT_EQ(mismatch_in(sut, "CN=\"x\" & y,O=plant", from, until), std::nullopt);
+  EXPECT_THAT(mismatch_in(sut, "CN=z,O=plant", from, until).value_or(""),
+              AllOf(HasSubstr("is about CN=\"x\" & y,O=plant"), HasSubstr("CN=z")));
+  EXPECT_THAT(mismatch_in(sut, "CN=\"x\" & y,O=plant", from, until + 1s).value_or(""),
+              AllOf(HasSubstr("to 1970-01-02T00:00:00Z"), HasSubstr("to 1970-01-02T00:00:01Z")));
+  for (const char* nonsense : {"", "<subject_name>CN=z,O=plant", "</subject_name><subject_name>"}) {
+    EXPECT_TRUE(mismatch_in(nonsense, "CN=z,O=plant", from, until)) << nonsense;
+  }
+}
+
+TEST(Governance, IsKnownAgainWhenItHasBeenSigned) {
+  std::string signed_one;
+  for (const char c : governance_document(Protection::sign)) {
+    signed_one += c == '\n' ? "\r\n" : std::string(1, c);
+  }
+  EXPECT_TRUE(is_governance(signed_one, Protection::sign));
+  EXPECT_FALSE(is_governance(signed_one, Protection::encrypt));
+  const auto strict = signed_one.find("false");
+  EXPECT_FALSE(is_governance(signed_one.replace(strict, 5, "true"), Protection::sign));
 }
 
 TEST(Governance, TakesNobodyWhoShowsNothing) {

@@ -344,6 +344,16 @@ TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
   EXPECT_THAT(said, testing::Contains(testing::HasSubstr("another controller")));
 }
 
+TEST_F(MachinesTest, RememberSoManyChannelsOfOthersAndNoMore) {
+  for (std::size_t i = 0; i < 16'384 + 100; ++i) {
+    auto status = call(other_epoch, running, 1);
+    status.key = {"m" + std::to_string(i / 50), static_cast<std::uint16_t>(1 + i % 50)};
+    sut.on_channel(status);
+  }
+  ASSERT_THAT(said, testing::SizeIs(1)) << "said once";
+  EXPECT_THAT(said.back(), testing::HasSubstr("of more than 16384 channels"));
+}
+
 class WatchedMachine : public MachinesTest {
  protected:
   void be_pushed() {

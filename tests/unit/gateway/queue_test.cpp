@@ -312,6 +312,22 @@ TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
   EXPECT_EQ(texts_of(sut), numbers(1, written));
 }
 
+TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
+  QueuePlant sut(5);
+  sut.settings.backlog = 4;
+  sut.start();
+  for (int number = 1; number <= 3; ++number) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(number)));
+  }
+  ASSERT_TRUE(sut.settle());
+  ASSERT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages that may wait")));
+  sut.queue->on_down("switched off");
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(texts_of(sut), numbers(1, 3));
+  EXPECT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4"), ""));
+}
+
 TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
   QueuePlant sut(4);
   sut.serve();
@@ -349,6 +365,36 @@ TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
   // The ledger holds the queue and no call.
   EXPECT_THAT(sut.ledger.open_calls(), IsEmpty());
   EXPECT_EQ(sut.ledger.queues().at(sut.queue->key()).waiting(), 0);
+}
+
+TEST(MessageQueueReader, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigurationChanges) {
+  QueuePlant sut(3);
+  sut.ring.initialise();
+  ASSERT_TRUE(sut.ring.write("one"));
+  ASSERT_TRUE(sut.settle());
+  queues::Queue& queue = *sut.queue;
+  queue.write(Variable::response, "ok", sut.now);
+  queue.write(Variable::request_state, 0U, sut.now);
+  auto settings = sut.settings;
+  settings.backlog = 5;
+  settings.uuid = "another";
+  queue.change(settings);
+  EXPECT_EQ(queue.look(ReadSet::all).uuid, QueuePlant::uuid);
+  EXPECT_EQ(queue.look(ReadSet::all).response, "ok");
+  queue.write(Variable::response_state, 1U, sut.now);
+  EXPECT_EQ(queue.view().answered, 1U);
+}
+
+TEST(MessageQueueReader, GivesAMessageThatWaitsToTheServiceThatTheConfigurationNamesNow) {
+  QueuePlant sut(3);
+  sut.ring.initialise();
+  ASSERT_TRUE(sut.ring.write("one"));
+  ASSERT_TRUE(sut.settle());
+  auto settings = sut.settings;
+  settings.uuid = "another";
+  sut.queue->change(settings);
+  EXPECT_TRUE(sut.queue->take_news().shows);
+  EXPECT_EQ(sut.queue->look(ReadSet::request).uuid, "another");
 }
 
 TEST(QueueBook, IsTheSameAfterItsSnapshot) {

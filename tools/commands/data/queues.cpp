@@ -26,8 +26,7 @@ using Queues = std::map<fabric::ChannelKey, recording::Entry>;
 
 const DataSample* queue_for(const DataOptions& options, const recording::Entry& entry) {
   const auto* sample = std::get_if<DataSample>(&entry.sample);
-  if (sample == nullptr || sample->group != fabric::queue_group ||
-      fabric::queue_of(sample->key.machine).empty()) {
+  if (sample == nullptr || !fabric::is_queue(*sample)) {
     return nullptr;
   }
   const std::string machine(fabric::machine_of(sample->key.machine));
@@ -39,34 +38,23 @@ const DataSample* queue_for(const DataOptions& options, const recording::Entry& 
 struct Numbers {
   explicit Numbers(const DataSample& from) : sample(from) {}
 
-  [[nodiscard]] const fabric::Value* find(std::string_view name) const {
-    const auto found = std::ranges::find(sample.values, name, &fabric::Value::name);
-    return found == sample.values.end() ? nullptr : &*found;
-  }
   [[nodiscard]] std::string text(std::string_view name) const {
-    const fabric::Value* const value = find(name);
+    const fabric::Value* const value = fabric::value_of(sample, name);
     const auto* texts =
         value == nullptr ? nullptr : std::get_if<std::vector<std::string>>(&value->elements);
     return texts == nullptr || texts->empty() ? "-" : base::text::safe(texts->front());
   }
   [[nodiscard]] std::int64_t number(std::string_view name) const {
-    const fabric::Value* const value = find(name);
-    const auto* numbers =
-        value == nullptr ? nullptr : std::get_if<std::vector<std::int64_t>>(&value->elements);
-    return numbers == nullptr || numbers->empty() ? 0 : numbers->front();
+    return fabric::number_of(sample, name).value_or(0);
   }
   /// "3 of 99": messages that stand in the controller.
   [[nodiscard]] std::string filled() const {
-    const std::int64_t elements = number("elements");
-    if (elements < 1) {
-      return "-";
-    }
-    const std::int64_t ahead = number("last_filled") - number("last_get");
-    return fmt::format("{} of {}", ahead < 0 ? ahead + elements : ahead, elements - 1);
+    const auto filled = fabric::filled_of(sample);
+    return filled ? fmt::format("{} of {}", filled->messages, filled->room) : "-";
   }
   /// Why it is not read.
   [[nodiscard]] std::string trouble() const {
-    const fabric::Value* const value = find("last_filled");
+    const fabric::Value* const value = fabric::value_of(sample, "last_filled");
     return value == nullptr ? "" : base::text::safe(value->reason);
   }
 

@@ -2,10 +2,9 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <filesystem>
 
 #include "base/configuration/config_file.hpp"
-#include "fabric/trust/folder.hpp"
+#include "fabric/profile/credentials.hpp"
 #include "idl/fabric.pb.h"
 
 namespace millrace::tools::commands::doctor {
@@ -25,18 +24,15 @@ tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
     joining.multicast = profile->multicast();
     joining.peers.assign(profile->peers().begin(), profile->peers().end());
     if (profile->has_trust()) {
-      using fabric::trust::Protection;
       joining.now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-      const auto credentials = fabric::trust::read_folder(
-          std::filesystem::path(flags.file()).parent_path() / profile->trust().folder(),
-          profile->trust().protection() == config::Trust::ENCRYPT ? Protection::encrypt
-                                                                  : Protection::sign,
-          joining.now);
+      const auto credentials = fabric::profile::credentials_of(profile->trust(), flags.file());
       if (!credentials) {
         throw base::program::UsageError(credentials.error());
       }
       joining.trusted_as = credentials->name;
       joining.trusted_until = credentials->until;
+      joining.revoked = credentials->revoked;
+      joining.revoked_as_of = credentials->revoked_as_of;
     }
   }
   return joining;

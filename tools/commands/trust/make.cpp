@@ -35,10 +35,13 @@ struct NamedOptions : PlantOptions {
   int days = tools::trust::IssueOptions{}.days;
 };
 
-void say_where(const tools::trust::Plant& plant, const tools::trust::Entry& entry) {
+void say_where(const tools::trust::Plant& plant, const tools::trust::Entry& entry, int days) {
   fmt::print("{}: valid until {:%F}; copy it to its host, and nothing else of {}\n",
              plant.folder_of(entry.member.name).string(), entry.until,
              plant.folder_of("").parent_path().string());
+  if (entry.until < entry.from + std::chrono::days(days)) {
+    fmt::print("that is when the authorities end: {} days would be longer\n", days);
+  }
 }
 
 int init(const InitOptions& options) {
@@ -49,9 +52,10 @@ int init(const InitOptions& options) {
                     options.fabric));
   }
   const std::filesystem::path folder(options.folder);
-  // "plant/" is "plant".
+  // "plant/" is "plant", and "." is where we are.
+  const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
   const std::filesystem::path last =
-      folder.has_filename() ? folder.filename() : folder.parent_path().filename();
+      whole.has_filename() ? whole.filename() : whole.parent_path().filename();
   const std::string name = options.name.empty() ? last.string() : options.name;
   must(tools::trust::Plant::create(folder, name, options.fabric, options.days,
                                    passphrase_of(options), now()));
@@ -61,6 +65,11 @@ int init(const InitOptions& options) {
       "next: millrace trust issue {0} gateway-1 --role gateway --machine NAME\n",
       options.folder, name, options.fabric);
   return base::program::exit_done;
+}
+
+bool is_another(const Member& before, const Member& after) {
+  return before.roles != after.roles || before.uuids != after.uuids ||
+         before.machines != after.machines;
 }
 
 int issue(IssueOptions options) {
@@ -73,18 +82,26 @@ int issue(IssueOptions options) {
     options.member.roles.insert(*role);
   }
   tools::trust::Plant plant = open(options);
-  const bool known = plant.entry(options.member.name).has_value();
+  const auto before = plant.entry(options.member.name);
   const std::string passphrase = passphrase_of(options);
-  const auto entry = must(
-      options.renew && known ? plant.renew(options.member.name, options.how.days, passphrase, now())
-                             : plant.issue(options.member, options.how, passphrase, now()));
-  say_where(plant, entry);
+  const bool again = options.renew && before;
+  const auto entry = must(again ? plant.reissue(options.member, options.how, passphrase, now())
+                                : plant.issue(options.member, options.how, passphrase, now()));
+  say_where(plant, entry, options.how.days);
+  if (again && before->until > now() && is_another(before->member, entry.member)) {
+    fmt::print(
+        "it may other things now; what it has got before goes on counting for what that says, "
+        "until "
+        "{:%F}, unless {} is revoked\n",
+        before->until, entry.member.name);
+  }
   return base::program::exit_done;
 }
 
 int renew(const NamedOptions& options) {
   tools::trust::Plant plant = open(options);
-  say_where(plant, must(plant.renew(options.name, options.days, passphrase_of(options), now())));
+  say_where(plant, must(plant.renew(options.name, options.days, passphrase_of(options), now())),
+            options.days);
   return base::program::exit_done;
 }
 
@@ -110,9 +127,8 @@ int revoke(const NamedOptions& options) {
   tools::trust::Plant plant = open(options);
   must(plant.revoke(options.name, passphrase_of(options), now()));
   fmt::print(
-      "{0} is revoked. Copy revoked.pem to all hosts: {1}/*/revoked.pem are the same. Programs "
-      "that "
-      "start with it take {0} no more\n",
+      "{0} is revoked. Copy {1}/revoked.pem to all hosts, into the folder that each has: those of "
+      "{1} have it already. Programs that have it take {0} no more\n",
       options.name, options.folder);
   return base::program::exit_done;
 }
@@ -152,7 +168,8 @@ void add_issue(CLI::App& trust, Chosen& chosen) {
       ->allow_extra_args(false);
   command.add_option("--host", options->how.host, "Where it is meant to be, for people");
   command.add_option("--days", options->how.days, "How long it is valid")->capture_default_str();
-  command.add_flag("--renew", options->renew, "Make it new if it is there");
+  command.add_flag("--renew", options->renew,
+                   "If it is there, make it new, with what is said here");
   command.add_flag(
       "--foreign", options->how.foreign,
       "For a program on another DDS, Fast DDS say: the others begin the handshake with it");

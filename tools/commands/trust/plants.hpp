@@ -25,6 +25,8 @@ void add_passphrase(CLI::App& command, PlantOptions& options);
 std::string passphrase_of(const PlantOptions& options);
 /// Throws base::program::UsageError.
 tools::trust::Plant open(const PlantOptions& options);
+/// To look only: needs no lock. Throws base::program::UsageError.
+tools::trust::Plant look(const PlantOptions& options);
 /// Of this host's clock.
 tools::trust::Time now();
 

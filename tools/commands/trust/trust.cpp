@@ -1,14 +1,20 @@
 #include "tools/commands/trust/trust.hpp"
 
+#include <cerrno>
 #include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include "base/posix/durable_file.hpp"
 #include "base/program/command_line.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/trust/grants.hpp"
 #include "tools/commands/trust/make.hpp"
 #include "tools/commands/trust/plants.hpp"
@@ -74,7 +80,7 @@ boost::json::object json_of(const Entry& entry) {
 }
 
 int list(const ListOptions& options) {
-  const tools::trust::Plant plant = open(options);
+  const tools::trust::Plant plant = look(options);
   const tools::trust::Time end = must(plant.authorities_until());
   if (options.json) {
     boost::json::array members;
@@ -108,7 +114,7 @@ int list(const ListOptions& options) {
 }
 
 int show(const ShowOptions& options) {
-  const tools::trust::Plant plant = open(options);
+  const tools::trust::Plant plant = look(options);
   const Entry entry = must(plant.entry(options.name));
   const auto grants = fabric::trust::grants_of(entry.member, plant.fabric());
   const auto word = [](const fabric::trust::Grant& grant) {
@@ -128,7 +134,7 @@ int show(const ShowOptions& options) {
   fmt::print("{} of {}: {}, {} until {:%F}, serial {}\n", entry.member.name, plant.name(),
              fmt::join(roles_of(entry), ", "), state_of(entry), entry.until, entry.serial);
   if (!entry.host.empty()) {
-    fmt::print("meant for {}\n", entry.host);
+    fmt::print("meant for {}\n", base::text::safe(entry.host));
   }
   if (entry.foreign) {
     fmt::print("on another DDS: the others begin the handshake with it\n");
@@ -144,9 +150,32 @@ int show(const ShowOptions& options) {
   return base::program::exit_done;
 }
 
+/// To the standard output: for `ssh HOST tar -x`.
+void print_archive(const std::string& archive) {
+  if (::isatty(STDOUT_FILENO) != 0) {
+    throw UsageError("-o -: an archive is nothing for a terminal; pipe it, or name a file");
+  }
+  if (std::fwrite(archive.data(), 1, archive.size(), stdout) != archive.size() ||
+      std::fflush(stdout) != 0) {
+    throw UsageError(fmt::format("-o -: cannot be written ({})", std::strerror(errno)));
+  }
+}
+
 int write_archive(const ExportOptions& options) {
   const tools::trust::Plant plant = open(options);
   const std::string archive = must(plant.archive_of(options.name));
+  if (options.output == "-") {
+    print_archive(archive);
+    return base::program::exit_done;
+  }
+  // It takes the place of what is there, which a device or a pipe would not survive.
+  std::error_code none;
+  if (std::filesystem::exists(options.output, none) &&
+      !std::filesystem::is_regular_file(options.output, none)) {
+    throw UsageError(fmt::format(
+        "-o {}: is there and no file; expected the name of a file, or - for the standard output",
+        options.output));
+  }
   must(base::posix::write_durably(options.output, archive, tools::trust::owner_only));
   fmt::print(
       "{}: all that {} needs, its private key among it; unpack it where its fabric.textproto "
@@ -180,7 +209,10 @@ void add_export(CLI::App& trust, Chosen& chosen) {
   auto options = std::make_shared<ExportOptions>();
   add_plant(command, *options);
   command.add_option("name", options->name, "Who")->required();
-  command.add_option("-o,--output", options->output, "The tar archive to write")->required();
+  command
+      .add_option("-o,--output", options->output,
+                  "The tar archive to write; - for the standard output")
+      ->required();
   command.callback(
       [options, &chosen] { chosen.run = [options] { return write_archive(*options); }; });
 }
@@ -212,6 +244,10 @@ std::string passphrase_of(const PlantOptions& options) {
 
 tools::trust::Plant open(const PlantOptions& options) {
   return must(tools::trust::Plant::open(options.folder));
+}
+
+tools::trust::Plant look(const PlantOptions& options) {
+  return must(tools::trust::Plant::look(options.folder));
 }
 
 tools::trust::Time now() {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
 #include "tools/doctor/look/look.hpp"
 
 namespace millrace::tools::doctor::look {
@@ -10,6 +11,12 @@ namespace millrace::tools::doctor::look {
 namespace {
 
 using base::text::safe;
+
+/// Who says which service is called.
+const char* where_the_uuid_stands(const std::string& machine) {
+  return fabric::queue_of(machine).empty() ? "the program"
+                                           : "the gateway's configuration (queue { uuid })";
+}
 
 bool is_told(const Findings& found, const std::string& machine) {
   return std::ranges::any_of(found.live.machines(),
@@ -23,12 +30,14 @@ void at_channels(const Findings& found, Report& report) {
   for (const auto& [key, status] : found.live.channels()) {
     const std::string channel = safe(key.to_string());
     const std::string why = safe(status.reason);
-    if (status.state == link_down && !is_told(found, key.machine)) {
+    if (status.state == link_down &&
+        !is_told(found, std::string(fabric::machine_of(key.machine)))) {
       report.problem(fmt::format("{} has no link: {}", channel, why), "see its gateway's log");
     } else if (status.state == unserved) {
       report.problem(
           fmt::format("{} waits for {}, which nobody serves: {}", channel, safe(status.uuid), why),
-          "start the service, or correct the UUID in the program");
+          fmt::format("start the service, or correct the UUID in {}",
+                      where_the_uuid_stands(key.machine)));
     } else if (status.state == held) {
       report.problem(fmt::format("{} holds an at-most-once call: {}", channel, why),
                      fmt::format("millrace answer {} RESPONSE --state N, or millrace retry {}",

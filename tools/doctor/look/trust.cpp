@@ -34,13 +34,15 @@ void at_our_own(const Joining& joining, Report& report) {
     report.fine(text);
     return;
   }
-  report.warning(
-      fmt::format(
-          "{}, which is in {} days", text,
-          std::chrono::floor<std::chrono::days>(joining.trusted_until - joining.now).count()),
-      fmt::format("`millrace trust renew PLANT {}` where the plant's authorities are, "
-                  "then copy the folder anew and start the programs again",
-                  safe(joining.trusted_as)));
+  const auto left = joining.trusted_until - joining.now;
+  report.warning(left < std::chrono::days(2)
+                     ? fmt::format("{}, which is in {} hours", text,
+                                   std::chrono::floor<std::chrono::hours>(left).count())
+                     : fmt::format("{}, which is in {} days", text,
+                                   std::chrono::floor<std::chrono::days>(left).count()),
+                 fmt::format("`millrace trust renew PLANT {}` where the plant's authorities are, "
+                             "then copy the folder anew and start the programs again",
+                             safe(joining.trusted_as)));
 }
 
 }  // namespace
@@ -50,6 +52,10 @@ void at_trust(const Findings& found, Report& report) {
     return;
   }
   at_our_own(found.joining, report);
+  // Hosts that name different times have different lists.
+  report.fine(
+      fmt::format("revoked as of {:%F %T} UTC: {}", found.joining.revoked_as_of,
+                  found.joining.revoked.empty() ? "nobody" : list_of(found.joining.revoked)));
   // Whose endpoints discovery shows here has proved what he announces.
   std::set<std::string> believed;
   for (const Heard& each : found.heard) {
@@ -69,6 +75,17 @@ void at_trust(const Findings& found, Report& report) {
   }
   if (!proved.empty()) {
     report.fine("trusted: " + list_of(proved));
+  }
+  for (const Program& program : found.programs) {
+    if (!program.shows_badge && program.fabrics.contains(found.joining.fabric)) {
+      report.problem(
+          fmt::format("{} is of this plant and shows no badge: what it says is not believed, and "
+                      "its instances get no calls",
+                      program_text(Announcement{
+                          .name = program.name, .host = program.host, .pid = program.pid})),
+          "it is of an earlier version of millrace: `millrace trust renew` its material, and start "
+          "it with this version; how a program of another vendor shows one is in docs/wire.md");
+    }
   }
   for (const std::string& doubt : found.doubts) {
     report.problem(doubt,

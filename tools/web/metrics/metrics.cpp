@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "fabric/channel_scope.hpp"
+#include "fabric/queue_group.hpp"
 #include "fabric/words.hpp"
 
 namespace millrace::tools::web::metrics {
@@ -123,6 +125,7 @@ std::string Metrics::text(const plant::Plant& plant, const ProgramFigures& progr
   put_services(families, plant.live());
   put_notices(families, plant.live());
   put_data(families, plant.data());
+  put_queues(families, plant.data());
   put_runs(families);
   return families.text();
 }
@@ -361,6 +364,43 @@ void Metrics::put_data(Families& families, const plant::DataBook& data) const {
       values.add({{"machine", machine}, {"quality", std::string(name_of(quality))}},
                  count == counts.end() ? 0 : static_cast<double>(count->second));
     }
+  }
+}
+
+void Metrics::put_queues(Families& families, const plant::DataBook& data) const {
+  Family filled = families.gauge("millrace_queue_filled_messages",
+                                 "Messages that stand in the controller's queue.");
+  Family room = families.gauge("millrace_queue_capacity_messages",
+                               "Messages that the controller's queue has room for.");
+  Family waiting = families.gauge("millrace_queue_waiting_messages",
+                                  "Messages that the gateway has read and nobody has answered.");
+  Family read = families.counter("millrace_queue_messages_total",
+                                 "Messages that the gateway has read, by its journal.");
+  Family answered = families.counter("millrace_queue_answered_messages_total",
+                                     "Messages that were answered, by the gateway's journal.");
+  std::size_t shown = 0;
+  for (const fabric::DataSample* sample : data.queues()) {
+    if (++shown > most_queues) {
+      break;
+    }
+    const Labels labels{{"machine", std::string(fabric::machine_of(sample->key.machine))},
+                        {"queue", std::string(fabric::queue_of(sample->key.machine))},
+                        {"channel", std::to_string(sample->key.channel)}};
+    const fabric::Value* const control = fabric::value_of(*sample, "last_filled");
+    // What was is not what is, while the controller does not answer.
+    if (const auto of = fabric::filled_of(*sample);
+        of && control->quality == fabric::Quality::good) {
+      filled.add(labels, static_cast<double>(of->messages));
+      room.add(labels, static_cast<double>(of->room));
+    }
+    const auto add = [&](Family& family, std::string_view name) {
+      if (const auto number = fabric::number_of(*sample, name)) {
+        family.add(labels, static_cast<double>(*number));
+      }
+    };
+    add(waiting, "waiting");
+    add(read, "messages");
+    add(answered, "answered");
   }
 }
 

@@ -50,6 +50,7 @@ class Metrics {
   static constexpr std::size_t most_call_series = 2'000;
   static constexpr std::size_t most_channels = 2'000;
   static constexpr std::size_t most_notices = 200;
+  static constexpr std::size_t most_queues = 1'000;
   static constexpr std::size_t most_program_series = 2'000;
 
   Metrics();
@@ -73,6 +74,7 @@ class Metrics {
   void put_services(Families& families, const bus::Live& live) const;
   void put_notices(Families& families, const bus::Live& live) const;
   void put_data(Families& families, const plant::DataBook& data) const;
+  void put_queues(Families& families, const plant::DataBook& data) const;
   void put_runs(Families& families) const;
   void put_program(Families& families, const ProgramFigures& program) const;
 

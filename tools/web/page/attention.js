@@ -135,10 +135,12 @@ export function assess(plant, now, notices = []) {
 
 /** Stays the same while a concern lasts. */
 export function concernKey(concern) {
-  return [concern.machine, concern.kind, concern.key ?? concern.channels[0]?.channel ?? '', concern.channels[0]?.call ?? ''].join('\u0000');
+  const [channel] = concern.channels;
+  return [channel?.machine ?? concern.machine, concern.kind, concern.key ?? channel?.channel ?? '', channel?.call ?? ''].join('\u0000');
 }
 
-/** What it concerns, as it is named everywhere: "cnc/1", or "cnc" for all of a machine. */
+/** What it concerns, as it is named everywhere: "cnc/1", "cnc.ALARMS/1", or "cnc" for all of a machine. */
 export function concernName(concern) {
-  return concern.channels.length === 1 ? `${concern.machine}/${concern.channels[0].channel}` : concern.machine;
+  const [channel] = concern.channels;
+  return concern.channels.length === 1 ? `${channel.machine ?? concern.machine}/${channel.channel}` : concern.machine;
 }

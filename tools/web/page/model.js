@@ -12,6 +12,15 @@ export const keptCalls = 400;
 /** An instance that is gone stays on the page this long, so that somebody sees that it is. */
 export const keptGoneMs = 15 * 60_000;
 
+/** "ALARMS" of "cnc.ALARMS", where `machine` is "cnc"; nothing for a channel of the machine itself. */
+export const queueOf = (channel, machine) => (channel.machine.startsWith(`${machine}.`) ? channel.machine.slice(machine.length + 1) : '');
+
+/** Whose channel it is: a message queue belongs to its machine, if somebody tells of that; the call of a command to itself. */
+const ownerOf = (channel, names) => {
+  const machine = channel.machine.split('.')[0];
+  return names.has(machine) ? machine : channel.machine;
+};
+
 /** The key of a channel or of anything else that is named by a machine and something in it. */
 export const keyOf = (machine, part) => `${machine}\u0000${part}`;
 
@@ -110,22 +119,22 @@ export class Model {
     this.calls.length = Math.min(this.calls.length, keptCalls);
   }
 
-  /** The channels of a machine, by their number. */
-  channelsOf(machine) {
-    return [...this.channels.values()].filter((channel) => channel.machine === machine)
-      .sort((a, b) => a.channel - b.channel);
+  /** The channels of a machine by their number, then those of its message queues. */
+  channelsOf(machine, names = new Set([machine])) {
+    return [...this.channels.values()].filter((channel) => ownerOf(channel, names) === machine)
+      .sort((a, b) => byName(queueOf(a, machine), queueOf(b, machine)) || a.channel - b.channel);
   }
 
   /** Every machine by its name, with the links of the gateways that serve it and its channels. */
   plant() {
     const names = new Set([...this.machines.values()].map((machine) => machine.machine));
     for (const channel of this.channels.values()) {
-      names.add(channel.machine);
+      names.add(ownerOf(channel, names));
     }
     return [...names].sort(byName).map((name) => ({
       name,
       links: linksOf([...this.machines.values()].filter((machine) => machine.machine === name)),
-      channels: this.channelsOf(name),
+      channels: this.channelsOf(name, names),
     }));
   }
 

@@ -7,7 +7,9 @@
 #include <type_traits>
 
 #include "base/text/number.hpp"
+#include "fabric/channel_scope.hpp"
 #include "fabric/notice.hpp"
+#include "fabric/queue_group.hpp"
 #include "tools/print/data.hpp"
 #include "tools/print/json.hpp"
 
@@ -188,8 +190,9 @@ void DataBook::forget(Group& group, fabric::Time now) {
 
 void DataBook::silence(const std::string& machine, fabric::Time now) {
   for (auto group = groups_.lower_bound({{machine, 0}, {}});
-       group != groups_.end() && group->first.first.machine == machine; ++group) {
-    if (!group->second.is_gone) {
+       group != groups_.end() && group->first.first.machine.starts_with(machine); ++group) {
+    // Also what is told of its message queues, "cnc.ALARMS".
+    if (fabric::machine_of(group->first.first.machine) == machine && !group->second.is_gone) {
       forget(group->second, now);
       group->second.received = now;
     }
@@ -246,6 +249,16 @@ std::map<std::pair<std::string, Quality>, std::size_t> DataBook::qualities() con
     }
   }
   return counts;
+}
+
+std::vector<const DataSample*> DataBook::queues() const {
+  std::vector<const DataSample*> queues;
+  for (const auto& [key, group] : groups_) {
+    if (!group.is_gone && fabric::is_queue(group.last)) {
+      queues.push_back(&group.last);
+    }
+  }
+  return queues;
 }
 
 boost::json::array DataBook::samples(const DataFilter& filter) const {

@@ -82,6 +82,8 @@ class DataBook {
   void add_machines(std::set<std::string>& names) const;
   /// How many values there are of each quality, by machine.
   [[nodiscard]] std::map<std::pair<std::string, fabric::Quality>, std::size_t> qualities() const;
+  /// What is told of message queues; valid until the next entry.
+  [[nodiscard]] std::vector<const fabric::DataSample*> queues() const;
 
  private:
   /// What a text or an array was from then on.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "fabric/channel_scope.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::plant {
@@ -117,8 +118,12 @@ void Plant::mark_all_of(const std::string& machine) {
     machines_changed_.insert(link->first);
   }
   for (auto channel = live_.channels().lower_bound({machine, 0});
-       channel != live_.channels().end() && channel->first.machine == machine; ++channel) {
-    channels_changed_.insert(channel->first);
+       channel != live_.channels().end() && channel->first.machine.starts_with(machine);
+       ++channel) {
+    // Also those of its message queues, "cnc.ALARMS".
+    if (fabric::machine_of(channel->first.machine) == machine) {
+      channels_changed_.insert(channel->first);
+    }
   }
 }
 

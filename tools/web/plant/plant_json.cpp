@@ -1,4 +1,5 @@
 // Plant: the objects that a page is told.
+#include "fabric/channel_scope.hpp"
 #include "tools/print/call_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/notice_text.hpp"
@@ -69,7 +70,7 @@ std::string Plant::name_of_service(const std::string& uuid) const {
 boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
                                         const fabric::Moment& now) const {
   boost::json::object out = print::json_of(status);
-  out["link"] = link_of(status.key.machine);
+  out["link"] = link_of(std::string(fabric::machine_of(status.key.machine)));
   if (const auto instance = live_.instances().find(status.instance);
       instance != live_.instances().end()) {
     out["name"] = print::utf8(instance->second.identity.name);

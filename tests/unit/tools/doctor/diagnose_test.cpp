@@ -128,6 +128,27 @@ TEST_F(TheDoctor, SaysAsWhatItIsTrustedAndWhatExpiresSoon) {
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "is trusted as office until 2026-04-01")));
   found.joining.trusted_until = found.joining.now + std::chrono::days(30);
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 30 days", "trust renew")));
+  found.joining.trusted_until = found.joining.now + std::chrono::hours(24);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "which is in 24 hours", "trust renew")));
+}
+
+TEST_F(TheDoctor, NamesWhoShowsNoBadge) {
+  be_healthy();
+  add_program(9, "old").shows_badge = false;
+  found.joining.trusted_as = "office";
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "old on host-old, pid 17 is of this plant",
+                                 "millrace trust renew")));
+  found.programs.back().fabrics = {"another"};
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "shows no badge"))));
+}
+
+TEST_F(TheDoctor, SaysWhoIsRevokedAndSinceWhenItKnows) {
+  be_healthy();
+  found.joining.trusted_as = "office";
+  found.joining.revoked_as_of = std::chrono::sys_days{std::chrono::year{2026} / 3 / 1};
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "revoked as of 2026-03-01 00:00:00 UTC: nobody")));
+  found.joining.revoked = {"old", "o\x1bther"};
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "UTC: o\\x1bther, old")));
 }
 
 TEST_F(TheDoctor, NamesWhomItBelieves) {
@@ -240,6 +261,20 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "millrace answer cnc/2")));
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "cnc/3 waits for a free instance")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no link")));
+}
+
+TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {
+  using enum fabric::ChannelState;
+  be_healthy();
+  add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone"});
+  add(fabric::ChannelStatus{
+      .key = {"cnc.ALARMS", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
+  add(fabric::ChannelStatus{
+      .key = {"lathe.ALARMS", 1}, .state = link_down, .reason = "its gateway is gone"});
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc.ALARMS/1 waits for x, which nobody serves",
+                                 "in the gateway's configuration (queue { uuid })")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe has no link")));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "lathe.ALARMS/1 has no link"))));
 }
 
 TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {

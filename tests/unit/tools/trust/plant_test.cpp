@@ -1,8 +1,7 @@
 #include "tools/trust/plant.hpp"
 
 #include <array>
-#include <fstream>
-#include <iterator>
+#include <cstdlib>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,62 +9,15 @@
 #include <sys/stat.h>
 
 #include "base/openssl/certificate.hpp"
-#include "fabric/trust/folder.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/tools/trust/plant_fixture.hpp"
 
 namespace millrace::tools::trust {
 namespace {
 
-using namespace std::chrono_literals;
-using fabric::trust::Member;
-using fabric::trust::Protection;
-using fabric::trust::read_folder;
-using fabric::trust::Role;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::SizeIs;
 using testing::StartsWith;
-
-constexpr Time now{1'800'000'000s};
-const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-mode_t mode_of(const fs::path& file) {
-  struct stat status {};
-  EXPECT_EQ(::stat(file.c_str(), &status), 0) << file;
-  return status.st_mode & 07777U;
-}
-
-class PlantTest : public testing::Test {
- protected:
-  [[nodiscard]] Plant open() const {
-    auto plant = Plant::open(folder);
-    if (!plant) {
-      throw std::runtime_error(plant.error());
-    }
-    return std::move(*plant);
-  }
-  void create(std::string_view passphrase = {}) const {
-    const auto made = Plant::create(folder, "plant", "millrace", 3650, passphrase, now);
-    ASSERT_TRUE(made) << made.error();
-  }
-  static Member service(const std::string& name = "root") {
-    return {.name = name, .roles = {Role::service}, .uuids = {uuid}};
-  }
-  [[nodiscard]] std::string why_refused(std::string_view name = "root",
-                                        Time when = now + 1h) const {
-    const auto read = read_folder(folder / name, Protection::sign, when);
-    return read ? "not refused" : read.error();
-  }
-
-  tests::TemporaryFolder temporary;
-  fs::path folder = temporary.path() / "plant";
-};
 
 TEST_F(PlantTest, IssuesAFolderThatAProgramTakes) {
   create();
@@ -136,7 +88,8 @@ TEST_F(PlantTest, RemembersWhomItBelieved) {
 TEST_F(PlantTest, RefusesNamesThatWouldLeadElsewhere) {
   create();
   Plant sut = open();
-  for (const char* name : {"../x", "authorities", "register.textproto", ".lock", ""}) {
+  for (const char* name :
+       {"../x", "authorities", "register.textproto", "revoked.pem", ".lock", ""}) {
     EXPECT_FALSE(sut.issue(service(name), {}, {}, now)) << name;
   }
   EXPECT_THAT(sut.entries(), SizeIs(0));
@@ -153,6 +106,31 @@ TEST_F(PlantTest, RenewsWithNewMaterialBesideWhichTheOldStaysValid) {
   EXPECT_NE(content_of(folder / "root/key.pem"), content_of(folder / "kept/key.pem"));
   EXPECT_EQ(why_refused("kept", now + 48h), "not refused");
   EXPECT_EQ(why_refused("root", now + 48h), "not refused");
+}
+
+// A UUID more, another machine: under the name that it has.
+TEST_F(PlantTest, IssuesAgainWithWhatAMemberMayNow) {
+  create();
+  Plant sut = open();
+  sut.issue(service(), {.host = "h1"}, {}, now).value();
+  const Member gateway{.name = "root", .roles = {Role::gateway}, .machines = {"press_1"}};
+  const auto entry = sut.reissue(gateway, {}, {}, now);
+  ASSERT_TRUE(entry) << entry.error();
+  EXPECT_EQ(entry->member.machines, std::vector<std::string>{"press_1"});
+  EXPECT_THAT(entry->member.uuids, SizeIs(0));
+  EXPECT_EQ(entry->host, "h1");
+  EXPECT_EQ(why_refused(), "not refused");
+  EXPECT_THAT(read_folder(folder / "root", Protection::sign, now + 1h)->badge,
+              testing::Contains("millrace/@machine/press_1"));
+  EXPECT_THAT(sut.entries(), SizeIs(1));
+  // And it stays as it was where that is a mistake.
+  EXPECT_FALSE(sut.reissue({.name = "root", .roles = {Role::gateway}}, {}, {}, now));
+  EXPECT_FALSE(sut.reissue(service(), {.days = 0}, {}, now));
+  EXPECT_EQ(sut.entry("root")->member.machines, std::vector<std::string>{"press_1"});
+  // Both are taken back.
+  ASSERT_TRUE(sut.revoke("root", {}, now));
+  EXPECT_THAT(sut.reissue(gateway, {}, {}, now).error(), HasSubstr("nobody believes that name"));
+  EXPECT_FALSE(sut.reissue(service("nobody"), {}, {}, now));
 }
 
 TEST_F(PlantTest, TakesBackEverythingThatAMemberEverGot) {
@@ -183,6 +161,35 @@ TEST_F(PlantTest, TellsNewMembersWhoWasTakenBack) {
   fs::copy(folder / "another/revoked.pem", folder / "root/revoked.pem",
            fs::copy_options::overwrite_existing);
   EXPECT_THAT(why_refused("root"), HasSubstr("has been revoked"));
+}
+
+// Who follows "take it there" with `mv` has no folder left.
+TEST_F(PlantTest, RevokesAlsoWhoseFolderIsGoneAndTellsAllThatAreThere) {
+  create();
+  Plant sut = open();
+  for (const char* name : {"a", "root", "z"}) {
+    sut.issue(service(name), {}, {}, now).value();
+  }
+  fs::rename(folder / "a", temporary.path() / "a");
+  fs::rename(folder / "root", temporary.path() / "root");
+  const auto done = sut.revoke("root", {}, now + 1s);
+  ASSERT_TRUE(done) << done.error();
+  EXPECT_EQ(fabric::trust::read_revoked(folder / "z"), std::set<std::string>{"root"});
+  EXPECT_EQ(content_of(folder / "revoked.pem"), content_of(folder / "z/revoked.pem"));
+  EXPECT_FALSE(fs::exists(folder / "a"));
+  EXPECT_THAT(sut.archive_of("a").error(), HasSubstr("trust renew"));
+}
+
+TEST_F(PlantTest, HasOneListForAllWhateverWasIssuedLast) {
+  create();
+  Plant sut = open();
+  sut.issue(service("a"), {}, {}, now).value();
+  ASSERT_TRUE(sut.revoke("a", {}, now + 1s));
+  sut.issue(service(), {}, {}, now + 2s).value();
+  for (const char* of : {"a", "root"}) {
+    EXPECT_EQ(content_of(folder / of / "revoked.pem"), content_of(folder / "revoked.pem")) << of;
+  }
+  EXPECT_EQ(why_refused(), "not refused");
 }
 
 TEST_F(PlantTest, SignsNothingThatOutlivesItsAuthorities) {
@@ -223,13 +230,17 @@ TEST_F(PlantTest, HasOldAndNewMaterialCountForEachOtherWhenItsAuthoritiesAreRene
   fs::copy(folder / "root", folder / "old", fs::copy_options::recursive);
   ASSERT_TRUE(sut.renew_authorities(3650, 825, {}, now + std::chrono::days(20)));
   fs::copy(folder / "root", folder / "new", fs::copy_options::recursive);
-  for (const char* theirs :
-       {"identity_authority.pem", "permissions_authority.pem", "revoked.pem"}) {
+  for (const char* theirs : {"identity_authority.pem", "permissions_authority.pem"}) {
     EXPECT_NE(content_of(folder / "old" / theirs), content_of(folder / "new" / theirs));
     fs::rename(folder / "old" / theirs, folder / "kept");
     fs::rename(folder / "new" / theirs, folder / "old" / theirs);
     fs::rename(folder / "kept", folder / "new" / theirs);
   }
+  // And lists count with either authority; a host takes none that is older than its certificate.
+  EXPECT_TRUE(fabric::trust::read_revoked(folder / "old"));
+  EXPECT_TRUE(fabric::trust::read_revoked(folder / "new"));
+  fs::copy(folder / "new/revoked.pem", folder / "old/revoked.pem",
+           fs::copy_options::overwrite_existing);
   const Time between = now + std::chrono::days(25);
   EXPECT_EQ(why_refused("old", between), "not refused");
   EXPECT_EQ(why_refused("new", between), "not refused");
@@ -273,64 +284,100 @@ TEST_F(PlantTest, IsWrittenByOneCommandAtATime) {
   EXPECT_THAT(Plant::open(folder).error(), HasSubstr("another `millrace trust`"));
 }
 
+TEST_F(PlantTest, IsLookedAtWhileItIsWritten) {
+  create();
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  const auto looked = Plant::look(folder);
+  ASSERT_TRUE(looked) << looked.error();
+  EXPECT_THAT(looked->entries(), SizeIs(1));
+}
+
+TEST_F(PlantTest, LeavesNothingBehindIfItCannotBeMade) {
+  const std::string names[] = {std::string(65, 'p'), "", "a\nb", "\xff\xfe"};
+  for (const std::string& name : names) {
+    EXPECT_THAT(Plant::create(folder, name, "millrace", 3650, {}, now).error(),
+                AllOf(HasSubstr("is no name of a plant"), testing::Not(HasSubstr("\n"))))
+        << name;
+    EXPECT_FALSE(fs::exists(folder));
+  }
+  EXPECT_TRUE(Plant::create(folder,
+                            "Werk S\xc3\xbc"
+                            "d, \"Halle\" <1>",
+                            "millrace", 3650, {}, now));
+  open().issue(service(), {}, {}, now).value();
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(PlantTest, IsAsItWasAfterAFullDisk) {
+  // A key fits, a certificate does not; then certificates, and no document.
+  for (const rlim_t room : {0UL, 300UL, 620UL}) {
+    const FullDisk full(room);
+    EXPECT_THAT(Plant::create(folder, "plant", "millrace", 3650, {}, now).error(),
+                HasSubstr("cannot write"));
+    EXPECT_FALSE(fs::exists(folder)) << room;
+  }
+  create();
+  Plant sut = open();
+  sut.issue(service(), {}, {}, now).value();
+  const std::string before = content_of(folder / "root/certificate.pem");
+  for (const rlim_t room : {0UL, 300UL, 1000UL}) {
+    const FullDisk full(room);
+    EXPECT_FALSE(sut.issue(service("another"), {}, {}, now + 1s)) << room;
+    EXPECT_FALSE(sut.renew("root", 100, {}, now + 1s)) << room;
+    EXPECT_FALSE(sut.reissue({.name = "root", .roles = {Role::observer}}, {}, {}, now + 1s))
+        << room;
+  }
+  {
+    const FullDisk full(100);
+    EXPECT_FALSE(sut.revoke("root", {}, now));
+  }
+  EXPECT_EQ(content_of(folder / "root/certificate.pem"), before);
+  EXPECT_EQ(why_refused(), "not refused");
+  EXPECT_FALSE(fs::exists(folder / "another"));
+  EXPECT_FALSE(fs::exists(folder / ".another.part"));
+  const Plant after = Plant::look(folder).value();
+  EXPECT_THAT(after.entries(), SizeIs(1));
+  EXPECT_EQ(after.entry("root")->member.uuids, std::vector{uuid});
+  EXPECT_FALSE(after.entry("root")->revoked);
+  // With room it is done.
+  EXPECT_TRUE(sut.issue(service("another"), {}, {}, now + 1s));
+  EXPECT_TRUE(sut.revoke("root", {}, now));
+}
+
+// What a command leaves that is ended in the middle: `init` before its register, `issue` before its
+// folder is whole.
+TEST_F(PlantTest, SaysWhatToDoAboutAnInitThatDidNotComeToItsEnd) {
+  create();
+  fs::remove(folder / "register.textproto");
+  EXPECT_THAT(Plant::create(folder, "plant", "millrace", 3650, {}, now).error(),
+              AllOf(HasSubstr("did not come to its end"), HasSubstr("remove")));
+}
+
+TEST_F(PlantTest, RemovesTheKeysOfAnIssueThatDidNotComeToItsEnd) {
+  create();
+  open().issue(service(), {}, {}, now).value();
+  fs::rename(folder / "root", folder / ".root.part");
+  Plant sut = open();
+  EXPECT_FALSE(fs::exists(folder / ".root.part"));
+  ASSERT_TRUE(sut.renew("root", 100, {}, now));
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(PlantTest, SignsWithNoKeyThatOthersCanRead) {
+  create();
+  Plant sut = open();
+  for (const char* key : {"authorities/identity.key", "authorities/permissions.key"}) {
+    ::chmod((folder / key).c_str(), 0640);
+    EXPECT_THAT(sut.issue(service(), {}, {}, now).error(),
+                AllOf(HasSubstr(key), HasSubstr("chmod go=")));
+    ::chmod((folder / key).c_str(), 0600);
+  }
+  EXPECT_TRUE(sut.issue(service(), {}, {}, now));
+}
+
 TEST_F(PlantTest, SaysWhatAFolderIsNot) {
   EXPECT_THAT(Plant::open(temporary.path()).error(), HasSubstr("millrace trust init"));
-}
-
-// What Cyclone would refuse without a word that helps.
-class FolderTest : public PlantTest {
- protected:
-  void SetUp() override {
-    create();
-    open().issue(service(), {.days = 10}, {}, now).value();
-    ASSERT_TRUE(Plant::create(temporary.path() / "other", "plant", "millrace", 3650, {}, now));
-    Plant::open(temporary.path() / "other")->issue(service(), {}, {}, now).value();
-  }
-  void take_from_the_other(std::string_view file) const {
-    fs::copy(temporary.path() / "other/root" / file, folder / "root" / file,
-             fs::copy_options::overwrite_existing);
-  }
-};
-
-TEST_F(FolderTest, NamesAFileThatIsMissing) {
-  for (const char* file :
-       {"certificate.pem", "key.pem", "identity_authority.pem", "permissions_authority.pem",
-        "revoked.pem", "permissions.p7s", "governance_sign.p7s"}) {
-    fs::rename(folder / "root" / file, folder / "away");
-    EXPECT_THAT(why_refused(), HasSubstr(file)) << file;
-    fs::rename(folder / "away", folder / "root" / file);
-  }
-  EXPECT_EQ(why_refused(), "not refused");
-}
-
-TEST_F(FolderTest, RefusesAKeyThatEverybodyCanRead) {
-  ::chmod((folder / "root/key.pem").c_str(), 0604);
-  EXPECT_THAT(why_refused(), HasSubstr("everybody on this host can read it"));
-  // Of a group: as a package or systemd hands it to a service.
-  ::chmod((folder / "root/key.pem").c_str(), 0640);
-  EXPECT_EQ(why_refused(), "not refused");
-}
-
-TEST_F(FolderTest, RefusesWhatIsOverOrNotBegun) {
-  EXPECT_THAT(why_refused("root", now + std::chrono::days(10)), HasSubstr("expired on"));
-  EXPECT_THAT(why_refused("root", now - 1h), HasSubstr("not valid before"));
-}
-
-TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
-  for (const char* file :
-       {"key.pem", "certificate.pem", "identity_authority.pem", "permissions_authority.pem",
-        "revoked.pem", "permissions.p7s", "governance_sign.p7s"}) {
-    fs::copy(folder / "root" / file, folder / "kept");
-    take_from_the_other(file);
-    EXPECT_NE(why_refused(), "not refused") << file;
-    fs::remove(folder / "root" / file);
-    fs::rename(folder / "kept", folder / "root" / file);
-  }
-  EXPECT_EQ(why_refused(), "not refused");
-}
-
-TEST_F(FolderTest, RefusesAFolderThatIsNone) {
-  EXPECT_THAT(why_refused("nobody"), HasSubstr("is no folder"));
 }
 
 /// The first bytes of what DDS Security makes a participant's GUID of.

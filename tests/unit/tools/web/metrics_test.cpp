@@ -202,6 +202,50 @@ TEST_F(TheMetrics, CountProgramsOfNoMoreChannelsThanTheyHaveRoomFor) {
   EXPECT_THAT(text(), Not(HasSubstr("channel=\"999\"")));
 }
 
+fabric::DataSample queue_of(const std::string& machine, std::int64_t filled, std::int64_t got) {
+  const auto number = [](const char* name, std::int64_t value) {
+    return fabric::Value{.name = name, .elements = std::vector<std::int64_t>{value}};
+  };
+  return {.key = {machine, 1},
+          .group = "queue",
+          .values = {number("last_filled", filled), number("last_get", got), number("elements", 5),
+                     number("messages", 7), number("answered", 4), number("waiting", 3)}};
+}
+
+TEST_F(TheMetrics, TellHowFarMessageQueuesAreFilledReadAndAnswered) {
+  add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 1, 4)});
+  const std::string labels = "{machine=\"press\",queue=\"ALARMS\",channel=\"1\"} ";
+  EXPECT_THAT(text(), HasSubstr("millrace_queue_filled_messages" + labels + "2\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_queue_capacity_messages" + labels + "4\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_queue_waiting_messages" + labels + "3\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_queue_messages_total" + labels + "7\n"));
+  EXPECT_THAT(text(), HasSubstr("millrace_queue_answered_messages_total" + labels + "4\n"));
+}
+
+TEST_F(TheMetrics, DoNotTellHowFarAQueueWasFilledWhenItsControllerDoesNotAnswer) {
+  auto sample = queue_of("press.ALARMS", 1, 4);
+  sample.values.front().quality = fabric::Quality::stale;
+  add(Entry{.at = at(0), .sample = sample});
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_queue_filled_messages")));
+  EXPECT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
+}
+
+TEST_F(TheMetrics, TellNothingOfAQueueWhoseGatewayIsGone) {
+  add(Entry{.at = at(0), .sample = fabric::MachineStatus{.machine = "press", .host = "hall"}});
+  add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 1, 4)});
+  ASSERT_THAT(text(), HasSubstr("millrace_queue_waiting_messages"));
+  add(Entry{.at = at(1), .sample = fabric::MachineStatus{.machine = "press"}});
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_queue_waiting_messages")));
+}
+
+TEST_F(TheMetrics, TellNothingOfAQueueThatCannotBe) {
+  add(Entry{.at = at(0), .sample = queue_of("press.ALARMS", 9, 4)});
+  add(Entry{.at = at(0), .sample = queue_of("press.NO", 1, 4)});
+  add(Entry{.at = at(0), .sample = fabric::DataSample{.key = {"press.NO", 1}, .group = "queue"}});
+  add(Entry{.at = at(0), .sample = queue_of("press", 1, 4)});
+  EXPECT_THAT(text(), Not(HasSubstr("millrace_queue_filled_messages")));
+}
+
 TEST_F(TheMetrics, CountValuesByQuality) {
   add(Entry{.at = at(0),
             .sample = fabric::DataSample{

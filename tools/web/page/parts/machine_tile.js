@@ -1,6 +1,7 @@
 // A machine: its link, and a row for each of its channels with state, since when, and the call under way.
 import { levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
+import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
 import { age, duration } from '../time.js';
 import { perSecond, words } from '../words.js';
@@ -42,7 +43,7 @@ function channelRow() {
   const node = element('li', {}, link);
   return {
     node,
-    update({ channel, links, now }) {
+    update({ channel, queue, links, now }) {
       const state = stateOf(channel);
       const lasting = now - sinceOf(channel, state, links);
       const level = levelOf(state, lasting);
@@ -52,7 +53,9 @@ function channelRow() {
       setAttribute(link, 'data-channel', `${channel.machine}/${channel.channel}`);
       setAttribute(link, 'href', channel.call && state !== 'idle' ? `#/calls/${encodeURIComponent(channel.call)}`
         : `#/calls?machine=${encodeURIComponent(channel.machine)}&channel=${channel.channel}`);
-      setText(number, `${words.plant.channelShort} ${channel.channel}`);
+      setText(number, queue ? visible(queue) : `${words.plant.channelShort} ${channel.channel}`);
+      setAttribute(link, 'data-queue', queue || null);
+      setAttribute(number, 'title', queue ? words.plant.queue(visible(queue), channel.channel) : null);
       setText(detail, detailOf(channel, state, lasting));
       // A busy channel turns from idle to running and back all the time; how long this one lasts means nothing.
       const isBusy = level === 'fine' && channel.calls_per_second > 0 && lasting < 10_000;
@@ -104,7 +107,8 @@ export function machineTile() {
       }
       setAttribute(node, 'data-density', density);
       linkRows.show(machine.links.map((link) => ({ link, several: machine.links.length > 1 })), ({ link }) => link.gateway);
-      rows.show(machine.channels.map((channel) => ({ channel, links: machine.links, now })), ({ channel }) => channel.channel);
+      rows.show(machine.channels.map((channel) => ({ channel, queue: queueOf(channel, machine.name), links: machine.links, now })),
+        ({ channel }) => keyOf(channel.machine, channel.channel));
     },
   };
 }

@@ -56,6 +56,7 @@ export default {
     machines: 'Maschinen',
     channel: (n) => `Kanal ${n}`,
     channelShort: 'K',
+    queue: (name, channel) => `Meldungen der Schlange ${name}, Kanal ${channel}`,
     allChannels: (n) => `alle ${n} Kanäle`,
     since: (clock) => `seit ${clock}`,
     todo: 'Was zu tun ist',
@@ -86,7 +87,7 @@ export default {
     },
     unserved: {
       means: 'Keine Instanz auf diesem Netz bedient die UUID.',
-      todo: 'Den Dienst starten, oder die UUID im Programm berichtigen.',
+      todo: 'Den Dienst starten, oder die UUID im Programm berichtigen (die einer Schlange: in der Konfiguration des Gateways).',
       who: 'Wer die Dienste betreibt, oder das Programm geschrieben hat',
     },
     waiting: {

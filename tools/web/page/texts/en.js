@@ -57,6 +57,7 @@ export default {
     machines: 'Machines',
     channel: (n) => `channel ${n}`,
     channelShort: 'ch',
+    queue: (name, channel) => `messages of the queue ${name}, channel ${channel}`,
     allChannels: (n) => `all ${n} channels`,
     since: (clock) => `since ${clock}`,
     todo: 'What to do',
@@ -88,7 +89,7 @@ export default {
     },
     unserved: {
       means: 'No instance on this fabric serves the UUID.',
-      todo: 'Start the service, or correct the UUID in the program.',
+      todo: 'Start the service, or correct the UUID in the program (that of a message queue: in the configuration of the gateway).',
       who: 'Whoever runs the services, or wrote the program',
     },
     waiting: {

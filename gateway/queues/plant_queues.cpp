@@ -1,19 +1,11 @@
-#include "gateway/live/plant_queues.hpp"
+#include "gateway/queues/plant_queues.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include <boost/asio/post.hpp>
+#include "gateway/queues/queue_sample.hpp"
 
-#include "fabric/queue_group.hpp"
-#include "gateway/live/symbol_queue.hpp"
-#include "gateway/words.hpp"
-
-namespace millrace::gateway::live {
-
-PlantQueues::PlantQueues(boost::asio::any_io_executor executor, std::function<Moment()> now,
-                         QueueEvents& events)
-    : executor_(std::move(executor)), now_(std::move(now)), events_(events) {}
+namespace millrace::gateway::queues {
 
 PlantQueues::~PlantQueues() {
   for (auto& [key, one] : queues_) {
@@ -25,7 +17,7 @@ PlantQueues::~PlantQueues() {
 /// within.
 template <typename Act>
 void PlantQueues::soon(Act act) {
-  boost::asio::post(executor_, [act = std::move(act), alive = std::weak_ptr(life_)] {
+  io_.after({}, [act = std::move(act), alive = std::weak_ptr(life_)] {
     if (!alive.expired()) {
       act();
     }
@@ -34,35 +26,35 @@ void PlantQueues::soon(Act act) {
 
 void PlantQueues::begin(const fabric::ChannelKey& key, One& one, QueueBook book) {
   one.queue = std::make_shared<MachineQueue>(
-      executor_, one.machine, one.settings, std::move(book), now_,
-      QueueOutlet{.begin = [this] { events_.on_queue_event(); },
-                  .record = [this](const auto& entries,
+      one.machine, one.settings, std::move(book), io_,
+      QueueOutlet{.record = [this](const auto& entries,
                                    auto recorded) { events_.record_of_queue(entries, recorded); },
                   .shows = [this, key] { soon([this, key] { events_.on_queue_change(key); }); },
                   .tell = [this, key](const auto& news) { events_.say_of_queue(key, news); }});
 }
 
-void PlantQueues::set(const std::vector<settings::MachineSettings>& machines,
-                      const journal::Ledger& ledger) {
+void PlantQueues::set(const std::map<std::string, std::vector<QueueSettings>>& wanted,
+                      const std::map<fabric::ChannelKey, QueueBook>& known) {
   for (auto& [key, one] : queues_) {
     one.leaving = true;
   }
-  for (const settings::MachineSettings& machine : machines) {
-    for (const queues::QueueSettings& settings : machine.queues) {
-      const fabric::ChannelKey key = settings.key(machine.name);
+  for (const auto& [machine, all] : wanted) {
+    for (const QueueSettings& settings : all) {
+      const fabric::ChannelKey key = settings.key(machine);
       const auto [found, is_new] = queues_.try_emplace(key);
       One& one = found->second;
       one.leaving = false;
-      if (is_new || one.settings != settings) {
-        if (one.queue) {
-          one.queue->stop();
-        }
-        one.machine = machine.name;
+      if (is_new) {
+        one.machine = machine;
         one.settings = settings;
-        const auto known = ledger.queues().find(key);
-        begin(key, one, known == ledger.queues().end() ? QueueBook() : known->second);
-        reach(key, one);
+        const auto book = known.find(key);
+        begin(key, one, book == known.end() ? QueueBook() : book->second);
+      } else if (one.settings != settings) {
+        one.settings = settings;
+        one.queue->change(settings);
       }
+      // Also one that was leaving when its link came up.
+      reach(key, one);
       review(key, one);
     }
   }
@@ -99,10 +91,8 @@ void PlantQueues::review(const fabric::ChannelKey& key, One& one) {
   }
 }
 
-void PlantQueues::on_up(const std::string& machine, const std::vector<std::uint16_t>& channels,
-                        const std::weak_ptr<cnc::ads::Client>& client) {
-  Reach& way = reaches_[machine];
-  way.client = client;
+void PlantQueues::on_up(const std::string& machine, const std::vector<std::uint16_t>& channels) {
+  Reach& way = machines_[machine];
   way.channels.insert(channels.begin(), channels.end());
   way.up = true;
   for (auto& [key, one] : queues_) {
@@ -114,20 +104,21 @@ void PlantQueues::on_up(const std::string& machine, const std::vector<std::uint1
 
 /// Reads the queue if its channel is ours and the link is up.
 void PlantQueues::reach(const fabric::ChannelKey& key, One& one) {
-  const Reach& way = reaches_[one.machine];
-  auto client = way.client.lock();
-  if (one.leaving || !way.up || !client || !way.channels.contains(one.settings.channel)) {
+  const Reach& way = machines_[one.machine];
+  if (one.leaving || !way.up || !way.channels.contains(one.settings.channel)) {
     return;
   }
   one.ours = true;
   open(key, one);
   if (!one.queue->up()) {
-    one.queue->on_up(std::make_unique<SymbolQueue>(std::move(client), one.settings));
+    if (auto link = io_.reach(one.machine, one.settings)) {
+      one.queue->on_up(std::move(link));
+    }
   }
 }
 
 void PlantQueues::on_down(const std::string& machine, const std::string& reason) {
-  reaches_[machine].up = false;
+  machines_[machine].up = false;
   for (auto& [key, one] : queues_) {
     if (one.machine != machine) {
       continue;
@@ -145,7 +136,7 @@ void PlantQueues::on_down(const std::string& machine, const std::string& reason)
 
 void PlantQueues::on_left(const std::string& machine, std::uint16_t channel,
                           const std::string& reason) {
-  auto& channels = reaches_[machine].channels;
+  auto& channels = machines_[machine].channels;
   channel == 0 ? channels.clear() : static_cast<void>(channels.erase(channel));
   for (auto& [key, one] : queues_) {
     if (one.machine == machine && (channel == 0 || one.settings.channel == channel)) {
@@ -207,7 +198,8 @@ void PlantQueues::tell_numbers(const fabric::ChannelKey& key, One& one) {
   if (!one.ours && one.queue->queue().book().waiting() == 0) {
     return;
   }
-  fabric::DataSample sample = sample_of(key, one.settings, one.queue->queue().view(), now_().wall);
+  fabric::DataSample sample =
+      sample_of(key, one.settings, one.queue->queue().view(), io_.now().wall);
   const auto same = [](const fabric::Value& a, const fabric::Value& b) {
     return a.name == b.name && a.elements == b.elements && a.quality == b.quality;
   };
@@ -218,47 +210,4 @@ void PlantQueues::tell_numbers(const fabric::ChannelKey& key, One& one) {
   events_.tell_queue(sample);
 }
 
-fabric::DataSample sample_of(const fabric::ChannelKey& key, const queues::QueueSettings& settings,
-                             const queues::QueueView& view, fabric::Time at) {
-  constexpr std::chrono::seconds period{1};
-  fabric::DataSample sample{.key = key,
-                            .group = std::string(fabric::queue_group),
-                            .at = at,
-                            .period = period,
-                            .wanted = period};
-  const auto quality = view.trouble.empty() ? fabric::Quality::good : fabric::Quality::stale;
-  const auto number = [&](std::string_view name, std::int64_t value, fabric::Quality how) {
-    sample.values.push_back({.name = std::string(name),
-                             .type = fabric::ValueType::uns32,
-                             .quality = how,
-                             .at = at,
-                             .elements = std::vector<std::int64_t>{value}});
-    if (how != fabric::Quality::good) {
-      sample.values.back().reason = fit_reason(view.trouble);
-    }
-  };
-  const auto text = [&](std::string_view name, const std::string& value) {
-    sample.values.push_back({.name = std::string(name),
-                             .type = fabric::ValueType::string,
-                             .quality = fabric::Quality::good,
-                             .at = at,
-                             .elements = std::vector<std::string>{value}});
-  };
-  const bool known = view.control.has_value();
-  const queues::Control control = view.control.value_or(queues::Control{0, 0, 0});
-  const auto ring = known ? quality : fabric::Quality::stale;
-  number("last_filled", control.last_filled, ring);
-  number("last_get", control.last_get, ring);
-  number("elements", control.elements, ring);
-  number("messages", static_cast<std::int64_t>(view.messages), fabric::Quality::good);
-  number("answered", static_cast<std::int64_t>(view.answered), fabric::Quality::good);
-  number("waiting", static_cast<std::int64_t>(view.waiting), fabric::Quality::good);
-  number("response_state", view.response_state, fabric::Quality::good);
-  text("response", view.response);
-  text("array", settings.array);
-  text("uuid", settings.uuid);
-  text("drain", settings.drain == queues::Drain::journalled ? "JOURNALLED" : "WHEN_ANSWERED");
-  return sample;
-}
-
-}  // namespace millrace::gateway::live
+}  // namespace millrace::gateway::queues

@@ -1,11 +1,13 @@
-// The message queues of all machines: which are read, and whose calls are there.
+// The message queues of all machines: which are read, and whose calls are there. Decides only;
+// `QueuesIo` has the links and timers.
 //
-//   PlantQueues queues(executor, now, events);
-//   queues.set(settings.machines, journal.ledger());    // again when the configuration changes
-//   queues.on_up("press", {1, 2}, link.client());
-//   queues.read(key, ReadSet::request);                 // → events.on_queue_read(key, snapshot)
+//   PlantQueues queues(io, events);
+//   queues.set(settings::queues_of(machines), journal.ledger().queues());
+//   queues.on_up("press", {1, 2});
+//   queues.read(key, ReadSet::request);                  → events.on_queue_read(key, snapshot)
 //
-// A queue's calls go on without its controller, as long as messages of it are in the journal.
+// set() comes again when the configuration changes. A queue's calls go on without its controller,
+// as long as messages of it are in the journal.
 #pragma once
 
 #include <map>
@@ -14,22 +16,16 @@
 #include <string>
 #include <vector>
 
-#include <boost/asio/any_io_executor.hpp>
-
-#include "cnc/ads/client.hpp"
 #include "fabric/data.hpp"
-#include "gateway/journal/ledger.hpp"
-#include "gateway/live/machine_queue.hpp"
-#include "gateway/settings/settings.hpp"
+#include "gateway/queue_book.hpp"
+#include "gateway/queues/machine_queue.hpp"
 
-namespace millrace::gateway::live {
+namespace millrace::gateway::queues {
 
 /// Never called from within a function of PlantQueues, but for the last three.
 class QueueEvents {
  public:
   virtual ~QueueEvents() = default;
-  /// Something begins that none of these may follow.
-  virtual void on_queue_event() = 0;
   /// The queue's calls are ours from now on; again when they were already.
   virtual void on_queue_open(const fabric::ChannelKey& key) = 0;
   /// The controller does not answer, and no message is left.
@@ -41,25 +37,25 @@ class QueueEvents {
   virtual void on_queue_change(const fabric::ChannelKey& key) = 0;
   virtual void record_of_queue(const std::vector<JournalEntry>& entries,
                                std::function<void()> recorded) = 0;
-  virtual void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) = 0;
+  virtual void say_of_queue(const fabric::ChannelKey& key, const Queue::News& news) = 0;
   virtual void tell_queue(const fabric::DataSample& sample) = 0;
 };
 
 class PlantQueues {
  public:
-  /// `events` outlives it.
-  PlantQueues(boost::asio::any_io_executor executor, std::function<Moment()> now,
-              QueueEvents& events);
+  /// Both outlive it.
+  PlantQueues(QueuesIo& io, QueueEvents& events) : io_(io), events_(events) {}
   ~PlantQueues();
   PlantQueues(const PlantQueues&) = delete;
   PlantQueues& operator=(const PlantQueues&) = delete;
 
-  /// The queues to read from now on. What the journal has of others stays there.
-  void set(const std::vector<settings::MachineSettings>& machines, const journal::Ledger& ledger);
+  /// The queues to read from now on, by their machines. `known` is what the journal has of queues;
+  /// what it has of others stays there.
+  void set(const std::map<std::string, std::vector<QueueSettings>>& wanted,
+           const std::map<fabric::ChannelKey, QueueBook>& known);
   [[nodiscard]] bool has(const fabric::ChannelKey& key) const { return queues_.contains(key); }
 
-  void on_up(const std::string& machine, const std::vector<std::uint16_t>& channels,
-             const std::weak_ptr<cnc::ads::Client>& client);
+  void on_up(const std::string& machine, const std::vector<std::uint16_t>& channels);
   void on_down(const std::string& machine, const std::string& reason);
   /// The channel is another gateway's, or nobody's.
   void on_left(const std::string& machine, std::uint16_t channel, const std::string& reason);
@@ -70,13 +66,17 @@ class PlantQueues {
   void read(const fabric::ChannelKey& key, ReadSet look);
   void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
 
+  [[nodiscard]] Snapshot look(const fabric::ChannelKey& key, ReadSet what) const {
+    return queues_.at(key).queue->look(what);
+  }
+
   /// About once a second: tells each queue in numbers.
   void tell_numbers();
 
  private:
   struct One {
     std::string machine{};
-    queues::QueueSettings settings{};
+    QueueSettings settings{};
     std::shared_ptr<MachineQueue> queue{};
     /// Its channel is served by us.
     bool ours = false;
@@ -94,24 +94,17 @@ class PlantQueues {
   template <typename Act>
   void soon(Act act);
 
-  boost::asio::any_io_executor executor_;
-  std::function<Moment()> now_;
+  QueuesIo& io_;
   QueueEvents& events_;
   std::map<fabric::ChannelKey, One> queues_;
-  /// The way to a machine, and the channels of it that are ours.
+  /// Whether a machine can be reached, and the channels of it that are ours.
   struct Reach {
-    std::weak_ptr<cnc::ads::Client> client{};
     std::set<std::uint16_t> channels{};
     bool up = false;
   };
-  std::map<std::string, Reach> reaches_;
+  std::map<std::string, Reach> machines_;
   /// What is posted sees it gone.
   std::shared_ptr<int> life_ = std::make_shared<int>(0);
 };
 
-/// A queue in numbers, as machine data have them: the group "queue" of its key.
-[[nodiscard]] fabric::DataSample sample_of(const fabric::ChannelKey& key,
-                                           const queues::QueueSettings& settings,
-                                           const queues::QueueView& view, fabric::Time at);
-
-}  // namespace millrace::gateway::live
+}  // namespace millrace::gateway::queues

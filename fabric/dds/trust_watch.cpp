@@ -1,0 +1,101 @@
+#include "fabric/dds/trust_watch.hpp"
+
+#include <utility>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <pthread.h>
+
+#include "base/program/barrier.hpp"
+
+namespace millrace::fabric::dds {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+/// How soon a change of the list is seen.
+constexpr auto look_every = 1s;
+/// Who has been told that his own certificate is over is told again.
+constexpr auto tell_again = 15s;
+
+}  // namespace
+
+TrustWatch::TrustWatch(std::shared_ptr<const Trust> trust, Told told)
+    : trust_(std::move(trust)), told_(std::move(told)) {
+  look_whom_to_believe();
+  thread_ = std::thread([this] { run(); });
+  ::pthread_setname_np(thread_.native_handle(), "trust");
+}
+
+TrustWatch::~TrustWatch() {
+  {
+    const std::lock_guard guard(end_lock_);
+    ending_ = true;
+  }
+  end_news_.notify_all();
+  thread_.join();
+}
+
+void TrustWatch::run() {
+  std::unique_lock guard(end_lock_);
+  while (!end_news_.wait_for(guard, look_every, [this] { return ending_; })) {
+    guard.unlock();
+    base::program::contain("looking whom to believe", [this] {
+      look_whom_to_believe();
+      look_at_our_own(Clock::now());
+    });
+    guard.lock();
+  }
+}
+
+void TrustWatch::look_whom_to_believe() {
+  if (!trust_->revoked) {
+    return;
+  }
+  const auto names = trust_->revoked();
+  std::string trouble;
+  if (names) {
+    own_revoked_ = own_revoked_ || names->contains(trust_->name);
+    if (const auto missing = told_.revoked(*names); !missing.empty()) {
+      trouble = fmt::format(
+          "the list of revoked members (revoked.pem) does not name {} any more: an older one has "
+          "been copied over it; this program goes on not to believe whom it has named, and one "
+          "that "
+          "starts now would: copy the newest list from where the plant's authorities are",
+          fmt::join(missing, ", "));
+    }
+  } else {
+    trouble = names.error() + "; until then whom the list named before is not believed";
+  }
+  if (std::exchange(trouble_, trouble) != trouble && !trouble.empty()) {
+    told_.said(std::move(trouble));
+  }
+}
+
+void TrustWatch::look_at_our_own(Clock::time_point now) {
+  if (ended_at_ && (!trust_->ended || now - *ended_at_ < tell_again)) {
+    return;
+  }
+  const bool over = std::chrono::system_clock::now() >= trust_->until;
+  if (!over && !own_revoked_) {
+    return;
+  }
+  ended_at_ = now;
+  const std::string reason =
+      over ? fmt::format("the certificate of {} expired on {:%F %R} UTC", trust_->name,
+                         trust_->until)
+           : fmt::format("the certificate of {} has been revoked", trust_->name);
+  if (trust_->ended) {
+    trust_->ended(reason);
+    return;
+  }
+  // A program that is not ours is not ended.
+  told_.said(reason +
+             ": from now on nobody on the fabric hears this program; start it again with newer "
+             "material");
+}
+
+}  // namespace millrace::fabric::dds

@@ -1,0 +1,57 @@
+// Looks again and again whom a participant is to believe no more, and whether its own certificate
+// is over: a thread, since Cyclone reads the list of revoked members once and tells of no end.
+//
+//   TrustWatch watch(trust, {.revoked = […](const auto& names) { return book.left_out_of(names); },
+//                            .said = […](std::string text) { … }});
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "fabric/dds/trust.hpp"
+
+namespace millrace::fabric::dds {
+
+class TrustWatch {
+ public:
+  struct Told {
+    /// Whom the list names now, at each look. Returns who of those that it ever named is missing.
+    std::function<std::vector<std::string>(const std::set<std::string>&)> revoked;
+    /// Something for people, once.
+    std::function<void(std::string)> said;
+  };
+
+  /// Looks once before it returns; from then on `told` is called in its thread.
+  TrustWatch(std::shared_ptr<const Trust> trust, Told told);
+  ~TrustWatch();
+  TrustWatch(const TrustWatch&) = delete;
+  TrustWatch& operator=(const TrustWatch&) = delete;
+
+ private:
+  void run();
+  void look_whom_to_believe();
+  void look_at_our_own(std::chrono::steady_clock::time_point now);
+
+  const std::shared_ptr<const Trust> trust_;
+  const Told told_;
+  /// What is wrong with the list, as it was said last.
+  std::string trouble_;
+  bool own_revoked_ = false;
+  /// When the end of our own certificate was told last.
+  std::optional<std::chrono::steady_clock::time_point> ended_at_;
+
+  std::mutex end_lock_;
+  std::condition_variable end_news_;
+  bool ending_ = false;
+  std::thread thread_;
+};
+
+}  // namespace millrace::fabric::dds

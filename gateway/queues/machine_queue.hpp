@@ -1,0 +1,84 @@
+// Has done what one message queue wants: its questions to the controller one after the other, and
+// what it tells. Decides when; its link carries.
+//
+//   auto queue = std::make_shared<MachineQueue>("press", settings, book, io, outlet);
+//   queue->on_up(std::move(link));                 → outlet.record(entries), outlet.shows()
+//   queue->write(Variable::response_state, 1);
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/queues/queue.hpp"
+#include "gateway/queues/queue_link.hpp"
+
+namespace millrace::gateway::queues {
+
+/// What the queues have done for them. Calls nothing back from within.
+class QueuesIo {
+ public:
+  virtual ~QueuesIo() = default;
+  [[nodiscard]] virtual Moment now() const = 0;
+  /// What is to come after nothing comes in its order. `act` may be called when the queues are gone
+  /// already.
+  virtual void after(std::chrono::nanoseconds delay, std::function<void()> act) = 0;
+  /// Over the link that is up; null if it is gone already.
+  virtual std::unique_ptr<QueueLink> reach(const std::string& machine,
+                                           const QueueSettings& settings) = 0;
+};
+
+/// What a queue tells, never from within the one that is told.
+struct QueueOutlet {
+  /// Journal these in their order; `recorded`, if it is not empty, once the last is safe.
+  std::function<void(const std::vector<JournalEntry>&, std::function<void()> recorded)> record;
+  /// Another message is shown.
+  std::function<void()> shows;
+  std::function<void(const Queue::News&)> tell;
+};
+
+class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
+ public:
+  /// `io` outlives it.
+  MachineQueue(const std::string& machine, QueueSettings settings, QueueBook book, QueuesIo& io,
+               QueueOutlet outlet);
+
+  /// The link of its machine is up.
+  void on_up(std::unique_ptr<QueueLink> link);
+  void on_down(const std::string& reason);
+  /// The configuration has changed: it has no link then.
+  void change(QueueSettings settings);
+  /// Tells nobody any more.
+  void stop();
+  [[nodiscard]] bool up() const { return link_ != nullptr; }
+
+  [[nodiscard]] const Queue& queue() const { return queue_; }
+  [[nodiscard]] Snapshot look(ReadSet what) const { return queue_.look(what); }
+  void write(Variable variable, const Value& value);
+  void on_acknowledged();
+  /// What it has to tell.
+  void tell();
+
+ private:
+  void go_on();
+  void wait();
+  void ask(const Step& step);
+  void on_answer(StepAnswer answer);
+  void watch();
+
+  Queue queue_;
+  QueuesIo& io_;
+  QueueOutlet outlet_;
+  /// When it is looked at again, and which of the timers is the one for it.
+  std::optional<SteadyTime> waits_until_;
+  std::uint64_t timer_ = 0;
+  std::unique_ptr<QueueLink> link_;
+  bool asking_ = false;
+  bool watched_ = false;
+  bool stopped_ = false;
+};
+
+}  // namespace millrace::gateway::queues

@@ -1,0 +1,34 @@
+// The way to one message queue over one link to its controller, as the queue sees it: carries its
+// questions. live::PortLink is the one with a socket.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "gateway/queues/reader.hpp"
+#include "gateway/queues/ring.hpp"
+
+namespace millrace::gateway::queues {
+
+template <typename T>
+using Answer = tl::expected<T, std::string>;
+
+/// What has come of a Step, in the order of their types; errors are words that go behind the name
+/// of the queue.
+using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
+
+/// Its end leaves what was asked unanswered; what was sent may be done all the same.
+class QueueLink {
+ public:
+  virtual ~QueueLink() = default;
+  /// One at a time. `answered` is never called from within, and not after the end of this.
+  virtual void ask(const Step& step, std::function<void(StepAnswer)> answered) = 0;
+  /// Asks the controller to tell of changes: late, for nothing, or never.
+  virtual void watch(std::function<void()> told) = 0;
+};
+
+}  // namespace millrace::gateway::queues

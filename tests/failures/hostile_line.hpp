@@ -1,0 +1,137 @@
+// A chain of programs in a network of its own, on which somebody means no good.
+//
+//   TEST_F(AHostileParticipant, …) { start(); Hostile sut(chain.domain(), slow_uuid); … }
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/failures/hostile.hpp"
+#include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
+#include "tests/support/own_network.hpp"
+
+namespace millrace::tests::failures {
+
+using integration::Chain;
+using integration::Flags;
+using testing::HasSubstr;
+using testing::Not;
+using namespace fabric;
+using namespace std::chrono_literals;
+
+inline const std::string slow_uuid = "c0ffee00-0000-4000-8000-000000000001";
+
+inline constexpr std::uint32_t channels = 4;
+inline constexpr std::uint32_t calls_of_each = 100;
+/// The floods take cores that the calls may need.
+inline constexpr std::chrono::seconds allowed{120};
+
+/// Before any test has threads: what is sent here goes nowhere else. For
+/// testing::AddGlobalTestEnvironment().
+class Network : public testing::Environment {
+ public:
+  void SetUp() override { obstacle = enter_own_network(); }
+  inline static std::string obstacle;
+};
+
+inline std::size_t lines_of(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count(text, '\n'));
+}
+
+/// Does something at this rate, in a thread of its own, until its end; at most so often, where the
+/// machine does not manage it.
+class Flood {
+ public:
+  Flood(std::size_t per_second, const std::function<void(std::size_t)>& act)
+      : thread_([this, per_second, act] {
+          const auto start = std::chrono::steady_clock::now();
+          while (!over_) {
+            const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+            const auto due =
+                static_cast<std::size_t>(passed.count() * static_cast<double>(per_second));
+            for (std::size_t i = 0; done_ < due && i < 1000; ++i) {
+              act(done_++);
+            }
+            std::this_thread::sleep_for(1ms);
+          }
+        }) {}
+  ~Flood() { end(); }
+  Flood(const Flood&) = delete;
+  Flood& operator=(const Flood&) = delete;
+
+  void end() {
+    over_ = true;
+    if (thread_.joinable()) {
+      thread_.join();
+    }
+  }
+  [[nodiscard]] std::size_t done() const { return done_; }
+
+ private:
+  std::atomic<bool> over_ = false;
+  std::atomic<std::size_t> done_ = 0;
+  std::thread thread_;
+};
+
+class AHostileParticipant : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!Network::obstacle.empty()) {
+      GTEST_SKIP() << Network::obstacle;
+    }
+  }
+
+  /// Two instances, a controller whose programs call them, a gateway.
+  void start(std::uint32_t calls = calls_of_each) {
+    calls_ = calls;
+    services.push_back(chain.slow_service({"--name", "one", "--work", "5"}));
+    services.push_back(chain.slow_service({"--name", "two", "--work", "5"}));
+    Flags flags{"--channels", std::to_string(channels)};
+    const std::string program = chain.counting_program(slow_uuid, calls);
+    for (std::uint32_t channel = 1; channel <= channels; ++channel) {
+      flags.insert(flags.end(), {"--run", std::to_string(channel) + "=" + program});
+    }
+    cnc.emplace(chain.cnc(flags));
+    gateway.emplace(chain.gateway());
+    gateway->await_error("call .* answered with state", allowed);
+  }
+
+  /// Each program gets its own answers, all of them.
+  void expect_calls_unharmed() {
+    for (std::uint32_t channel = 1; channel <= channels; ++channel) {
+      cnc->await(
+          "\\[ch" + std::to_string(channel) + "\\] " + std::to_string(calls_) + " calls answered",
+          allowed);
+    }
+    EXPECT_THAT(cnc->output(), Not(HasSubstr("wrong answer")));
+    for (Process& service : services) {
+      EXPECT_TRUE(service.running());
+    }
+    EXPECT_TRUE(gateway->running());
+  }
+
+  /// Nothing that controls a terminal, and no line that is no event of its own.
+  static void expect_clean(const std::string& text) {
+    EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+    EXPECT_THAT(text, Not(HasSubstr("\x07")));
+    EXPECT_THAT(text, Not(HasSubstr("\nforged line")));
+  }
+
+  Chain chain;
+  std::vector<Process> services;
+  std::optional<Process> cnc;
+  std::optional<Process> gateway;
+  std::uint32_t calls_ = 0;
+};
+
+}  // namespace millrace::tests::failures

@@ -1,0 +1,147 @@
+// What a host refuses of its folder before Cyclone would, without a word that helps.
+#include <gmock/gmock.h>
+
+#include "base/openssl/signed_text.hpp"
+#include "fabric/trust/grants.hpp"
+#include "fabric/trust/permissions.hpp"
+#include "tests/unit/tools/trust/plant_fixture.hpp"
+
+namespace millrace::tools::trust {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class FolderTest : public PlantTest {
+ protected:
+  void SetUp() override {
+    create();
+    open().issue(service(), {.days = 10}, {}, now).value();
+    ASSERT_TRUE(Plant::create(temporary.path() / "other", "plant", "millrace", 3650, {}, now));
+    Plant::open(temporary.path() / "other")->issue(service(), {}, {}, now).value();
+  }
+  void take_from_the_other(std::string_view file) const {
+    fs::copy(temporary.path() / "other/root" / file, folder / "root" / file,
+             fs::copy_options::overwrite_existing);
+  }
+};
+
+TEST_F(FolderTest, NamesAFileThatIsMissing) {
+  for (const char* file :
+       {"certificate.pem", "key.pem", "identity_authority.pem", "permissions_authority.pem",
+        "revoked.pem", "permissions.p7s", "governance_sign.p7s"}) {
+    fs::rename(folder / "root" / file, folder / "away");
+    EXPECT_THAT(why_refused(), HasSubstr(file)) << file;
+    fs::rename(folder / "away", folder / "root" / file);
+  }
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(FolderTest, RefusesAKeyThatEverybodyCanRead) {
+  ::chmod((folder / "root/key.pem").c_str(), 0604);
+  EXPECT_THAT(why_refused(), HasSubstr("everybody on this host can read it"));
+  // Of a group: as a package or systemd hands it to a service.
+  ::chmod((folder / "root/key.pem").c_str(), 0640);
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(FolderTest, RefusesWhatIsOverOrNotBegun) {
+  EXPECT_THAT(why_refused("root", now + std::chrono::days(10)), HasSubstr("expired on"));
+  EXPECT_THAT(why_refused("root", now - 1h), HasSubstr("not valid before"));
+}
+
+TEST_F(FolderTest, RefusesWhatIsOfAnotherPlant) {
+  for (const char* file :
+       {"key.pem", "certificate.pem", "identity_authority.pem", "permissions_authority.pem",
+        "revoked.pem", "permissions.p7s", "governance_sign.p7s"}) {
+    fs::copy(folder / "root" / file, folder / "kept");
+    take_from_the_other(file);
+    EXPECT_NE(why_refused(), "not refused") << file;
+    fs::remove(folder / "root" / file);
+    fs::rename(folder / "kept", folder / "root" / file);
+  }
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(FolderTest, RefusesPermissionsOfAnotherMemberOrAnotherTime) {
+  Plant plant = open();
+  plant.issue(service("another"), {}, {}, now).value();
+  fs::copy(folder / "root", folder / "kept", fs::copy_options::recursive);
+  fs::copy(folder / "another/permissions.p7s", folder / "root/permissions.p7s",
+           fs::copy_options::overwrite_existing);
+  EXPECT_THAT(why_refused(), AllOf(HasSubstr("permissions.p7s"), HasSubstr("is about CN=another")));
+  plant.renew("root", 10, {}, now + 1s).value();
+  fs::copy(folder / "kept/permissions.p7s", folder / "root/permissions.p7s",
+           fs::copy_options::overwrite_existing);
+  EXPECT_THAT(why_refused(), AllOf(HasSubstr("permissions.p7s"), HasSubstr("is valid from")));
+}
+
+TEST_F(FolderTest, RefusesTheGovernanceOfAnotherProtection) {
+  fs::copy(folder / "root/governance_encrypt.p7s", folder / "root/governance_sign.p7s",
+           fs::copy_options::overwrite_existing);
+  EXPECT_THAT(why_refused(),
+              AllOf(HasSubstr("governance_sign.p7s"), HasSubstr("the governance of ENCRYPT")));
+}
+
+/// What the plant's own authority for permissions signs: an earlier version, say, or a careless
+/// hand.
+class SignedByTheAuthority : public FolderTest {
+ protected:
+  void sign(std::string_view file, const std::string& document) const {
+    const auto authority =
+        base::openssl::Certificate::read(content_of(folder / "authorities/permissions.pem"))
+            .value();
+    const auto key =
+        base::openssl::Key::read(content_of(folder / "authorities/permissions.key")).value();
+    std::ofstream(folder / "root" / file, std::ios::binary)
+        << base::openssl::sign_text(document, authority, key);
+  }
+};
+
+TEST_F(SignedByTheAuthority, ARelaxedGovernanceIsRefused) {
+  std::string relaxed = fabric::trust::governance_document(Protection::sign);
+  sign("governance_sign.p7s", relaxed);
+  EXPECT_EQ(why_refused(), "not refused");
+  relaxed.replace(relaxed.find("false</allow_unauth"), 5, "true");
+  sign("governance_sign.p7s", relaxed);
+  EXPECT_THAT(why_refused(),
+              AllOf(HasSubstr("governance_sign.p7s"), HasSubstr("millrace trust renew")));
+}
+
+// Before there were badges.
+TEST_F(SignedByTheAuthority, MaterialOfAnEarlierVersionIsNamedAndRenewed) {
+  const auto certificate =
+      base::openssl::Certificate::read(content_of(folder / "root/certificate.pem")).value();
+  auto grants = fabric::trust::grants_of(service(), "millrace");
+  std::erase_if(grants,
+                [](const fabric::trust::Grant& grant) { return grant.topic == "millrace/badge"; });
+  sign("permissions.p7s",
+       fabric::trust::permissions_document(grants, certificate.subject(), certificate.from(),
+                                           certificate.until()));
+  EXPECT_THAT(why_refused(),
+              AllOf(HasSubstr("permissions.p7s"), HasSubstr("is of an earlier version of millrace"),
+                    HasSubstr("millrace trust renew")));
+  open().renew("root", 10, {}, now).value();
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(FolderTest, RefusesAListThatIsOlderThanItsCertificate) {
+  fs::copy(folder / "root/revoked.pem", folder / "older");
+  Plant plant = open();
+  plant.renew("root", 10, {}, now + 1s).value();
+  EXPECT_EQ(why_refused(), "not refused");
+  fs::copy(folder / "older", folder / "root/revoked.pem", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(why_refused(),
+              AllOf(HasSubstr("revoked.pem"), HasSubstr("an older one has been copied over it")));
+}
+
+TEST_F(FolderTest, SaysThatAWholePlantIsNotForAHost) {
+  EXPECT_THAT(why_refused(""), HasSubstr("is the folder of a whole plant"));
+}
+
+TEST_F(FolderTest, RefusesAFolderThatIsNone) {
+  EXPECT_THAT(why_refused("nobody"), HasSubstr("is no folder"));
+}
+
+}  // namespace
+}  // namespace millrace::tools::trust
