@@ -68,9 +68,36 @@ void PlantQueues::set(const std::map<std::string, std::vector<QueueSettings>>& w
 void PlantQueues::open(const fabric::ChannelKey& key, One& one) {
   one.retired = false;
   soon([this, key] {
-    if (queues_.contains(key)) {
-      events_.on_queue_open(key);
-      queues_.at(key).queue->tell();
+    if (const auto found = queues_.find(key); found != queues_.end() && !found->second.retired) {
+      open_now(key, found->second);
+    }
+  });
+}
+
+/// As with a controller's link: what was asked before it went down is answered before it is back.
+void PlantQueues::open_now(const fabric::ChannelKey& key, One& one) {
+  one.opens = one.asked > 0;
+  if (!one.opens) {
+    events_.on_queue_open(key);
+    queues_.at(key).queue->tell();
+  }
+}
+
+template <typename Tell>
+void PlantQueues::answer(const fabric::ChannelKey& key, Tell tell) {
+  One& asked = queues_.at(key);
+  ++asked.asked;
+  soon([this, key, of = std::weak_ptr(asked.queue), tell = std::move(tell)] {
+    const auto found = queues_.find(key);
+    // Another one may have taken its place.
+    if (found == queues_.end() || found->second.queue != of.lock()) {
+      return;
+    }
+    --found->second.asked;
+    tell(found->second);
+    if (const auto still = queues_.find(key);
+        still != queues_.end() && still->second.opens && !still->second.retired) {
+      open_now(key, still->second);
     }
   });
 }
@@ -126,7 +153,8 @@ void PlantQueues::on_down(const std::string& machine, const std::string& reason)
     one.queue->on_down(reason);
     if (one.queue->queue().book().waiting() == 0 && one.ours) {
       soon([this, key = key, reason] {
-        if (queues_.contains(key)) {
+        if (const auto found = queues_.find(key); found != queues_.end()) {
+          found->second.opens = false;
           events_.on_queue_down(key, reason);
         }
       });
@@ -161,11 +189,11 @@ void PlantQueues::on_over(const fabric::ChannelKey& key) {
 }
 
 void PlantQueues::read(const fabric::ChannelKey& key, ReadSet look) {
-  soon([this, key, look] {
-    if (const auto found = queues_.find(key); found != queues_.end()) {
-      events_.on_queue_read(key, found->second.queue->look(look));
-    }
-  });
+  if (queues_.contains(key)) {
+    answer(key, [this, key, look](const One& one) {
+      events_.on_queue_read(key, one.queue->look(look));
+    });
+  }
 }
 
 void PlantQueues::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
@@ -174,10 +202,8 @@ void PlantQueues::write(const fabric::ChannelKey& key, Variable variable, const 
     return;
   }
   found->second.queue->write(variable, value);
-  soon([this, key] {
-    if (queues_.contains(key)) {
-      events_.on_queue_write(key);
-    }
+  answer(key, [this, key](const One&) {
+    events_.on_queue_write(key);
     // The end of the call may have ended the queue.
     if (const auto still = queues_.find(key); still != queues_.end()) {
       still->second.queue->on_acknowledged();

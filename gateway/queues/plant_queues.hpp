@@ -83,6 +83,10 @@ class PlantQueues {
     /// The configuration names it no more.
     bool leaving = false;
     bool retired = false;
+    /// Reads and writes that are not answered yet.
+    std::size_t asked = 0;
+    /// To be opened once they are.
+    bool opens = false;
     fabric::DataSample told{};
   };
 
@@ -90,6 +94,9 @@ class PlantQueues {
   void review(const fabric::ChannelKey& key, One& one);
   void reach(const fabric::ChannelKey& key, One& one);
   void open(const fabric::ChannelKey& key, One& one);
+  void open_now(const fabric::ChannelKey& key, One& one);
+  template <typename Tell>
+  void answer(const fabric::ChannelKey& key, Tell tell);
   void tell_numbers(const fabric::ChannelKey& key, One& one);
   template <typename Act>
   void soon(Act act);

@@ -47,10 +47,13 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
     ++links;
     return std::make_unique<SilentLink>();
   }
-  void on_queue_open(const fabric::ChannelKey&) override { ++opened; }
-  void on_queue_down(const fabric::ChannelKey&, const std::string&) override {}
+  void on_queue_open(const fabric::ChannelKey&) override {
+    ++opened;
+    heard += "open ";
+  }
+  void on_queue_down(const fabric::ChannelKey&, const std::string&) override { heard += "down "; }
   void on_queue_retired(const fabric::ChannelKey&) override { ++retired; }
-  void on_queue_read(const fabric::ChannelKey&, const Snapshot&) override {}
+  void on_queue_read(const fabric::ChannelKey&, const Snapshot&) override { heard += "read "; }
   void on_queue_write(const fabric::ChannelKey&) override {}
   void on_queue_change(const fabric::ChannelKey&) override {}
   void record_of_queue(const std::vector<JournalEntry>&, std::function<void()>) override {}
@@ -76,6 +79,7 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
   int links = 0;
   int opened = 0;
   int retired = 0;
+  std::string heard;
   PlantQueues sut{*this, *this};
 };
 
@@ -96,6 +100,21 @@ TEST_F(PlantQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
   turn();
   EXPECT_EQ(links, 0);
   EXPECT_GT(opened, 0);
+}
+
+// The session of its calls has what it asked answered before its link comes back, as a controller's
+// does. A configuration that was read again in the moment of a link's end ended the gateway; found
+// by the simulation, seed 1020109.
+TEST_F(PlantQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
+  sut.set(wanted, {});
+  sut.on_up("press", {1});
+  turn();
+  heard.clear();
+  sut.on_down("press", "connection reset");
+  sut.set(wanted, {});
+  sut.read(key, ReadSet::state);
+  turn();
+  EXPECT_EQ(heard, "down read open ");
 }
 
 TEST_F(PlantQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
