@@ -25,6 +25,14 @@ constexpr std::string_view settings =
     R"(<HeartbeatInterval min="20ms" minsched="50ms" max="1s">200ms</HeartbeatInterval>)"
     R"(<PreEmptiveAckDelay>1ms</PreEmptiveAckDelay><NackDelay>1ms</NackDelay></Internal>)";
 
+// Cyclone asks another one for his keys as soon as it has accepted his certificate, and puts that
+// into one packet with the end of the handshake if it comes to send both at once. Fast DDS drops a
+// packet from the first part on that it has no key for, Cyclone (0.10.2) does not repeat the end if
+// all else is protected, and the two would never hear each other. A handshake takes longer than
+// this, so that nobody waits for it.
+constexpr std::string_view handshaking =
+    R"(,<Internal><PreEmptiveAckDelay>40ms</PreEmptiveAckDelay></Internal>)";
+
 // Who hears finds another one like it by its announcement when it starts; these are for who was not
 // heard then.
 constexpr std::string_view hearing = R"(<Discovery><SPDPInterval>5s</SPDPInterval></Discovery>)";
@@ -81,8 +89,11 @@ bool finds_otherwise(std::string_view list) {
 }  // namespace
 
 std::string cyclone_configuration(std::string_view extra, std::string_view uri, Finding finding,
-                                  std::uint32_t domain) {
+                                  std::uint32_t domain, bool trusted) {
   std::string list(settings);
+  if (trusted) {
+    list += handshaking;
+  }
   const bool usual = uri.empty() && !finds_otherwise(extra);
   if (usual && finding == Finding::hears) {
     list += hearing;

@@ -13,8 +13,10 @@ namespace millrace::fabric::dds {
 /// later setting wins. The loopback interface is named only if neither of the others names an
 /// interface, in place or in a file of theirs, because Cyclone adds interfaces up. Who only
 /// announces himself does so in the group of `domain`, unless `extra` has another way of finding
-/// others (peers, no multicast, other ports), or there is a `uri`.
+/// others (peers, no multicast, other ports), or there is a `uri`. Who is `trusted` shows a
+/// certificate to those who join.
 std::string cyclone_configuration(std::string_view extra, std::string_view uri,
-                                  Finding finding = Finding::hears, std::uint32_t domain = 0);
+                                  Finding finding = Finding::hears, std::uint32_t domain = 0,
+                                  bool trusted = false);
 
 }  // namespace millrace::fabric::dds

@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <condition_variable>
 #include <csignal>
+#include <exception>
+#include <iostream>
 #include <mutex>
 #include <optional>
 #include <regex>
@@ -65,6 +67,7 @@ Pipe make_pipe() {
 struct Process::Impl {
   /// Of a child that has just been forked; anything else would make kill() reach strangers.
   const pid_t pid;
+  const std::string command;
   Fd pidfd;
   std::optional<int> exit_code;
 
@@ -75,8 +78,10 @@ struct Process::Impl {
   bool closed = false;
   std::thread reader;
 
-  Impl(pid_t child, Fd out_end, Fd error_end)
-      : pid(child), pidfd(static_cast<int>(::syscall(SYS_pidfd_open, child, 0))) {
+  Impl(pid_t child, std::string command_line, Fd out_end, Fd error_end)
+      : pid(child),
+        command(std::move(command_line)),
+        pidfd(static_cast<int>(::syscall(SYS_pidfd_open, child, 0))) {
     assert(child > 0);
     reader =
         std::thread([this, first = std::move(out_end), second = std::move(error_end)]() mutable {
@@ -91,6 +96,20 @@ struct Process::Impl {
       reap();
     }
     reader.join();
+    if (std::uncaught_exceptions() > 0) {
+      tell();
+    }
+  }
+
+  /// The test fails, and why may be known to another process than the one that it waited for.
+  void tell() const {
+    constexpr std::size_t most = 8192;
+    const auto end_of = [](const std::string& text) {
+      return text.size() <= most ? text : "[...]" + text.substr(text.size() - most);
+    };
+    std::cerr << "=== " << command << " wrote until then\n"
+              << end_of(out) << "--- standard error\n"
+              << end_of(error) << std::flush;
   }
 
   void reap() {
@@ -175,8 +194,10 @@ Process::Process(std::vector<std::string> command) {
   if (::access(command.at(0).c_str(), X_OK) != 0) {
     throw_errno("cannot execute " + command.at(0));
   }
+  std::string line;
   std::vector<char*> arguments;
   for (std::string& argument : command) {
+    line += (line.empty() ? "" : " ") + argument;
     arguments.push_back(argument.data());
   }
   arguments.push_back(nullptr);
@@ -190,7 +211,7 @@ Process::Process(std::vector<std::string> command) {
   if (pid == 0) {
     become(arguments, parent, out.write.get(), error.write.get());
   }
-  impl_ = std::make_unique<Impl>(pid, std::move(out.read), std::move(error.read));
+  impl_ = std::make_unique<Impl>(pid, std::move(line), std::move(out.read), std::move(error.read));
 }
 
 Process::~Process() = default;

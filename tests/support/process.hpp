@@ -6,7 +6,8 @@
 //   cnc.terminate();
 //   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 //
-// Whatever happens to the test, the process ends with it.
+// Whatever happens to the test, the process ends with it; of one that fails by an exception, each
+// of its processes shows what it wrote.
 #pragma once
 
 #include <chrono>

@@ -26,6 +26,13 @@ TEST(CycloneConfiguration, PutsTheUsersSettingsLastSoThatTheyWin) {
   EXPECT_THAT(dds::cyclone_configuration("<A/>", "<B/>"), EndsWith(",<A/>,<B/>"));
 }
 
+// Or what Cyclone asks for shares a packet with the end of a handshake, which Fast DDS then drops.
+TEST(CycloneConfiguration, AsksForNothingBeforeAHandshakeIsOver) {
+  EXPECT_THAT(dds::cyclone_configuration("", "", dds::Finding::hears, 0, true),
+              HasSubstr("<PreEmptiveAckDelay>40ms"));
+  EXPECT_THAT(dds::cyclone_configuration("", ""), Not(HasSubstr("<PreEmptiveAckDelay>40ms")));
+}
+
 TEST(CycloneConfiguration, LeavesTheInterfaceToWhoeverNamesOne) {
   const std::string named = R"(<General><NetworkInterfaceAddress>eth1</NetworkInterfaceAddress>)";
   EXPECT_THAT(dds::cyclone_configuration(named, ""), Not(HasSubstr(loopback)));
