@@ -105,8 +105,9 @@ tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
   unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
   const auto factor = factor_of(unit.empty() ? "s" : unit);
   const double value = number * factor.value_or(0);
-  // Written so that NaN is refused too.
-  if (error != std::errc{} || !factor || !(value >= 0 && value <= longest)) {
+  // NaN is neither.
+  const bool in_range = value >= 0 && value <= longest;
+  if (error != std::errc{} || !factor || !in_range) {
     return tl::unexpected(fmt::format(
         "'{}' is no time span; expected a number with ns, us, ms, s, m or min, h or d", text));
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <span>
 #include <string>
@@ -163,10 +162,15 @@ ChannelKey get_key(const Sample& sample) {
 }
 
 /// What an enumeration holds: a foreign one may hold what none of its names stands for, and C++
-/// does not let that be read as one of C.
+/// does not let that be read as one of C, not even by std::bit_cast.
 template <typename Enumeration>
 constexpr auto number_of(const Enumeration& value) {
-  return std::bit_cast<std::underlying_type_t<Enumeration>>(value);
+  if (std::is_constant_evaluated()) {
+    return static_cast<std::underlying_type_t<Enumeration>>(value);
+  }
+  std::underlying_type_t<Enumeration> number{};
+  std::memcpy(&number, &value, sizeof number);
+  return number;
 }
 
 /// The enumerations of fabric/messages repeat those of the IDL in the same order.

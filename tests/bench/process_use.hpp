@@ -11,6 +11,14 @@
 
 namespace millrace::bench {
 
+/// A sanitizer keeps what a program has freed for a while, to find who uses it still; then the
+/// size of a process says little.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool keeps_what_is_freed = true;
+#else
+inline constexpr bool keeps_what_is_freed = false;
+#endif
+
 inline double resident_mib(pid_t process) {
   std::ifstream statm(fmt::format("/proc/{}/statm", process));
   long total = 0;

@@ -323,16 +323,25 @@ TEST_F(LcmAnswer, CountsFromTheProgramThatWasAskedAlone) {
   std::optional<Speaker> stranger;
   const auto say = [&](Speaker& asked, const request_t& request) {
     stranger.emplace(uuid, "stranger");
-    // In its own name, and in that of the one that was asked.
+    // In its own name, which it has announced by then or not, and in that of the one that was
+    // asked.
     stranger->answer(request, "mine");
     stranger->send(asked.reply_to(request, "forged"));
-    // Of another type, and of another call.
+    sut->await_error("answers (attempt 1 of )?call " + request.call.id +
+                     ", (which it was not given|but)");
+    sut->await_error("in the name of program");
+    asked.answer(request, "the answer");
+  };
+  EXPECT_EQ(answer(say).text, "the answer");
+}
+
+TEST_F(LcmAnswer, CountsAsAnAnswerToThatCallAlone) {
+  const auto say = [&](Speaker& asked, const request_t& request) {
     asked.publish(asked.reply_channel(), fabric::lcm::encode(drain_t{}));
     request_t other = request;
     other.call.id = "5f-17";
     asked.answer(other, "to another one");
     sut->await_error("a message on MILLRACE_REPLY\\." + uuid + " from \\S+ is no reply: its fing");
-    sut->await_error("in the name of program");
     sut->await_error("answers attempt 1 of call 5f-17, which it was not given");
     asked.answer(request, "the answer");
   };

@@ -254,7 +254,8 @@ TEST_F(ForeignInput, OfALongBodyIsRefused) {
 
 TEST_F(ForeignInput, ThatIsNoHttpIsRefused) {
   HttpClient browser(port);
-  browser.send(std::string("\x16\x03\x01\x02\x00 nonsense\r\n\r\n", 20));
+  using namespace std::string_view_literals;
+  browser.send("\x16\x03\x01\x02\x00 nonsense\r\n\r\n"sv);
   EXPECT_EQ(browser.receive().status, 400);
 }
 

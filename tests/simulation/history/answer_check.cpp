@@ -164,7 +164,10 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   }
   if (fact.request_state != 0) {
     // The program asks the same again already. It may go on with this answer, and its request
-    // stands all the same: nobody can tell.
+    // stands all the same: nobody can tell. Who finds the call open in its journal answers it then.
+    if (!channel.stretches.empty() && channel.stretches.back().request == fact.request) {
+      finals_.erase(fact.call);
+    }
     return;
   }
   for (Stretch& one : channel.stretches) {

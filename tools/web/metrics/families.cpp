@@ -27,6 +27,20 @@ prometheus::ClientMetric metric_with(const Labels& labels) {
 
 }  // namespace
 
+std::string one_word(std::string_view words) {
+  std::string word(words);
+  std::ranges::replace(word, ' ', '_');
+  return word;
+}
+
+double seconds_of(std::chrono::system_clock::time_point time) {
+  return std::chrono::duration<double>(time.time_since_epoch()).count();
+}
+
+double seconds_of(std::chrono::nanoseconds duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
 void Buckets::add(std::chrono::nanoseconds duration) {
   // Clocks of two hosts differ; a time below zero is none.
   const double seconds = std::max(0.0, std::chrono::duration<double>(duration).count());

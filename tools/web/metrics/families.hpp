@@ -21,6 +21,16 @@ namespace millrace::tools::web::metrics {
 /// Names and values; a value is UTF-8, whatever it was.
 using Labels = std::vector<std::pair<std::string, std::string>>;
 
+/// The label of all that there are too many of to tell apart.
+inline constexpr const char* other = "other";
+
+/// As one word: "link_down", "to_service".
+std::string one_word(std::string_view words);
+
+/// As Prometheus has points in time and durations.
+double seconds_of(std::chrono::system_clock::time_point time);
+double seconds_of(std::chrono::nanoseconds duration);
+
 /// Fixed, so that what different hosts count can be added: from what a hop on one host takes to
 /// what a program waits for a person.
 class Buckets {

@@ -46,11 +46,7 @@ class Metrics {
  public:
   /// Of each, so many are told apart.
   static constexpr std::size_t most_services = 200;
-  static constexpr std::size_t most_machines = 200;
   static constexpr std::size_t most_call_series = 2'000;
-  static constexpr std::size_t most_channels = 2'000;
-  static constexpr std::size_t most_notices = 200;
-  static constexpr std::size_t most_queues = 1'000;
   static constexpr std::size_t most_program_series = 2'000;
 
   Metrics();
@@ -69,12 +65,7 @@ class Metrics {
   void add(const fabric::ProgramEvent& event, fabric::Time received);
   std::string known(std::set<std::string>& names, const std::string& name, std::size_t most);
   void put_calls(Families& families) const;
-  void put_channels(Families& families, const bus::Live& live) const;
-  void put_links(Families& families, const bus::Live& live) const;
   void put_services(Families& families, const bus::Live& live) const;
-  void put_notices(Families& families, const bus::Live& live) const;
-  void put_data(Families& families, const plant::DataBook& data) const;
-  void put_queues(Families& families, const plant::DataBook& data) const;
   void put_runs(Families& families) const;
   void put_program(Families& families, const ProgramFigures& program) const;
 
