@@ -34,7 +34,9 @@ class Evaluator {
   values::Result<void> write(const syntax::Reference& reference, const Value& value);
   /// The name with its indices computed: "V.G.NP[98].V.X", "P12[3]". Not for @P1.
   values::Result<std::string> name_of(const syntax::Reference& reference);
-  values::Result<std::string> name_of(const syntax::Variable& variable) {
+  /// Not an overload of name_of: Clang fails to see that a variable becomes no reference by
+  /// copying.
+  values::Result<std::string> name_of_variable(const syntax::Variable& variable) {
     return resolve(variable);
   }
   /// Counts a macro of this operation; a fault if they are too many (macros that use each other

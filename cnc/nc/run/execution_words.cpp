@@ -140,7 +140,7 @@ Result<void> Execution::collect(const syntax::MacroDefinition& macro, std::vecto
 
 // Computed when it is decoded (our choice), written when the interpolator is there (documented).
 Result<void> Execution::collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&) {
-  return evaluator_.name_of(assignment.target).and_then([&](const std::string& name) {
+  return evaluator_.name_of_variable(assignment.target).and_then([&](const std::string& name) {
     return evaluator_.evaluate_text(assignment.value).map([&](Value value) {
       data_orders_.emplace_back(AssignData{name, std::move(value)});
     });
@@ -148,8 +148,8 @@ Result<void> Execution::collect(const syntax::DataAssignment& assignment, std::v
 }
 
 Result<void> Execution::collect(const syntax::QueueMessage& message, std::vector<WordValue>&) {
-  const auto queue = evaluator_.name_of(message.queue);
-  const auto control = queue ? evaluator_.name_of(message.control) : queue;
+  const auto queue = evaluator_.name_of_variable(message.queue);
+  const auto control = queue ? evaluator_.name_of_variable(message.control) : queue;
   if (!control) {
     return tl::make_unexpected(control.error());
   }
@@ -159,7 +159,7 @@ Result<void> Execution::collect(const syntax::QueueMessage& message, std::vector
 }
 
 Result<void> Execution::collect(const syntax::QueueInit& init, std::vector<WordValue>&) {
-  return evaluator_.name_of(init.control).map([&](std::string control) {
+  return evaluator_.name_of_variable(init.control).map([&](std::string control) {
     data_orders_.emplace_back(InitQueue{std::move(control)});
   });
 }
