@@ -34,8 +34,8 @@ class Evaluator {
   values::Result<void> write(const syntax::Reference& reference, const Value& value);
   /// The name with its indices computed: "V.G.NP[98].V.X", "P12[3]". Not for @P1.
   values::Result<std::string> name_of(const syntax::Reference& reference);
-  /// Not an overload of name_of: Clang fails to see that a variable becomes no reference by
-  /// copying.
+  /// Not an overload of name_of: to choose between the two Clang copies a Variable, whose
+  /// expressions cannot be copied.
   values::Result<std::string> name_of_variable(const syntax::Variable& variable) {
     return resolve(variable);
   }

@@ -19,10 +19,16 @@ inline constexpr std::size_t most_channels = 2'000;
 inline constexpr std::size_t most_notices = 200;
 inline constexpr std::size_t most_queues = 1'000;
 
+/// The state of each channel and what its gateway counted; by machine the calls that are under way
+/// and that wait, and whether the journal takes any.
 void put_channels(Families& families, const bus::Live& live);
+/// Of each machine: whether it is connected, how it is looked at, and its gateways.
 void put_links(Families& families, const bus::Live& live);
+/// What programs say of themselves.
 void put_notices(Families& families, const bus::Live& live);
+/// How many sampled values of each machine are good, stale, refused.
 void put_data(Families& families, const plant::DataBook& data);
+/// What stands in each message queue, and what of it was read and answered.
 void put_queues(Families& families, const plant::DataBook& data);
 
 }  // namespace millrace::tools::web::metrics
