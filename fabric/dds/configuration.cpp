@@ -88,14 +88,14 @@ bool finds_otherwise(std::string_view list) {
 
 }  // namespace
 
-std::string cyclone_configuration(std::string_view extra, std::string_view uri, Finding finding,
-                                  std::uint32_t domain, bool trusted) {
+std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri) {
+  const std::string_view extra = options.configuration;
   std::string list(settings);
-  if (trusted) {
+  if (options.trust) {
     list += handshaking;
   }
   const bool usual = uri.empty() && !finds_otherwise(extra);
-  if (usual && finding == Finding::hears) {
+  if (usual && options.finding == Finding::hears) {
     list += hearing;
   }
   if (!names_interface(extra) && !names_interface(uri)) {
@@ -107,8 +107,8 @@ std::string cyclone_configuration(std::string_view extra, std::string_view uri, 
       list += more;
     }
   }
-  if (usual && finding == Finding::announces) {
-    list += announcing(domain, extra);
+  if (usual && options.finding == Finding::announces) {
+    list += announcing(options.domain, extra);
   }
   return list;
 }

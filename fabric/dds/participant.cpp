@@ -67,9 +67,7 @@ void check_fabric_name(const std::string& name) {
 /// Joins what an earlier participant of this process created, or creates the domain.
 void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
   const char* uri = std::getenv("CYCLONEDDS_URI");
-  const std::string configuration =
-      cyclone_configuration(options.configuration, uri != nullptr ? uri : "", options.finding,
-                            options.domain, options.trust != nullptr);
+  const std::string configuration = cyclone_configuration(options, uri != nullptr ? uri : "");
   const dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
   if (domain < 0 && domain != DDS_RETCODE_PRECONDITION_NOT_MET) {
     fail(options.domain, domain, log);

@@ -45,10 +45,7 @@ struct ParticipantOptions {
   /// and gives way to CYCLONEDDS_URI. The fabric stays on loopback unless one of them names an
   /// interface.
   std::string configuration{};
-  /// The name in the certificate that `configuration` shows the others; empty without trust.
-  std::string trusted_as{};
-  /// The same where it is known what else the certificate says (fabric/dds/trust.hpp); null without
-  /// trust.
+  /// What the certificate says that `configuration` shows the others; null without trust.
   std::shared_ptr<const Trust> trust{};
 };
 

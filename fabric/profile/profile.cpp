@@ -161,7 +161,6 @@ tl::expected<dds::ParticipantOptions, std::string> read_profile(const std::files
                                   .lease = std::chrono::milliseconds(profile.lease_ms()),
                                   .configuration = cyclone_configuration(profile)};
   if (credentials) {
-    options.trusted_as = credentials->name;
     options.trust = trust_of(*credentials);
     options.configuration += credentials->cyclone_configuration;
   }

@@ -64,7 +64,6 @@ fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
           .lease = options.lease,
           .name = options.name,
           .configuration = options.configuration,
-          .trusted_as = options.trust ? options.trust->name : std::string(),
           .trust = options.trust};
 }
 

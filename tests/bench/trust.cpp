@@ -76,7 +76,6 @@ class Row : public fabric::ends::CallEndListener {
         throw std::runtime_error(credentials.error());
       }
       options.configuration = credentials->cyclone_configuration;
-      options.trusted_as = credentials->name;
       options.trust = std::make_shared<const fabric::dds::Trust>(fabric::dds::Trust{
           .name = credentials->name, .badge = credentials->badge, .until = credentials->until});
     }

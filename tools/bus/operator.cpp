@@ -8,6 +8,7 @@
 #include "base/posix/host.hpp"
 #include "fabric/badge.hpp"
 #include "fabric/dds/post_once.hpp"
+#include "fabric/dds/trust.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
@@ -42,7 +43,8 @@ class Desk : public std::enable_shared_from_this<Desk> {
       if (!heard.contains(command.id)) {
         sent_.insert_or_assign(command.id, Clock::now());
         fabric::Command named = command;
-        named.issuer = fabric::issuer_of(participant_.options().trusted_as, command.issuer);
+        const auto& trust = participant_.options().trust;
+        named.issuer = fabric::issuer_of(trust ? trust->name : std::string(), command.issuer);
         if (const auto written = writer_.write(named); !written) {
           throw std::runtime_error(written.error());
         }

@@ -38,7 +38,7 @@ Qos partition_qos(const std::string& partition) {
 Entity create_domain(std::uint32_t domain) {
   const char* uri = std::getenv("CYCLONEDDS_URI");
   const std::string configuration =
-      fabric::dds::cyclone_configuration("", uri != nullptr ? uri : "");
+      fabric::dds::cyclone_configuration({}, uri != nullptr ? uri : "");
   return Entity(check(dds_create_domain(domain, configuration.c_str()), "create the domain"));
 }
 

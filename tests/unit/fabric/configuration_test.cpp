@@ -1,10 +1,12 @@
 #include "fabric/dds/configuration.hpp"
 
 #include <fstream>
+#include <memory>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/dds/trust.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::fabric {
@@ -17,52 +19,55 @@ using testing::Not;
 const std::string loopback = "name=\"lo\"";
 
 TEST(CycloneConfiguration, StaysOnLoopback) {
-  EXPECT_THAT(dds::cyclone_configuration("", ""), HasSubstr(loopback));
-  EXPECT_THAT(dds::cyclone_configuration("", "<Tracing><Verbosity>fine</Verbosity></Tracing>"),
+  EXPECT_THAT(dds::cyclone_configuration({}, ""), HasSubstr(loopback));
+  EXPECT_THAT(dds::cyclone_configuration({}, "<Tracing><Verbosity>fine</Verbosity></Tracing>"),
               HasSubstr(loopback));
 }
 
 TEST(CycloneConfiguration, PutsTheUsersSettingsLastSoThatTheyWin) {
-  EXPECT_THAT(dds::cyclone_configuration("<A/>", "<B/>"), EndsWith(",<A/>,<B/>"));
+  EXPECT_THAT(dds::cyclone_configuration({.configuration = "<A/>"}, "<B/>"),
+              EndsWith(",<A/>,<B/>"));
 }
 
 // Or what Cyclone asks for shares a packet with the end of a handshake, which Fast DDS then drops.
 TEST(CycloneConfiguration, AsksForNothingBeforeAHandshakeIsOver) {
-  EXPECT_THAT(dds::cyclone_configuration("", "", dds::Finding::hears, 0, true),
+  EXPECT_THAT(dds::cyclone_configuration({.trust = std::make_shared<const dds::Trust>()}, ""),
               HasSubstr("<PreEmptiveAckDelay>40ms"));
-  EXPECT_THAT(dds::cyclone_configuration("", ""), Not(HasSubstr("<PreEmptiveAckDelay>40ms")));
+  EXPECT_THAT(dds::cyclone_configuration({}, ""), Not(HasSubstr("<PreEmptiveAckDelay>40ms")));
 }
 
 TEST(CycloneConfiguration, LeavesTheInterfaceToWhoeverNamesOne) {
   const std::string named = R"(<General><NetworkInterfaceAddress>eth1</NetworkInterfaceAddress>)";
-  EXPECT_THAT(dds::cyclone_configuration(named, ""), Not(HasSubstr(loopback)));
-  EXPECT_THAT(dds::cyclone_configuration("", named), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration({.configuration = named}, ""), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration({}, named), Not(HasSubstr(loopback)));
 }
 
 TEST(CycloneConfiguration, LooksForAnInterfaceInFiles) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "dds.xml";
   std::ofstream(file) << R"(<Interfaces><NetworkInterface name="eth1"/></Interfaces>)";
-  EXPECT_THAT(dds::cyclone_configuration("", "file://" + file.string()), Not(HasSubstr(loopback)));
-  EXPECT_THAT(dds::cyclone_configuration("", "<A/>," + file.string()), Not(HasSubstr(loopback)));
-  EXPECT_THAT(dds::cyclone_configuration("", "file:///no/such/file"), HasSubstr(loopback));
+  EXPECT_THAT(dds::cyclone_configuration({}, "file://" + file.string()), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration({}, "<A/>," + file.string()), Not(HasSubstr(loopback)));
+  EXPECT_THAT(dds::cyclone_configuration({}, "file:///no/such/file"), HasSubstr(loopback));
 }
 
 TEST(CycloneConfiguration, LetsAServiceAnnounceItselfWhereOthersHearIt) {
-  const std::string sut = dds::cyclone_configuration("", "", dds::Finding::announces, 3);
+  const std::string sut =
+      dds::cyclone_configuration({.domain = 3, .finding = dds::Finding::announces}, "");
   EXPECT_THAT(sut, HasSubstr("<AllowMulticast>false"));
   EXPECT_THAT(sut, HasSubstr("239.255.0.1:8150"));
-  EXPECT_THAT(dds::cyclone_configuration("", ""), Not(HasSubstr("239.255.0.1")));
+  EXPECT_THAT(dds::cyclone_configuration({}, ""), Not(HasSubstr("239.255.0.1")));
 }
 
 TEST(CycloneConfiguration, LeavesAServiceToFindOthersAsTheUserSays) {
   for (const std::string users :
        {"<Discovery><Peers><Peer Address=\"10.0.0.1\"/></Peers></Discovery>",
         "<General><AllowMulticast>false</AllowMulticast></General>"}) {
-    EXPECT_THAT(dds::cyclone_configuration(users, "", dds::Finding::announces),
+    EXPECT_THAT(dds::cyclone_configuration(
+                    {.finding = dds::Finding::announces, .configuration = users}, ""),
                 Not(HasSubstr("239.255.0.1")));
   }
-  EXPECT_THAT(dds::cyclone_configuration("", "<A/>", dds::Finding::announces),
+  EXPECT_THAT(dds::cyclone_configuration({.finding = dds::Finding::announces}, "<A/>"),
               Not(HasSubstr("239.255.0.1")));
 }
 
