@@ -4,8 +4,9 @@
 //   const auto reply = decode<millrace::reply_t>(bytes);   // or why not
 //
 // What lcm-gen 1.3 generates trusts counts and lengths: it makes room for as many elements as a
-// message says that there are, and throws for a string of length 0. decode() lets neither through.
-// Of our types at most one, presence_t, counts; it does so in its first field.
+// message says that there are, and takes one away from the length of a string even if that is 0 or
+// the smallest number. decode() lets neither through: the build adds a check of lengths to the
+// generated code (idl/CMakeLists.txt), and of our types only presence_t counts, in its first field.
 #pragma once
 
 #include <cstdint>
@@ -74,7 +75,8 @@ tl::expected<Message, std::string> decode(std::string_view bytes) {
     }
     return tl::unexpected(
         used < 0
-            ? fmt::format("it ends in the middle of a {}", Message::getTypeName())
+            ? fmt::format("it ends in the middle of a {}, or a text in it has an impossible length",
+                          Message::getTypeName())
             : fmt::format("{} bytes stand behind its {}", size - used, Message::getTypeName()));
   } catch (const std::exception&) {
     return tl::unexpected(

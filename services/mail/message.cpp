@@ -29,10 +29,13 @@ std::string without_controls(std::string_view text) {
   return clean;
 }
 
-/// The bytes of the character at the start of `text`; a byte that begins none counts as one.
+/// The bytes of the character at the start of `text`; a byte that begins none counts as one. Never
+/// more than a character of UTF-8 may have, or what is none would not fit into a word.
 std::string_view first_character(std::string_view text) {
+  constexpr std::size_t longest = 4;
   std::size_t size = 1;
-  while (size < text.size() && (static_cast<unsigned char>(text[size]) & 0xC0U) == 0x80U) {
+  while (size < std::min(text.size(), longest) &&
+         (static_cast<unsigned char>(text[size]) & 0xC0U) == 0x80U) {
     ++size;
   }
   return text.substr(0, size);

@@ -1,5 +1,8 @@
 #include "services/lcm/received.hpp"
 
+#include <cstdint>
+
+#include <boost/endian/conversion.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <millrace/drain_t.hpp>
@@ -110,12 +113,17 @@ TEST(Reply, IsRefusedWithTheReason) {
   message.kind = 3;
   EXPECT_THAT(parse_reply(encode(message)).error(), HasSubstr("its kind is 3"));
   EXPECT_THAT(parse_reply(encode(tests::reply("17", ""))).error(), HasSubstr("\"17\""));
-  std::string bytes = encode(tests::reply("5f-17", "text"));
-  // The length of the call's id: 0 is not even its NUL.
-  for (std::size_t i = 16; i < 20; ++i) {
-    bytes[i] = 0;
+}
+
+TEST(Reply, IsRefusedIfATextInItHasAnImpossibleLength) {
+  const std::string whole = encode(tests::reply("5f-17", "text"));
+  // That of the call's id. 0 is not even its NUL; of the smallest one lcm-gen's code would take one
+  // away, and read 2 GB.
+  for (const std::int32_t length : {0, -1, INT32_MIN, INT32_MAX}) {
+    std::string bytes = whole;
+    boost::endian::store_big_s32(reinterpret_cast<unsigned char*>(bytes.data() + 16), length);
+    EXPECT_THAT(parse_reply(bytes).error(), HasSubstr("impossible length")) << length;
   }
-  EXPECT_THAT(parse_reply(bytes).error(), HasSubstr("impossible length"));
 }
 
 TEST(TextOfLcm, IsTheControllersInItsOwnCodePage) {

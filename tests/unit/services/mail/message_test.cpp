@@ -84,6 +84,13 @@ TEST(MailMessage, FoldsLongHeadersBetweenCharacters) {
   EXPECT_EQ(characters, 60U);
 }
 
+// Latin-1 for "°°°…": no beginning of a character for as long as it goes on.
+TEST(MailMessage, FoldsHeadersOfBytesThatAreNoUtf8) {
+  for (const std::string& line : lines("Subject: " + header_text(std::string(400, '\xB0')))) {
+    EXPECT_LE(line.size(), 76U) << line;
+  }
+}
+
 TEST(MailMessage, BreaksLongLinesOfTheBody) {
   const std::string sut = quoted_printable(std::string(300, 'x') + "\n" + std::string(100, '='));
   for (const std::string& line : lines(sut)) {
