@@ -83,7 +83,7 @@ Standing standing_of(const Proof& proof, std::string_view machine, bool testers)
 }
 
 std::string doubt_of(const Proof& proof, Standing standing, std::string_view machine) {
-  const std::string name = proof.badge ? base::text::safe(proof.badge->name) : std::string();
+  std::string name = proof.badge ? base::text::safe(proof.badge->name) : std::string();
   switch (standing) {
     case Standing::unproven:
       return "a program that shows no badge of its certificate";

@@ -24,7 +24,7 @@ std::string one_text(std::string_view text, std::size_t most) {
 
 }  // namespace
 
-void NoticeBoard::raise(Notice notice, Time now) {
+void NoticeBoard::raise(const Notice& notice, Time now) {
   const NoticeKey key{who_.key.responder, one_text(notice.key.kind, most_kind),
                       one_text(notice.key.subject, most_name)};
   const auto before = all_.find(key);
@@ -48,6 +48,7 @@ NoticeBoard::Told NoticeBoard::wanted() const {
   }
   // The worst first, so that what is left out matters least.
   std::vector<const Notice*> order;
+  order.reserve(all_.size());
   for (const auto& [key, notice] : all_) {
     order.push_back(&notice);
   }

@@ -23,7 +23,7 @@ class NoticeBoard {
   explicit NoticeBoard(Notice who) : who_(std::move(who)) {}
 
   /// From now on, or still. What was raised before keeps its `since`, whatever it says now.
-  void raise(Notice notice, Time now);
+  void raise(const Notice& notice, Time now);
   /// Not any more. Nothing happens if it was not raised.
   void clear(const std::string& kind, const std::string& subject = {});
 

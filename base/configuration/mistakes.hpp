@@ -38,8 +38,8 @@ class Mistakes {
   template <typename Number>
   bool expect_range(Number value, Number first, Number last, const ConfigPath& path) {
     const bool inside = value >= first && value <= last;
-    return expect(inside, path,
-                  inside ? "" : fmt::format("{}; expected {} to {}", value, first, last));
+    expect(inside, path, inside ? "" : fmt::format("{}; expected {} to {}", value, first, last));
+    return inside;
   }
 
   [[nodiscard]] bool none() const { return text_.empty(); }

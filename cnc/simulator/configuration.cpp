@@ -159,7 +159,8 @@ std::vector<SystemVariable> system_variables(const config::Cnc& config, const Se
     const std::string& name = all.back().declaration.name;
     bool is_new = all.back().per_axis || names.insert(name).second;
     for (const std::string& axis : axes) {
-      is_new = (!all.back().per_axis || names.insert(name + "." + axis).second) && is_new;
+      is_new =
+          (!all.back().per_axis || names.insert(fmt::format("{}.{}", name, axis)).second) && is_new;
     }
     mistakes.expect(is_new, path / "name", fmt::format("there are two of {}", name));
   }

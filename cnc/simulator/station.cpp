@@ -38,7 +38,7 @@ ads::ServerOptions server_options(const Setup& setup) {
 
 }  // namespace
 
-Station::Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
+Station::Station(const boost::asio::any_io_executor& executor, const Setup& setup, Panel& panel,
                  const base::program::Log& log)
     : panel_(panel),
       log_(log),

@@ -28,7 +28,7 @@ namespace millrace::cnc::simulator {
 class Station {
  public:
   /// The panel must outlive the station. Throws std::runtime_error if it cannot listen.
-  Station(boost::asio::any_io_executor executor, const Setup& setup, Panel& panel,
+  Station(const boost::asio::any_io_executor& executor, const Setup& setup, Panel& panel,
           const base::program::Log& log);
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;

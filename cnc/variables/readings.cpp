@@ -134,6 +134,7 @@ asio::awaitable<std::vector<Result<Description>>> Readings::describe(
   // Five numbers and one for each dimension.
   constexpr std::uint32_t length = 64;
   std::vector<Reading> questions;
+  questions.reserve(names.size());
   for (const std::string& name : names) {
     questions.push_back(
         question(channel, offset::description_by_name, length, encode_name(without_indices(name))));
@@ -309,6 +310,7 @@ asio::awaitable<Readings::Answers> Readings::ask_in_a_sum(std::vector<Reading> r
   ++requests_;
   if (port == location_.port) {
     std::vector<ads::SumItem> items;
+    items.reserve(count);
     for (Reading& reading : readings) {
       items.push_back({reading.index, reading.length, std::move(reading.input)});
     }
@@ -318,6 +320,7 @@ asio::awaitable<Readings::Answers> Readings::ask_in_a_sum(std::vector<Reading> r
     answers = bytes.and_then([&](const Bytes& all) { return ads::decode_sum(all, items); });
   } else {
     std::vector<ads::SumRead> items;
+    items.reserve(count);
     for (const Reading& reading : readings) {
       items.push_back({reading.index, reading.length});
     }

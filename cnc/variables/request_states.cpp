@@ -44,6 +44,7 @@ asio::awaitable<std::vector<Result<std::uint32_t>>> RequestStates::read(
 asio::awaitable<Result<RequestStates::Answers>> RequestStates::read_in_a_sum(
     const std::vector<std::uint16_t>& channels) {
   std::vector<ads::SumItem> items;
+  items.reserve(channels.size());
   for (const std::uint16_t channel : channels) {
     items.push_back(
         Channel(client_, channel, location_).item(name_of(variable), read_length(variable)));

@@ -154,6 +154,7 @@ void StateNotices::leave() {
 asio::awaitable<StateNotices::Handles> StateNotices::symbol_handles(
     std::vector<std::string> names) {
   std::vector<ads::SumItem> items;
+  items.reserve(names.size());
   for (const std::string& name : names) {
     items.push_back({{ads::symbol::handle_by_name, 0}, state_size, encode_name(name)});
   }
@@ -178,7 +179,7 @@ asio::awaitable<StateNotices::Handles> StateNotices::symbol_handles(
                                    handles.back().error() != ErrorCode::symbol_not_found);
     if (over) {
       const auto error = no_sums ? handles.back().error() : together.error();
-      handles.push_back(tl::make_unexpected(error));
+      handles.emplace_back(tl::unexpect, error);
       continue;
     }
     Bytes name = item.data;

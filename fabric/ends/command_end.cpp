@@ -74,7 +74,7 @@ bool CommandEnd::Impl::is_new(const InstanceId& command) {
   return true;
 }
 
-CommandEnd::CommandEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+CommandEnd::CommandEnd(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                        CommandListener& listener)
     : impl_(std::make_shared<Impl>(participant, listener)) {
   impl_->open(executor);

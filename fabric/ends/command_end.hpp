@@ -29,7 +29,7 @@ class CommandListener {
 
 class CommandEnd {
  public:
-  CommandEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+  CommandEnd(dds::Participant& participant, const boost::asio::any_io_executor& executor,
              CommandListener& listener);
   ~CommandEnd();
   CommandEnd(const CommandEnd&) = delete;

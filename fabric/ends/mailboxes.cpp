@@ -48,7 +48,7 @@ tl::expected<void, std::string> Mailboxes::publish(const Request& request) {
     return tl::unexpected(fmt::format("instance {} has not shown up on fabric '{}'",
                                       request.assigned.to_string(), participant_.options().fabric));
   }
-  const auto written = mailbox->second.writer.write(request);
+  auto written = mailbox->second.writer.write(request);
   if (written) {
     mailbox->second.standing.insert(key_of(request));
     wrote(mailbox->second);

@@ -80,8 +80,8 @@ void NoticeEnd::Impl::repeat() {
   }
 }
 
-NoticeEnd::NoticeEnd(const dds::Participant& participant, boost::asio::any_io_executor executor,
-                     Notice who)
+NoticeEnd::NoticeEnd(const dds::Participant& participant,
+                     const boost::asio::any_io_executor& executor, Notice who)
     : impl_(std::make_shared<Impl>(participant, executor, std::move(who))) {}
 
 NoticeEnd::~NoticeEnd() {
@@ -94,8 +94,8 @@ NoticeEnd::~NoticeEnd() {
   impl_->writer.reset();
 }
 
-tl::expected<void, std::string> NoticeEnd::raise(Notice notice) {
-  impl_->board.raise(std::move(notice), std::chrono::system_clock::now());
+tl::expected<void, std::string> NoticeEnd::raise(const Notice& notice) {
+  impl_->board.raise(notice, std::chrono::system_clock::now());
   return impl_->tell();
 }
 

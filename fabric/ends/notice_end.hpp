@@ -1,10 +1,9 @@
 // The end of a program that says something of itself: troubles that it has, and that they are over.
 //
 //   NoticeEnd notices(participant, io.get_executor(),
-//                     {.key = {.responder = id}, .program = "millrace record", .host = "vm", .pid =
-//                     17});
-//   notices.raise({.key = {.kind = "recording"}, .level = NoticeLevel::fine, .text = "records to
-//   run.mcap"}); notices.clear("recording");
+//                     {.key = {.responder = id}, .program = "millrace record", .pid = 17});
+//   notices.raise({.key = {.kind = "recording"}, .level = NoticeLevel::fine, .text = "records"});
+//   notices.clear("recording");
 //
 // It announces no writer before there is something to say, so a program that is well costs the
 // fabric nothing.
@@ -31,14 +30,15 @@ class NoticeEnd {
   static constexpr int repeats_per_lease = 4;
 
   /// `who` has responder, program, host and process. `participant` outlives it.
-  NoticeEnd(const dds::Participant& participant, boost::asio::any_io_executor executor, Notice who);
+  NoticeEnd(const dds::Participant& participant, const boost::asio::any_io_executor& executor,
+            Notice who);
   /// Takes back what it has said.
   ~NoticeEnd();
   NoticeEnd(const NoticeEnd&) = delete;
   NoticeEnd& operator=(const NoticeEnd&) = delete;
 
   /// Says it, if it is new. The error says why nobody is told; it is tried again with the next one.
-  tl::expected<void, std::string> raise(Notice notice);
+  tl::expected<void, std::string> raise(const Notice& notice);
   tl::expected<void, std::string> clear(const std::string& kind, const std::string& subject = {});
 
  private:

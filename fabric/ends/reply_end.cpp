@@ -173,7 +173,7 @@ InstanceIdentity checked(InstanceIdentity identity) {
 
 }  // namespace
 
-ReplyEnd::ReplyEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+ReplyEnd::ReplyEnd(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                    InstanceIdentity identity, ReplyEndListener& listener)
     : impl_(std::make_shared<Impl>(participant, checked(std::move(identity)), listener)) {
   impl_->open(executor);

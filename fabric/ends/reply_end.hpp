@@ -42,7 +42,7 @@ class ReplyEnd {
  public:
   /// Throws std::invalid_argument for an identity that cannot be announced (check_identity), and
   /// std::runtime_error with Cyclone's reason.
-  ReplyEnd(dds::Participant& participant, boost::asio::any_io_executor executor,
+  ReplyEnd(dds::Participant& participant, const boost::asio::any_io_executor& executor,
            InstanceIdentity identity, ReplyEndListener& listener);
   /// The same without an executor: requests come in the thread that receives them, a hand-over
   /// earlier. The listener must not wait there, nor end this object.

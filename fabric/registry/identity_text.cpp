@@ -18,7 +18,7 @@ constexpr std::string_view header = "millrace-instance 2";
 constexpr std::string_view instance_key = "instance=";
 
 /// Far above what check_identity lets through: more is no identity of ours.
-constexpr std::size_t max_text_size = 64 * 1024;
+constexpr std::size_t max_text_size = std::size_t{64} * 1024;
 
 using base::text::parse_number;
 using Parsed = tl::expected<void, std::string>;

@@ -55,6 +55,7 @@ std::optional<Role> role_named(std::string_view name) {
 const std::vector<Role>& all_roles() {
   static const std::vector<Role> all = [] {
     std::vector<Role> roles;
+    roles.reserve(names.size());
     for (const auto& [role, name] : names) {
       roles.push_back(role);
     }

@@ -30,13 +30,13 @@ namespace millrace::fabric::wire {
 
 /// What sets a topic apart from the others.
 struct Topic {
-  const char* name;
-  const dds_topic_descriptor_t* type;
+  const char* name = nullptr;
+  const dds_topic_descriptor_t* type = nullptr;
   /// The last sample of each key waits for readers that join later.
-  bool transient_local;
+  bool transient_local = false;
   /// Samples of a key that a writer keeps for readers that have not acknowledged them. It
   /// overwrites older ones; a writer that kept all would wait for its slowest reader.
-  std::int32_t writer_depth;
+  std::int32_t writer_depth = 1;
   /// A sample that is lost is followed by the next one soon.
   bool best_effort = false;
 };

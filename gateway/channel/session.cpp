@@ -74,7 +74,7 @@ SessionActions ChannelSession::set_told(bool told, Moment now) {
 SessionActions ChannelSession::on_change(Variable variable, Moment now) {
   // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program waits no more:
   // after an interim answer.
-  if (variable == Variable::response_state && !(call_ && !call_->call().shown.empty())) {
+  if (variable == Variable::response_state && (!call_ || call_->call().shown.empty())) {
     return {};
   }
   if (!call_) {

@@ -59,6 +59,7 @@ tl::expected<Elements, std::string> elements_of(const cnc::variables::Reading& r
       .map([&](std::vector<Element>&& decoded) -> Elements {
         if (reading.type.type == cnc::variables::Type::real64) {
           std::vector<double> reals;
+          reals.reserve(decoded.size());
           for (const Element& one : decoded) {
             reals.push_back(std::get<double>(one));
           }
@@ -66,12 +67,14 @@ tl::expected<Elements, std::string> elements_of(const cnc::variables::Reading& r
         }
         if (reading.type.type == cnc::variables::Type::string) {
           std::vector<std::string> texts;
+          texts.reserve(decoded.size());
           for (Element& one : decoded) {
             texts.push_back(std::get<std::string>(std::move(one)));
           }
           return texts;
         }
         std::vector<std::int64_t> integers;
+        integers.reserve(decoded.size());
         for (const Element& one : decoded) {
           const bool* const truth = std::get_if<bool>(&one);
           integers.push_back(truth != nullptr ? std::int64_t{*truth} : std::get<std::int64_t>(one));

@@ -9,7 +9,7 @@ namespace millrace::gateway::dispatch {
 
 namespace {
 
-constexpr fabric::ChannelScope any_channel{};
+const fabric::ChannelScope any_channel{};
 
 /// Without repeats; an instance that names none serves every channel.
 std::vector<fabric::ChannelScope> scopes_of(const fabric::InstanceIdentity& identity) {

@@ -1,4 +1,5 @@
 // Message queues of controllers: their channels for the call control, and what they say.
+#include <span>
 #include <utility>
 
 #include "gateway/live/gateway_impl.hpp"
@@ -45,17 +46,20 @@ void Gateway::Impl::on_queue_change(const fabric::ChannelKey& key) {
 
 void Gateway::Impl::record_of_queue(const std::vector<JournalEntry>& entries,
                                     std::function<void()> recorded) {
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const bool last = i + 1 == entries.size() && recorded;
-    std::function<void()> then;
-    if (last) {
-      then = [this, recorded = std::move(recorded)] {
-        begin_event();
-        recorded();
-      };
-    }
-    journal->append(entries[i], std::move(then));
+  if (entries.empty()) {
+    return;
   }
+  for (const JournalEntry& entry : std::span(entries).first(entries.size() - 1)) {
+    journal->append(entry, {});
+  }
+  std::function<void()> then;
+  if (recorded) {
+    then = [this, recorded = std::move(recorded)] {
+      begin_event();
+      recorded();
+    };
+  }
+  journal->append(entries.back(), std::move(then));
 }
 
 void Gateway::Impl::say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) {

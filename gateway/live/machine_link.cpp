@@ -209,6 +209,7 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
 
   void tell(const std::vector<cnc::variables::NoticeOutcome>& outcomes) {
     std::vector<machines::WatchOutcome> all;
+    all.reserve(outcomes.size());
     for (const auto& outcome : outcomes) {
       all.push_back({outcome.channel, outcome.refusal, !is_final(outcome.error)});
     }

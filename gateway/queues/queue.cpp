@@ -172,7 +172,7 @@ void Queue::watch_filling(Moment now) {
   const bool backlog = is_filling(book_.waiting(), settings_.backlog);
   if (!ring && !backlog) {
     filling_since_.reset();
-    if (filled(control) * 2 <= places && book_.waiting() * 2 <= settings_.backlog &&
+    if (std::size_t{filled(control)} * 2 <= places && book_.waiting() * 2 <= settings_.backlog &&
         std::exchange(filling_said_, false)) {
       news_.lines.push_back({Level::info, fmt::format("{} has room again", settings_.array)});
       news_.filling = std::string();

@@ -36,7 +36,7 @@ struct QueueSettings {
   /// Messages that may wait in the journal; more stay in the queue.
   std::size_t backlog = 10'000;
   /// Whether the controller is asked to tell of changes besides.
-  bool events = true;
+  bool events = false;
   bool operator==(const QueueSettings&) const = default;
 
   /// Of its calls, beside those of its channel: "press.alarms/1".

@@ -87,7 +87,7 @@ Expected<void> read_chunk_records(Source& source, const ChunkFrame& frame, std::
 }
 
 std::optional<std::uint64_t> find_chunk(Source& source, std::uint64_t from, std::uint64_t to) {
-  constexpr std::uint64_t window_size = 64 * 1024;
+  constexpr std::uint64_t window_size = std::uint64_t{64} * 1024;
   constexpr std::uint64_t frame_size = record_prefix_size + fixed_content;
   // What looks like a chunk is read to see whether its CRC is right. A file can be full of what
   // does, each as long as the rest; so there is an end to it.

@@ -1,5 +1,7 @@
 #include "cnc/simulator/objects/old_listing.hpp"
 
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -32,10 +34,10 @@ Listing list_family() {
 
 /// A fact about the variable whose index is the input.
 template <typename Fact>
-Object by_index(std::string name, std::string type, std::uint32_t length, Listing listing,
+Object by_index(std::string_view name, std::string_view type, std::uint32_t length, Listing listing,
                 Fact fact) {
-  return {.name = std::move(name),
-          .type = std::move(type),
+  return {.name = std::string(name),
+          .type = std::string(type),
           .length = length,
           .exchange = [listing, fact](const Context& at, BytesView in) {
             return decode_u32(in).and_then([&](std::uint32_t index) -> Result<Bytes> {
@@ -80,32 +82,32 @@ Object count(std::string name, Listing listing) {
           }};
 }
 
-Object name_by_index(std::string name, std::uint32_t length, Listing listing) {
-  return by_index(std::move(name), "STRING", length, listing,
+Object name_by_index(std::string_view name, std::uint32_t length, Listing listing) {
+  return by_index(name, "STRING", length, listing,
                   [listing, length](const VirtualChannel& channel, std::size_t index) {
                     return encode_buffer(listing.name(channel, index), length);
                   });
 }
 
-Object text_by_index(std::string name, std::uint32_t length, Listing listing,
+Object text_by_index(std::string_view name, std::uint32_t length, Listing listing,
                      std::string (*text)(const Declaration&)) {
-  return by_index(std::move(name), "STRING", length, listing,
+  return by_index(name, "STRING", length, listing,
                   [listing, length, text](const VirtualChannel& channel, std::size_t index) {
                     return encode_buffer(text(listing.at(channel, index).declaration()), length);
                   });
 }
 
-Object number_by_index(std::string name, Listing listing,
+Object number_by_index(std::string_view name, Listing listing,
                        std::uint32_t (*number)(const Declaration&)) {
   return by_index(
-      std::move(name), "UNS32", 4, listing,
+      name, "UNS32", 4, listing,
       [listing, number](const VirtualChannel& channel, std::size_t index) -> Result<Bytes> {
         return encode_u32(number(listing.at(channel, index).declaration()));
       });
 }
 
-Object value_by_index(std::string name, Listing listing) {
-  return by_index(std::move(name), "EXT_VAR_WERT", old_value_size, listing,
+Object value_by_index(std::string_view name, Listing listing) {
+  return by_index(name, "EXT_VAR_WERT", old_value_size, listing,
                   [listing](const VirtualChannel& channel, std::size_t index) {
                     return read_old_value(listing.at(channel, index), Variable::scalar);
                   });

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "cnc/simulator/objects/object.hpp"
 
@@ -32,13 +33,13 @@ Object count(std::string name, Listing listing);
 
 // ReadWrite with UNS32 index in; beyond the last variable invalid_data. Texts come in a buffer of
 // `length` bytes.
-Object name_by_index(std::string name, std::uint32_t length, Listing listing);
-Object text_by_index(std::string name, std::uint32_t length, Listing listing,
+Object name_by_index(std::string_view name, std::uint32_t length, Listing listing);
+Object text_by_index(std::string_view name, std::uint32_t length, Listing listing,
                      std::string (*text)(const Declaration&));
-Object number_by_index(std::string name, Listing listing,
+Object number_by_index(std::string_view name, Listing listing,
                        std::uint32_t (*number)(const Declaration&));
 /// EXT_VAR_WERT of a scalar or of the first element of an array.
-Object value_by_index(std::string name, Listing listing);
+Object value_by_index(std::string_view name, Listing listing);
 /// ReadWrite with a name in, EXT_VAR_WERT out.
 Object value_by_name(std::string name);
 

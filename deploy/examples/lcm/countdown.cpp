@@ -118,7 +118,7 @@ class Countdown {
     presence.version = "1";
     presence.delivery = millrace::presence_t::AT_LEAST_ONCE;
     presence.concurrency = 1;
-    presence.draining = draining_;
+    presence.draining = draining_ ? 1 : 0;
     lcm_.publish("MILLRACE_PRESENCE", &presence);
   }
 

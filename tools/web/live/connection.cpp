@@ -27,10 +27,10 @@ using base::loop::quietly;
 namespace beast = boost::beast;
 using boost::system::error_code;
 
-constexpr std::size_t most_header = 16 * 1024;
+constexpr std::size_t most_header = std::size_t{16} * 1024;
 /// A login or an action; nothing longer is ever sent here.
-constexpr std::size_t most_body = 16 * 1024;
-constexpr std::size_t part_of_a_file = 256 * 1024;
+constexpr std::size_t most_body = std::size_t{16} * 1024;
+constexpr std::size_t part_of_a_file = std::size_t{256} * 1024;
 /// While a request is answered in another thread. The slowest, reading a large recording, has no
 /// other limit.
 constexpr auto patience_for_work = std::chrono::minutes(10);
