@@ -154,6 +154,7 @@ std::string Desk::prepare(Open& open) const {
 
 std::vector<fabric::VariableResult> Desk::results_of(const Open& open) {
   std::vector<fabric::VariableResult> results;
+  results.reserve(open.variables.size());
   for (const Known* one : open.variables) {
     results.push_back(one->result);
   }

@@ -94,7 +94,7 @@ std::filesystem::path folder_from(const Flags& flags) {
     }
     return config->folder;
   }
-  const std::filesystem::path folder = flags.folder.empty() ? "archive" : flags.folder;
+  std::filesystem::path folder = flags.folder.empty() ? "archive" : flags.folder;
   if (!std::filesystem::is_directory(folder)) {
     throw program::UsageError("--folder: " + folder.string() + " is no folder");
   }

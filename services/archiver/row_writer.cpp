@@ -42,6 +42,7 @@ RowWriter::RowWriter(Format format, std::vector<std::string> columns, std::ostre
     return;
   }
   std::vector<Cell> header;
+  header.reserve(columns_.size());
   for (const std::string& column : columns_) {
     header.push_back({.type = Cell::Type::text, .text = column});
   }

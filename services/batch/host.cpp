@@ -19,6 +19,7 @@ Host::~Host() {
 
 void Host::serve(const std::vector<Script>& scripts) {
   std::vector<Script> before;
+  before.reserve(services_.size());
   for (const auto& [uuid, served] : services_) {
     before.push_back(served.script);
   }

@@ -156,7 +156,7 @@ struct RunningGauges::Impl {
   std::thread thread;
 };
 
-RunningGauges::RunningGauges(const Config& config, base::program::Log log,
+RunningGauges::RunningGauges(const Config& config, const base::program::Log& log,
                              fabric::NoticeSink& notices)
     : impl_(std::make_unique<Impl>(config, log, notices)) {}
 

@@ -17,7 +17,7 @@ class RunningGauges {
   /// `notices`, which outlives it, gets to know which lines are gone ("gauge_line") and which
   /// gauges a program asked for in vain ("gauge"). Throws program::UsageError for a file of zero
   /// points that cannot be read.
-  RunningGauges(const Config& config, base::program::Log log, fabric::NoticeSink& notices);
+  RunningGauges(const Config& config, const base::program::Log& log, fabric::NoticeSink& notices);
   ~RunningGauges();
   RunningGauges(const RunningGauges&) = delete;
   RunningGauges& operator=(const RunningGauges&) = delete;

@@ -110,7 +110,7 @@ class SerialLine::Session : public std::enable_shared_from_this<Session> {
   bool told_closed_ = false;
 };
 
-SerialLine::SerialLine(asio::any_io_executor executor, LineConfig config,
+SerialLine::SerialLine(const asio::any_io_executor& executor, LineConfig config,
                        SerialLineListener& listener)
     : session_(std::make_shared<Session>(executor, std::move(config), listener)) {
   asio::post(executor, [session = session_] { session->open(); });

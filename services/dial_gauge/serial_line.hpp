@@ -29,7 +29,7 @@ class SerialLineListener {
 /// which must run on the executor or after its context has stopped.
 class SerialLine {
  public:
-  SerialLine(boost::asio::any_io_executor executor, LineConfig config,
+  SerialLine(const boost::asio::any_io_executor& executor, LineConfig config,
              SerialLineListener& listener);
   ~SerialLine();
   SerialLine(const SerialLine&) = delete;

@@ -53,12 +53,12 @@ struct RuleThread::Impl final : fabric::observer::ObserverListener {
     for (const std::string& line : watch.take_lines()) {
       log->warn("{}", line);
     }
-    for (Occasion& occasion : watch.take()) {
+    for (const Occasion& occasion : watch.take()) {
       const Rule& rule = config.rules.at(occasion.rule);
       const std::string id = occasion.id.to_string();
-      const bool is_new =
-          postman.post(occasion.id, compose(config, rule, std::move(occasion.values), occasion.id,
-                                            std::chrono::system_clock::now()));
+      const bool is_new = postman.post(
+          occasion.id,
+          compose(config, rule, occasion.values, occasion.id, std::chrono::system_clock::now()));
       if (is_new) {
         log->info("rule {}: mail {} is on its way", rule.name, id);
       }

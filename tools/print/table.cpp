@@ -19,6 +19,7 @@ void Table::add(std::vector<std::string> row) {
 
 std::string Table::text() const {
   std::vector<std::string> titles;
+  titles.reserve(columns_.size());
   for (const Column& column : columns_) {
     titles.push_back(column.title);
   }

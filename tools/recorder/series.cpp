@@ -83,6 +83,7 @@ std::vector<fs::path> Series::closed() const {
   });
   std::sort(found.begin(), found.end());
   std::vector<fs::path> files;
+  files.reserve(found.size());
   for (auto& [written, file] : found) {
     files.push_back(std::move(file));
   }

@@ -68,7 +68,7 @@ tl::expected<cnc::simulator::Program, std::string> AsCnc::NoPrograms::load(std::
       std::string("this controller stands in for a recording and runs no programs"));
 }
 
-AsCnc::AsCnc(boost::asio::any_io_executor executor, const Plan& plan,
+AsCnc::AsCnc(const boost::asio::any_io_executor& executor, const Plan& plan,
              const std::map<fabric::ChannelKey, std::uint32_t>& channels,
              const AsCncOptions& options, ReplayListener& listener, base::program::Log log)
     : executor_(executor),

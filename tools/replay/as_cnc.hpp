@@ -38,7 +38,7 @@ class AsCnc : public Stage {
  public:
   /// `channels`: the number of the channel that asks for each recorded one. All but `executor` and
   /// `options` outlive this object. Throws std::runtime_error if it cannot listen.
-  AsCnc(boost::asio::any_io_executor executor, const Plan& plan,
+  AsCnc(const boost::asio::any_io_executor& executor, const Plan& plan,
         const std::map<fabric::ChannelKey, std::uint32_t>& channels, const AsCncOptions& options,
         ReplayListener& listener, base::program::Log log);
 

@@ -67,6 +67,7 @@ void AsService::open(fabric::dds::Participant& participant) {
 
 std::vector<fabric::InstanceIdentity> AsService::instances() const {
   std::vector<fabric::InstanceIdentity> instances;
+  instances.reserve(ends_.size());
   for (const auto& [id, end] : ends_) {
     instances.push_back(end->identity());
   }
@@ -243,6 +244,7 @@ std::vector<fabric::InstanceLoad> AsService::loads() const {
     }
   }
   std::vector<fabric::InstanceLoad> all;
+  all.reserve(loads.size());
   for (auto& [id, load] : loads) {
     all.push_back(std::move(load));
   }

@@ -109,6 +109,7 @@ std::vector<fabric::ProgramEvent> Told::resets(fabric::Time now) const {
 
 std::vector<fabric::DataSample> Told::groups() const {
   std::vector<fabric::DataSample> groups;
+  groups.reserve(groups_.size());
   for (const auto& [channel, group] : groups_) {
     groups.push_back({.key = channel, .group = group});
   }
@@ -117,6 +118,7 @@ std::vector<fabric::DataSample> Told::groups() const {
 
 std::vector<fabric::ProgramEvent> Told::programs() const {
   std::vector<fabric::ProgramEvent> programs;
+  programs.reserve(programs_.size());
   for (const auto& [key, last] : programs_) {
     programs.push_back({.key = key});
   }

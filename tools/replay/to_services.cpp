@@ -10,8 +10,9 @@ std::set<std::pair<std::string, fabric::ChannelKey>> needs_of(const Plan& plan) 
   return needs;
 }
 
-ToServices::ToServices(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
-                       const Plan& plan, const ReplayChannels& channels, ReplayListener& listener)
+ToServices::ToServices(fabric::dds::Participant& participant,
+                       const boost::asio::any_io_executor& executor, const Plan& plan,
+                       const ReplayChannels& channels, ReplayListener& listener)
     : executor_(executor),
       plan_(plan),
       channels_(channels),

@@ -37,7 +37,7 @@ using ReplayChannels = std::map<fabric::ChannelKey, ReplayChannel>;
 class ToServices : public Stage, public caller::CallerListener {
  public:
   /// `channels` has every channel of the plan. All but `executor` outlive this object.
-  ToServices(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
+  ToServices(fabric::dds::Participant& participant, const boost::asio::any_io_executor& executor,
              const Plan& plan, const ReplayChannels& channels, ReplayListener& listener);
 
   /// Why some of the plan's services are not there yet, one line each; empty once all are.

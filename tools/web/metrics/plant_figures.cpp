@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "fabric/channel_scope.hpp"
 #include "fabric/queue_group.hpp"
 #include "fabric/words.hpp"
 

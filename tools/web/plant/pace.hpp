@@ -40,7 +40,7 @@ class Pace {
   struct One {
     fabric::SteadyTime at;
     std::optional<std::chrono::nanoseconds> duration;
-    bool failed;
+    bool failed = false;
   };
 
   std::chrono::nanoseconds window_;

@@ -77,8 +77,8 @@ boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
     out["host"] = print::utf8(instance->second.identity.host);
     out["service"] = out["name"];
   } else if (!status.uuid.empty()) {
-    if (std::string name = name_of_service(status.uuid); !name.empty()) {
-      out["service"] = std::move(name);
+    if (const std::string name = name_of_service(status.uuid); !name.empty()) {
+      out["service"] = name;
     }
   }
   const auto call = book_.under_way().find(status.key);
@@ -112,10 +112,10 @@ boost::json::object Plant::json_of(const EndedCall& ended) const {
   boost::json::object out = print::json_of(ended.call);
   out["failed"] = ended.failed;
   // Of the instance that had it, as it was called then, whoever serves the UUID by now.
-  std::string name = ended.call.instance_name.empty() ? name_of_service(ended.call.uuid)
-                                                      : print::utf8(ended.call.instance_name);
+  const std::string name = ended.call.instance_name.empty() ? name_of_service(ended.call.uuid)
+                                                            : print::utf8(ended.call.instance_name);
   if (!name.empty()) {
-    out["service"] = std::move(name);
+    out["service"] = name;
   }
   return out;
 }
