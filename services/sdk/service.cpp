@@ -25,9 +25,9 @@ LaterHandler guarded(LaterHandler handler) {
 }  // namespace
 
 struct Service::Impl {
-  Impl(const ServiceOptions& options, LaterHandler own_handler, Log log)
+  Impl(const ServiceOptions& options, LaterHandler own_handler, const Log& log)
       : handler(guarded(std::move(own_handler))),
-        instance(options, std::move(log), options.prompt ? handler : nullptr) {}
+        instance(options, log, options.prompt ? handler : nullptr) {}
   /// Ends the threads, also where one of them could not be started: no call comes any more.
   ~Impl() { instance.leave(); }
   Impl(const Impl&) = delete;
@@ -48,11 +48,11 @@ struct Service::Impl {
   std::vector<std::jthread> workers;
 };
 
-Service::Service(const ServiceOptions& options, Handler handler, Log log)
-    : Service(options, answer_at_once(std::move(handler)), std::move(log)) {}
+Service::Service(const ServiceOptions& options, Handler handler, const Log& log)
+    : Service(options, answer_at_once(std::move(handler)), log) {}
 
-Service::Service(const ServiceOptions& options, LaterHandler handler, Log log)
-    : impl_(std::make_unique<Impl>(options, std::move(handler), std::move(log))) {
+Service::Service(const ServiceOptions& options, LaterHandler handler, const Log& log)
+    : impl_(std::make_unique<Impl>(options, std::move(handler), log)) {
   impl_->start(options.concurrency);
 }
 

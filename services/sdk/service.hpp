@@ -73,8 +73,8 @@ class Service {
 
   /// Throws std::invalid_argument for options that make no sense, std::runtime_error if the fabric
   /// cannot be joined.
-  Service(const ServiceOptions& options, Handler handler, Log log);
-  Service(const ServiceOptions& options, LaterHandler handler, Log log);
+  Service(const ServiceOptions& options, Handler handler, const Log& log);
+  Service(const ServiceOptions& options, LaterHandler handler, const Log& log);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;

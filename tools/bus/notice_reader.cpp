@@ -45,7 +45,7 @@ struct NoticeReader::Impl : std::enable_shared_from_this<Impl> {
 };
 
 NoticeReader::NoticeReader(const fabric::dds::Participant& participant,
-                           boost::asio::any_io_executor executor, NoticeListener& listener)
+                           const boost::asio::any_io_executor& executor, NoticeListener& listener)
     : impl_(std::make_shared<Impl>(listener)) {
   impl_->open(participant, executor);
 }

@@ -25,8 +25,8 @@ class NoticeListener {
 class NoticeReader {
  public:
   /// `participant` and `listener` outlive it. Throws std::runtime_error with Cyclone's reason.
-  NoticeReader(const fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
-               NoticeListener& listener);
+  NoticeReader(const fabric::dds::Participant& participant,
+               const boost::asio::any_io_executor& executor, NoticeListener& listener);
   ~NoticeReader();
   NoticeReader(const NoticeReader&) = delete;
   NoticeReader& operator=(const NoticeReader&) = delete;

@@ -154,7 +154,7 @@ void Scanner::read_data_end(const Prefix& prefix) {
   done_ = true;
 }
 
-void Scanner::report(Problem problem) {
+void Scanner::report(const Problem& problem) {
   // What is wrong has been said; the CRC of everything would only say it again.
   data_crc_.reset();
   visitor_.on_problem(problem);
@@ -167,8 +167,8 @@ void Scanner::look_inside(std::uint64_t begin) {
   }
 }
 
-void Scanner::resynchronise(Problem problem) {
-  report(std::move(problem));
+void Scanner::resynchronise(const Problem& problem) {
+  report(problem);
   index_expected_ = false;
   // The record before may be the one whose length is wrong, and may have swallowed a chunk.
   const auto next = find_chunk(source_, certain_, source_.size());

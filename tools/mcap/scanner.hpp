@@ -45,9 +45,9 @@ class Scanner {
   void hand_out(Cursor& in, void (Visitor::*to)(const Record&));
   void report_lost_messages();
 
-  void report(Problem problem);
+  void report(const Problem& problem);
   /// Reports, and goes on at the next chunk that can be read.
-  void resynchronise(Problem problem);
+  void resynchronise(const Problem& problem);
   /// After a record from `begin` to offset_ that is not exactly what its fields need: goes back to
   /// a chunk inside of it.
   void look_inside(std::uint64_t begin);
