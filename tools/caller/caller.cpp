@@ -143,7 +143,7 @@ struct Caller::Impl : fabric::ends::CallEndListener, std::enable_shared_from_thi
   std::unique_ptr<fabric::ends::CallEnd> end;
 };
 
-Caller::Caller(fabric::dds::Participant& participant, asio::any_io_executor executor,
+Caller::Caller(fabric::dds::Participant& participant, const asio::any_io_executor& executor,
                CallerListener& listener)
     : impl_(std::make_shared<Impl>(participant, executor, listener)) {}
 

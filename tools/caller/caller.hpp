@@ -36,7 +36,7 @@ class Caller {
  public:
   /// `participant` and `listener` outlive the caller. Throws std::runtime_error with Cyclone's
   /// reason.
-  Caller(fabric::dds::Participant& participant, boost::asio::any_io_executor executor,
+  Caller(fabric::dds::Participant& participant, const boost::asio::any_io_executor& executor,
          CallerListener& listener);
   ~Caller();
   Caller(const Caller&) = delete;

@@ -122,6 +122,7 @@ std::optional<SteadyTime> Calls::next_time() const {
 
 std::vector<fabric::CallId> Calls::pending_calls() const {
   std::vector<fabric::CallId> calls;
+  calls.reserve(open_.size());
   for (const auto& [id, open] : open_) {
     calls.push_back(id);
   }

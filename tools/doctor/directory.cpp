@@ -13,7 +13,7 @@ constexpr std::string_view topics_of_ours = "millrace/";
 
 /// Copies a string that Cyclone has allocated, and frees it.
 std::string taken(char* text) {
-  const std::string copy = text != nullptr ? text : "";
+  std::string copy = text != nullptr ? text : "";
   dds_free(text);
   return copy;
 }

@@ -184,6 +184,7 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
     }
   }
   std::vector<Program> all;
+  all.reserve(programs.size());
   for (auto& [handle, program] : programs) {
     all.push_back(std::move(program));
   }

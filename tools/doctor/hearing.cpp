@@ -83,8 +83,8 @@ Hearing::~Hearing() {
 }
 
 void Hearing::take() {
-  std::array<std::uint8_t, largest_packet>
-      packet;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
+  std::array<std::uint8_t, largest_packet> packet;
   for (std::uint32_t domain = 0; domain < sockets_.size(); ++domain) {
     for (;;) {
       sockaddr_in from{};

@@ -50,6 +50,7 @@ std::vector<Interface> interfaces_here() {
     }
   }
   std::vector<Interface> all;
+  all.reserve(by_name.size());
   for (auto& [name, interface] : by_name) {
     all.push_back(std::move(interface));
   }

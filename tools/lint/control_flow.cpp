@@ -17,6 +17,7 @@ using fabric::Cases;
 /// Every target there is, for a jump that is worked out while the program runs.
 std::vector<std::size_t> all_targets(const syntax::Routine& routine) {
   std::vector<std::size_t> all;
+  all.reserve(routine.numbers.size() + routine.labels.size());
   for (const auto& [number, operation] : routine.numbers) {
     all.push_back(operation);
   }

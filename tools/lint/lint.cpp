@@ -39,7 +39,7 @@ class Linter {
               [this](Finding finding) { note(std::move(finding)); });
     walk.follow(*program);
     for (const TimerUse& use : walk.timers()) {
-      timers_[use.timer].push_back({use.place, source.name});
+      timers_[use.timer].emplace_back(use.place, source.name);
     }
   }
 

@@ -12,6 +12,7 @@
 #include "tools/commands/data/listen.hpp"
 #include "tools/commands/look/look.hpp"
 #include "tools/print/data.hpp"
+#include "tools/print/entry_text.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/table.hpp"
 

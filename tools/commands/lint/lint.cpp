@@ -50,6 +50,7 @@ std::optional<std::vector<std::string>> known_uuids(const Options& options) {
     return std::nullopt;
   }
   std::vector<std::string> known;
+  known.reserve(options.uuids.size());
   for (const std::string& uuid : options.uuids) {
     known.push_back(fabric::canonical_uuid(uuid));
   }
@@ -97,6 +98,7 @@ int check(const Options& options) {
     throw UsageError("no program is named; expected FILE…, or - for standard input");
   }
   std::vector<checks::Source> programs;
+  programs.reserve(options.programs.size());
   for (const std::string& name : options.programs) {
     programs.push_back(read_program(name));
   }
