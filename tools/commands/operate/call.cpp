@@ -20,7 +20,6 @@ namespace millrace::tools::commands::operate {
 namespace {
 
 namespace program = base::program;
-using std::chrono_literals::operator""s;
 
 /// Whoever is there has shown up by then (bus::Patience).
 constexpr auto grace = std::chrono::milliseconds(1000);
@@ -32,7 +31,7 @@ struct CallOptions {
   }
 
   fabric::profile::FabricFlags fabric;
-  std::chrono::nanoseconds timeout = 10s;
+  std::chrono::nanoseconds timeout = std::chrono::seconds(10);
   bool json = false;
   bool raw = false;
   std::string uuid;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <exception>
 #include <optional>
+#include <utility>
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
@@ -186,6 +187,7 @@ class Controller final : public Source {
 
   std::vector<tl::expected<Reading, Failure>> read(const std::vector<std::string>& names) override {
     std::vector<tl::expected<Reading, Failure>> all;
+    all.reserve(names.size());
     for (const std::string& name : names) {
       all.push_back(run(read_one(channel_, name)).map([](TypedReading&& one) {
         return std::move(one.reading);
@@ -205,7 +207,7 @@ class Controller final : public Source {
     std::optional<Result> result;
     std::exception_ptr failure;
     asio::co_spawn(io_, std::move(work), [&](std::exception_ptr error, Result outcome) {
-      failure = error;
+      failure = std::move(error);
       result = std::move(outcome);
       io_.stop();
     });
