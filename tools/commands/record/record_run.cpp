@@ -122,9 +122,9 @@ void RecordRun::tell_condition() {
   condition_.lost = counts().lost;
   condition_.missing = recorder_.missing();
   std::set<std::string> kinds;
-  for (fabric::Notice& notice : recorder::notices_of(condition_)) {
+  for (const fabric::Notice& notice : recorder::notices_of(condition_)) {
     kinds.insert(notice.key.kind);
-    note(notices_.raise(std::move(notice)));
+    note(notices_.raise(notice));
   }
   for (const std::string& kind : told_) {
     if (!kinds.contains(kind)) {
