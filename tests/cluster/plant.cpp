@@ -160,6 +160,12 @@ Task& Plant::cnc(const Load& load) {
 
 Task& Plant::gateway(const Flags& flags) {
   record();
+  // It begins its journal anew, without what has ended.
+  for (const gateway::JournalEntry& entry : journal()) {
+    if (const auto* over = std::get_if<gateway::EndedEntry>(&entry)) {
+      ended_before_.insert(over->call.to_string());
+    }
+  }
   const std::string address = hosts_->address("controller");
   Flags all = joining("gateway", "millrace-gateway");
   all.insert(all.end(), {"--machine", fmt::format("cnc={}:{}/{}", address, port, net_id(address)),
@@ -215,10 +221,16 @@ std::chrono::duration<double> Plant::await_finished(std::size_t more,
   return std::chrono::steady_clock::now() - start;
 }
 
+std::vector<gateway::JournalEntry> Plant::journal() const {
+  const std::filesystem::path file = hosts_->folder() / "journal" / "calls.journal";
+  return std::filesystem::exists(file) ? gateway::journal::decode(read_file(file)).entries
+                                       : std::vector<gateway::JournalEntry>();
+}
+
 History Plant::history() const {
-  const std::string bytes = read_file(hosts_->folder() / "journal" / "calls.journal");
-  History history{gateway::journal::decode(bytes).entries,
-                  read_executions(hosts_->folder() / "executions")};
+  History history{.journal = journal(),
+                  .executions = read_executions(hosts_->folder() / "executions"),
+                  .ended_before = ended_before_};
   if (auto file = tools::mcap::FileSource::open(recording())) {
     const auto report = tools::recording::read_entries(
         *file, {},

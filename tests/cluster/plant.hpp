@@ -16,6 +16,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -97,6 +98,8 @@ class Plant {
   [[nodiscard]] std::string logs() const;
 
  private:
+  /// That of the gateway; empty before it begins one.
+  [[nodiscard]] std::vector<gateway::JournalEntry> journal() const;
   Task& run(const std::string& host, const std::string& name, const std::string& program,
             const Flags& flags);
   void record();
@@ -114,6 +117,8 @@ class Plant {
   std::string recorder_host_ = "recorder";
   /// Of the CNC that was started last.
   Load load_;
+  /// The calls that ended in journals of gateways before the one that was started last.
+  std::set<std::string> ended_before_;
   /// How far the executions have been counted, and what came of it.
   mutable std::streamoff counted_to_ = 0;
   mutable std::size_t finished_ = 0;

@@ -122,7 +122,7 @@ std::vector<std::string> violations(const History& history) {
   for (const auto& [call, starts] : starts_of(history.executions)) {
     judge.starts(call, starts, stories[call]);
   }
-  std::set<std::string> ended;
+  std::set<std::string> ended = history.ended_before;
   for (const auto& [call, story] : stories) {
     if (story.ended) {
       ended.insert(call);

@@ -1,6 +1,7 @@
 // Judges a scenario by what was written down while it ran. Pure.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,11 +12,13 @@
 namespace millrace::tests::cluster {
 
 struct History {
-  /// The gateway's journal, all of it.
+  /// The journal of the gateway that was started last. It begins with what was open then.
   std::vector<gateway::JournalEntry> journal;
   std::vector<Execution> executions;
   /// What a recorder on the fabric wrote down, in the order in which it received it.
   std::vector<tools::recording::Entry> recording{};
+  /// The calls that the journals of gateways before it know as ended.
+  std::set<std::string> ended_before{};
 };
 
 /// One sentence for each violation, with the call; empty if there is none.

@@ -41,6 +41,17 @@ TEST(Verdict, IsEmptyForACallThatMovedToAnotherInstanceAndWasAnsweredOnce) {
   EXPECT_THAT(violations(history), IsEmpty());
 }
 
+// Killed before it could say so; the next one begins its journal without what has ended.
+TEST(Verdict, TakesACallForEndedThatAnEarlierGatewaysJournalKnowsAsEnded) {
+  fabric::Event seen;
+  seen.kind = fabric::EventKind::seen;
+  seen.call = call;
+  History history{{}, {}, {{.sample = seen}}};
+  EXPECT_THAT(violations(history), ElementsAre(StartsWith("I5: call 1-7")));
+  history.ended_before.insert(call.to_string());
+  EXPECT_THAT(violations(history), IsEmpty());
+}
+
 TEST(Verdict, NamesACallThatWasAnsweredTwice) {
   const History history{{dispatched(1), answered(1), answered(1), EndedEntry{call}}, {}};
   EXPECT_THAT(violations(history), ElementsAre(StartsWith("I1: call 1-7")));
