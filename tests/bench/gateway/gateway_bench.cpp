@@ -15,17 +15,17 @@
 //                              each grown alone; hosts need root (network namespaces)
 //
 // Exit code 1 if a goal is missed. Results of a run: docs/benchmarks.md.
-#include <atomic>
-#include <csignal>
 #include <functional>
 #include <map>
-#include <thread>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <sys/wait.h>
 
+#include "tests/bench/gateway/calls.hpp"
 #include "tests/bench/gateway/controllers.hpp"
+#include "tests/bench/gateway/losses.hpp"
 #include "tests/bench/gateway/memory_gateway.hpp"
 #include "tests/bench/gateway/others.hpp"
 #include "tests/bench/gateway/peers.hpp"
@@ -34,8 +34,6 @@
 #include "tests/bench/gateway/rows.hpp"
 #include "tests/bench/gateway/scale.hpp"
 #include "tests/bench/gateway/scaling.hpp"
-#include "tests/bench/process_use.hpp"
-#include "tests/support/domain.hpp"
 
 namespace millrace::bench {
 
@@ -53,266 +51,6 @@ void serve_lcm(const PeerOptions&) {}
 #endif
 
 namespace {
-
-constexpr std::size_t warm_up = 1000;
-/// Bytes of a request on the wire, about.
-constexpr std::size_t message_size = 200;
-
-tests::Process service(std::uint32_t domain, std::uint32_t concurrency,
-                       const std::string& kind = "service") {
-  PeerOptions options;
-  options.kind = kind;
-  options.domain = domain;
-  options.concurrency = concurrency;
-  return start_peer(options);
-}
-
-void print(const char* what, Series series, double floor) {
-  fmt::print("  {:<34}{:>10.1f}{:>10.1f}{:>10.2f}\n", what, series.median(), series.p99(),
-             series.median() / floor);
-}
-
-/// What calls cost with one service that answers them in one way or another; `also` goes on.
-void measure_ours(const std::string& kind, std::size_t calls, Series& replied,
-                  const std::function<void(MemoryGateway&)>& also = {}) {
-  const tests::Domain domain;
-  const auto instance = service(domain.number(), 1, kind);
-  MemoryGateway gateway(domain.number(), 1, 1);
-  gateway.await_instances(1);
-  gateway.run(warm_up);
-  replied.add(gateway.run(calls).replied);
-  if (also) {
-    also(gateway);
-  }
-}
-
-bool measure_call() {
-  constexpr std::size_t rounds = 5;
-  constexpr std::size_t calls = 4000;
-  Series ours;
-  Series threaded;
-  Series dozing;
-  Series raw;
-  Series grpc;
-  Series lcm;
-  for (std::size_t round = 0; round < rounds; ++round) {
-    {
-      const tests::Domain domain;
-      measure_raw(domain.number(), warm_up, 1, 1);
-      raw.add(measure_raw(domain.number(), calls, 1, 1).round_trips);
-    }
-    measure_ours("prompt", calls, ours, [&](MemoryGateway& gateway) {
-      gateway.doze();
-      dozing.add(gateway.run(calls).replied);
-    });
-    measure_ours("service", calls, threaded);
-    if (const auto series = measure_grpc(calls, message_size)) {
-      grpc.add(*series);
-    }
-    if (const auto series = measure_lcm(calls, message_size)) {
-      lcm.add(*series);
-    }
-  }
-  const double floor = raw.median();
-  fmt::print("one call at a time, {} x {} calls, microseconds\n", rounds, calls);
-  fmt::print("  {:<34}{:>10}{:>10}{:>10}\n", "", "median", "p99", "ratio");
-  print("raw Cyclone ping-pong (listener)", raw, floor);
-  print("gateway: accepted -> reply is here", ours, floor);
-  print("the same, if it slept at once", dozing, floor);
-  print("the same, a thread for the handler", threaded, floor);
-  for (auto& [name, series] :
-       {std::pair{"gRPC unary", &grpc}, std::pair{"LCM request/response", &lcm}}) {
-    if (series->empty()) {
-      fmt::print("  {:<34}{:>10}\n", name, "not measured (not built in, or no multicast on lo)");
-    } else {
-      print(name, *series, floor);
-    }
-  }
-  const double ratio = ours.median() / floor;
-  const double tail = ours.p99() / raw.p99();
-  fmt::print("  median ratio {:.2f}   {}\n  p99 ratio {:.2f}   {}\n", ratio,
-             verdict(ratio, 1.25, true), tail, verdict(tail, 2, true));
-  const bool beats_grpc = grpc.empty() || ours.median() < grpc.median();
-  if (!grpc.empty()) {
-    fmt::print("  faster than gRPC: {}\n", beats_grpc ? "yes" : "NO");
-  }
-  return ratio <= 1.25 && tail <= 2 && beats_grpc;
-}
-
-double processor_seconds_of(const std::vector<tests::Process>& processes) {
-  double seconds = 0;
-  for (const tests::Process& process : processes) {
-    seconds += processor_seconds(process.pid());
-  }
-  return seconds;
-}
-
-constexpr std::size_t many_channels = 256;
-constexpr std::uint32_t many_instances = 4;
-
-/// The best of several rounds, and what a call costs the processor, on average.
-struct Throughput {
-  double calls_per_second = 0;
-  double gateway_time = 0;
-  double service_time = 0;
-  int rounds = 0;
-
-  void measure(const std::string& kind) {
-    constexpr std::size_t calls = 20'000;
-    const tests::Domain domain;
-    std::vector<tests::Process> services;
-    for (std::uint32_t i = 0; i < many_instances; ++i) {
-      services.push_back(service(domain.number(), many_channels / many_instances, kind));
-    }
-    MemoryGateway gateway(domain.number(), many_channels, many_channels);
-    gateway.await_instances(many_instances);
-    gateway.run(warm_up);
-    const double before = processor_seconds_of(services);
-    const auto result = gateway.run(calls);
-    service_time += 1e6 * (processor_seconds_of(services) - before) / calls;
-    gateway_time += result.microseconds_per_call;
-    calls_per_second = std::max(calls_per_second, result.calls_per_second);
-    ++rounds;
-  }
-
-  void print(const char* what, double raw) const {
-    fmt::print(
-        "  {:<34}{:>10.0f}{:>10.2f}   a call: {:.0f} us in the gateway, {:.0f} us in the "
-        "services\n",
-        what, calls_per_second, calls_per_second / raw, gateway_time / rounds,
-        service_time / rounds);
-  }
-};
-
-bool measure_throughput() {
-  constexpr int rounds = 3;
-  constexpr std::size_t raw_calls = 80'000;
-  double raw = 0;
-  Throughput ours;
-  Throughput threaded;
-  for (int round = 0; round < rounds; ++round) {
-    {
-      const tests::Domain domain;
-      raw = std::max(
-          raw,
-          measure_raw(domain.number(), raw_calls, many_channels, many_instances).calls_per_second);
-    }
-    ours.measure("prompt");
-    threaded.measure("service");
-  }
-  fmt::print(
-      "calls per second, {} channels, {} instances, controllers in memory, best of {} rounds\n",
-      many_channels, many_instances, rounds);
-  fmt::print("  {:<34}{:>10.0f}\n", "raw Cyclone request/reply", raw);
-  ours.print("gateway", raw);
-  threaded.print("the same, a thread for each handler", raw);
-  const double ratio = ours.calls_per_second / raw;
-  fmt::print("  ratio {:.2f}   {}\n", ratio, verdict(ratio, 0.7, false));
-  measure_over_ads(255);
-  return ratio >= 0.7;
-}
-
-bool measure_cost() {
-  constexpr std::size_t calls = 10'000;
-  std::map<std::size_t, double> cost;
-  for (const std::size_t number : {std::size_t{1}, std::size_t{1000}}) {
-    const tests::Domain domain;
-    const auto instance = service(domain.number(), 1, "prompt");
-    // The looks at channels that wait are no part of a call: once a second.
-    MemoryGateway gateway(domain.number(), number, number, std::chrono::seconds(1));
-    gateway.await_instances(1);
-    gateway.run(warm_up);
-    cost[number] = gateway.run(calls).microseconds_per_call;
-  }
-  fmt::print(
-      "processor time of the gateway for each call: {:.1f} us with 1 channel, {:.1f} us with "
-      "1,000   ratio {:.2f}   {}\n",
-      cost[1], cost[1000], cost[1000] / cost[1], verdict(cost[1000] / cost[1], 1.2, true));
-  return cost[1000] <= 1.2 * cost[1];
-}
-
-bool measure_takeover() {
-  constexpr int rounds = 20;
-  constexpr double goal_seconds = 0.6;
-  const tests::Domain domain;
-  MemoryGateway gateway(domain.number(), 1, 1);
-  std::map<std::uint32_t, tests::Process> services;
-  const auto add = [&] {
-    tests::Process one = service(domain.number(), 1, "stuck");
-    const auto pid = static_cast<std::uint32_t>(one.pid());
-    services.emplace(pid, std::move(one));
-  };
-  add();
-  add();
-  Series times;
-  for (int round = 0; round < rounds; ++round) {
-    gateway.await_instances(2);
-    gateway.begin(1);
-    const auto given = gateway.given_at();
-    gateway.run_until([&] { return gateway.given_at() != given; });
-    const auto attempt = gateway.given_attempt();
-    const std::uint32_t pid = gateway.pid_of(gateway.given_to());
-    const auto killed = Clock::now();
-    services.at(pid).signal(SIGKILL);
-    gateway.run_until([&] { return gateway.given_attempt() > attempt; });
-    times.add(gateway.given_at() - killed);
-    services.erase(pid);
-    gateway.withdraw();
-    add();
-  }
-  const double worst = times.quantile(1) / 1e6;
-  fmt::print(
-      "kill -9 of an instance -> the call is given to another, {} rounds: median {:.2f} s, "
-      "worst {:.2f} s   {}\n",
-      rounds, times.median() / 1e6, worst, verdict(worst, goal_seconds, true));
-  return worst <= goal_seconds;
-}
-
-/// Two busy processes for each core.
-class Load {
- public:
-  Load() {
-    const unsigned count = 2 * std::thread::hardware_concurrency();
-    for (unsigned i = 0; i < count; ++i) {
-      const pid_t child = ::fork();
-      if (child == 0) {
-        for (std::atomic<std::uint64_t> spin = 0;;) {
-          ++spin;
-        }
-      }
-      children_.push_back(child);
-    }
-  }
-  ~Load() {
-    for (const pid_t child : children_) {
-      ::kill(child, SIGKILL);
-      ::waitpid(child, nullptr, 0);
-    }
-  }
-  Load(const Load&) = delete;
-  Load& operator=(const Load&) = delete;
-
- private:
-  std::vector<pid_t> children_;
-};
-
-bool measure_alarms(std::chrono::seconds time) {
-  // Before there are threads, since it forks.
-  const Load load;
-  const tests::Domain domain;
-  std::vector<tests::Process> services;
-  for (int i = 0; i < 4; ++i) {
-    services.push_back(service(domain.number(), 1));
-  }
-  MemoryGateway gateway(domain.number(), 10, 2);
-  gateway.await_instances(services.size());
-  gateway.begin(std::numeric_limits<std::size_t>::max());
-  const auto end = Clock::now() + time;
-  gateway.run_until([&] { return Clock::now() >= end; });
-  fmt::print("{} s with both cores loaded, 4 instances: {} lost by mistake   {}\n", time.count(),
-             gateway.lost(), verdict(static_cast<double>(gateway.lost()), 0, true));
-  return gateway.lost() == 0;
-}
 
 void serve_peer(const PeerOptions& options) {
   if (options.kind == "raw") {

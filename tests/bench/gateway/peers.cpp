@@ -80,6 +80,15 @@ tests::Process start_peer(const PeerOptions& options) {
   return peer;
 }
 
+tests::Process start_service(std::uint32_t domain, std::uint32_t concurrency,
+                             const std::string& kind) {
+  PeerOptions options;
+  options.kind = kind;
+  options.domain = domain;
+  options.concurrency = concurrency;
+  return start_peer(options);
+}
+
 void peer_is_ready(const std::string& word) {
   fmt::print("ready {}\n", word);
   std::fflush(stdout);

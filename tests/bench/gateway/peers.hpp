@@ -54,6 +54,9 @@ void serve_gateway(const PeerOptions& options);
 std::vector<std::string> peer_arguments(const PeerOptions& options);
 /// Starts one and waits until it is ready.
 tests::Process start_peer(const PeerOptions& options);
+/// Starts one of the library.
+tests::Process start_service(std::uint32_t domain, std::uint32_t concurrency,
+                             const std::string& kind = "service");
 /// Starts one; it says "ready" some time later.
 tests::Process launch_peer(const PeerOptions& options);
 /// Tells the starter that this peer is ready.

@@ -97,6 +97,8 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void leave_to_controller();
   void came_up();
   void send(const RequestPointer& request);
+  void refuse_unsent(std::uint16_t channel, bool is_write);
+  // ads_link_answers.cpp
   void execute(const RequestPointer& request);
   void sample(const RequestPointer& request, std::size_t next);
   void answer(const RequestPointer& request, Time delay);
@@ -104,7 +106,6 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void timed_out(const RequestPointer& request);
   static void carry_out(Request& request, GatewayNumber gateway);
   void fail(const Request& request, bool timeout);
-  void refuse_unsent(std::uint16_t channel, bool is_write);
   // ads_link_notices.cpp
   void begin_telling(std::uint16_t channel);
   void sample_later(std::uint16_t channel);

@@ -1,15 +1,10 @@
-#include <set>
+#include "tests/unit/fabric/ends.hpp"
 
-#include <dds/dds.h>
+#include <atomic>
+
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include "fabric/ends/call_end.hpp"
-#include "fabric/ends/reply_end.hpp"
 #include "fabric/wire/reader.hpp"
-#include "tests/support/run_until.hpp"
-#include "tests/unit/fabric/recording_listeners.hpp"
-#include "tests/unit/fabric/two_processes.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -18,80 +13,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using tests::run_until;
-
-const std::string square_root = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
-
-InstanceIdentity identity(const std::string& uuid = square_root) {
-  return {.id = InstanceId::random(), .uuid = uuid, .name = "square_root"};
-}
-
-Request request(std::uint64_t number, const InstanceIdentity& instance,
-                const ChannelKey& key = {.machine = "cnc", .channel = 1}) {
-  return {.key = key,
-          .call = {.epoch = 7, .number = number},
-          .assigned = instance.id,
-          .uuid = instance.uuid,
-          .text = "4",
-          .state = 1};
-}
-
-Reply reply(const Request& to) {
-  return {.key = to.key, .instance = to.assigned, .call = to.call, .text = "2.000000", .state = 1};
-}
-
-/// A gateway here and its services there, on one domain.
-class Ends : public testing::Test {
- protected:
-  Ends() : Ends(std::nullopt) {}
-  explicit Ends(std::optional<std::chrono::milliseconds> participant_lease)
-      : here(with(processes.here(), participant_lease)),
-        there(with(processes.there(), participant_lease)) {}
-
-  struct Instance {
-    Instance(dds::Participant& participant, boost::asio::io_context& context,
-             InstanceIdentity own_identity)
-        : end(participant, context.get_executor(), std::move(own_identity), heard) {}
-    RecordingInstance heard;
-    ends::ReplyEnd end;
-  };
-
-  std::unique_ptr<ends::CallEnd> open_gateway() {
-    return std::make_unique<ends::CallEnd>(here, context.get_executor(), gateway);
-  }
-  std::unique_ptr<Instance> start(const InstanceIdentity& who) {
-    return std::make_unique<Instance>(there, context, who);
-  }
-  bool until(const std::function<bool()>& done) { return run_until(context, done); }
-  bool until_ready(const InstanceIdentity& who) {
-    return until([&] { return gateway.ready.contains(who.id); });
-  }
-  /// News of the two directions travel on their own; this one comes after all that was sent before.
-  bool until_heard(ends::CallEnd& sut, Instance& instance, std::uint64_t number) {
-    const ChannelKey probe{.machine = "probe", .channel = 1};
-    EXPECT_TRUE(sut.publish(request(number, instance.end.identity(), probe)));
-    return until([&] {
-      return !instance.heard.requests.empty() && instance.heard.requests.back().key == probe;
-    });
-  }
-
-  static dds::ParticipantOptions with(dds::ParticipantOptions options,
-                                      std::optional<std::chrono::milliseconds> participant_lease) {
-    options.participant_lease = participant_lease;
-    return options;
-  }
-
-  TwoProcesses processes;
-  boost::asio::io_context context;
-  dds::Participant here;
-  dds::Participant there;
-  RecordingGateway gateway;
-};
-
-/// DDS takes a process for gone sooner than it would.
-class SilentEnds : public Ends {
- protected:
-  SilentEnds() : Ends(std::chrono::milliseconds(500)) {}
-};
 
 TEST_F(Ends, CarryACallAndItsAnswer) {
   const auto sut = open_gateway();
@@ -325,118 +246,6 @@ TEST_F(Ends, TellThatAnInstanceLeft) {
   ASSERT_TRUE(until_ready(service->end.identity()));
   service.reset();
   EXPECT_TRUE(until([&] { return gateway.ready.empty() && gateway.gone == 1; }));
-}
-
-TEST_F(Ends, DoNotWithdrawTheCallsOfAGatewayThatEnds) {
-  auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  ASSERT_TRUE(sut->publish(request(1, service->end.identity())));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
-  sut.reset();
-  gateway = {};
-
-  // Its successor finds the answer that was given meanwhile.
-  ASSERT_TRUE(service->end.publish(reply(service->heard.requests.front())));
-  sut = open_gateway();
-  ASSERT_TRUE(until([&] { return gateway.replies.size() == 1; }));
-  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
-}
-
-/// The same call of another gateway.
-Request of_epoch(std::uint64_t epoch, Request request) {
-  request.call.epoch = epoch;
-  return request;
-}
-
-// Two gateways that do not hear each other serve one channel; the one that let go of its call
-// withdrew the other's.
-TEST_F(Ends, WithdrawNoCallOfAnotherGateway) {
-  const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  dds::Participant elsewhere(processes.here());
-  RecordingGateway other_gateway;
-  ends::CallEnd other(elsewhere, context.get_executor(), other_gateway);
-  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
-
-  const Request ours = request(1, service->end.identity());
-  const Request theirs = of_epoch(8, ours);
-  ASSERT_TRUE(sut->publish(ours));
-  ASSERT_TRUE(other.publish(theirs));
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
-  other.withdraw(key_of(theirs));
-  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
-  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(theirs)));
-}
-
-TEST_F(Ends, LetNoGatewayPushOutWhatAnotherOneAsks) {
-  const auto sut = open_gateway();
-  RecordingGateway other_gateway;
-  ends::CallEnd other(here, context.get_executor(), other_gateway);
-  // All samples are there before the first is taken, as in DoNotRunAWithdrawnCall….
-  boost::asio::io_context asleep;
-  Instance service(here, asleep, identity());
-  ASSERT_TRUE(until_ready(service.end.identity()));
-  ASSERT_TRUE(until([&] { return !other_gateway.ready.empty(); }));
-
-  const Request ours = request(1, service.end.identity());
-  const Request theirs = of_epoch(8, ours);
-  const Request withdrawn = of_epoch(9, ours);
-  ASSERT_TRUE(sut->publish(ours));
-  ASSERT_TRUE(other.publish(theirs));
-  ASSERT_TRUE(other.publish(withdrawn));
-  other.withdraw(key_of(withdrawn));
-  ASSERT_TRUE(run_until(asleep, [&] {
-    return service.heard.requests.size() == 2 && !service.heard.withdrawn.empty();
-  }));
-  EXPECT_EQ(service.heard.requests[0].call, ours.call);
-  EXPECT_EQ(service.heard.requests[1].call, theirs.call);
-  EXPECT_THAT(service.heard.withdrawn, ElementsAre(key_of(withdrawn)));
-}
-
-TEST_F(Ends, LetNoAnswerPushOutThatToAnotherGateway) {
-  const auto service = start(identity());
-  const Request first = request(1, service->end.identity());
-  ASSERT_TRUE(service->end.publish(reply(first)));
-  ASSERT_TRUE(service->end.publish(reply(of_epoch(8, first))));
-  ASSERT_TRUE(service->end.publish(reply(request(2, service->end.identity()))));
-  const auto sut = open_gateway();
-  ASSERT_TRUE(until([&] { return gateway.replies.size() == 2; }));
-  std::set<CallId> calls;
-  for (const Reply& one : gateway.replies) {
-    calls.insert(one.call);
-  }
-  EXPECT_THAT(calls, ElementsAre(CallId{7, 2}, CallId{8, 1}));
-}
-
-TEST_F(Ends, TellAServiceThatAGatewayIsGone) {
-  auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
-  sut.reset();
-  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
-  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
-  EXPECT_THAT(service->heard.withdrawn, IsEmpty());
-}
-
-TEST_F(SilentEnds, TellAServiceThatAGatewayFellSilentAndAsksAgain) {
-  const auto sut = open_gateway();
-  const auto service = start(identity());
-  ASSERT_TRUE(until_ready(service->end.identity()));
-  const Request sent = request(1, service->end.identity());
-  ASSERT_TRUE(sut->publish(sent));
-  ASSERT_TRUE(until([&] { return !service->heard.requests.empty(); }));
-  ASSERT_EQ(dds_domain_set_deafmute(here.handle(), true, true, DDS_INFINITY), DDS_RETCODE_OK);
-  ASSERT_TRUE(until([&] { return !service->heard.orphaned.empty(); }));
-  EXPECT_THAT(service->heard.orphaned, ElementsAre(key_of(sent)));
-
-  ASSERT_EQ(dds_domain_set_deafmute(here.handle(), false, false, DDS_INFINITY), DDS_RETCODE_OK);
-  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 2; }));
-  EXPECT_EQ(service->heard.requests.back().call, sent.call);
 }
 
 TEST_F(Ends, RefuseWhatDoesNotFit) {

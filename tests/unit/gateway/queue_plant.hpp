@@ -280,4 +280,22 @@ class QueuePlant {
   }
 };
 
+/// Of the messages that were executed, in their order.
+inline std::vector<std::string> texts_of(const QueuePlant& plant) {
+  std::vector<std::string> texts;
+  for (const auto& [call, text] : plant.executed) {
+    texts.push_back(text);
+  }
+  return texts;
+}
+
+/// What programs write, from `first` to `last`.
+inline std::vector<std::string> numbers(int first, int last) {
+  std::vector<std::string> all;
+  for (int i = first; i <= last; ++i) {
+    all.push_back(std::to_string(i));
+  }
+  return all;
+}
+
 }  // namespace millrace::gateway

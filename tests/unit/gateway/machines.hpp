@@ -1,0 +1,146 @@
+// The machines of a gateway without a controller: one link that is up at once and answers nothing.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gateway/machines/claims.hpp"
+#include "gateway/machines/machines.hpp"
+
+namespace millrace::gateway {
+
+using namespace std::chrono_literals;
+using Channels = std::vector<std::uint16_t>;
+
+/// Of a link that is up at once and answers nothing.
+class NoLink final : public machines::Link {
+ public:
+  NoLink(std::vector<Channels>& watched, std::vector<Channels>& unwatched)
+      : watched_(watched), unwatched_(unwatched) {}
+  void watch(const Channels& channels) override { watched_.push_back(channels); }
+  void unwatch(const Channels& channels) override { unwatched_.push_back(channels); }
+  void read(std::uint16_t, ReadSet) override {}
+  void write(std::uint16_t, Variable, const Value&) override {}
+  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
+
+ private:
+  std::vector<Channels>& watched_;
+  std::vector<Channels>& unwatched_;
+};
+
+inline constexpr std::uint64_t own_epoch = 1;
+inline constexpr std::uint64_t other_epoch = 2;
+
+inline fabric::InstanceId gateway(std::uint8_t number) {
+  fabric::InstanceId id;
+  id.bytes.fill(number);
+  return id;
+}
+
+class MachinesTest : public testing::Test,
+                     public machines::MachinesIo,
+                     public machines::MachinesListener {
+ protected:
+  MachinesTest() {
+    settings::MachineSettings machine;
+    machine.name = "cnc";
+    sut.set({machine});
+  }
+
+  // Hands.
+  [[nodiscard]] Moment now() const override { return time; }
+  void after(std::chrono::nanoseconds, std::function<void()> act) override {
+    waiting.push_back(std::move(act));
+  }
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&,
+                                          machines::LinkEvents& events) override {
+    link = &events;
+    linked = true;
+    return std::make_unique<NoLink>(watched, unwatched);
+  }
+  void say(Level, const std::string& text) override { said.push_back(text); }
+  // Listener.
+  void on_link_up(const std::string&, const std::vector<std::uint16_t>& channels) override {
+    EXPECT_TRUE(linked);
+    served = channels;
+  }
+  void on_link_down(const std::string&, const std::string&) override {}
+  void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
+  void on_retired(const fabric::ChannelKey&) override {}
+  void on_refused(const fabric::ChannelKey&, const std::string&) override {}
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
+    inherited.emplace_back(status.key.channel, from);
+  }
+  void on_machine_status(const fabric::MachineStatus& status) override {
+    told = status;
+    ++times_told;
+  }
+  void on_machine_left(const fabric::MachineStatus&) override {}
+  void on_contested() override {}
+  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string&) const override {
+    return served;
+  }
+  void on_read(const fabric::ChannelKey&, const Snapshot&) override {}
+  void on_read_failed(const fabric::ChannelKey&, const std::string&) override {}
+  void on_write(const fabric::ChannelKey&, WriteOutcome, const std::string&) override {}
+  void on_pushed(const fabric::ChannelKey& key, bool is) override { pushed[key.channel] = is; }
+  void on_change(const fabric::ChannelKey& key, Variable) override {
+    changed.push_back(key.channel);
+  }
+
+  void time_passes() {
+    for (const auto& act : std::exchange(waiting, {})) {
+      act();
+    }
+  }
+  void serve() {
+    time_passes();
+    link->on_link_up("cnc", {1, 2});
+  }
+  /// Another gateway's word.
+  static fabric::MachineStatus claim(std::chrono::seconds since) {
+    fabric::MachineStatus status;
+    status.machine = "cnc";
+    status.gateway = gateway(9);
+    status.claimed = machines::Claims::earliest + since;
+    status.connected = true;
+    status.host = "host7";
+    status.pid = 1;
+    status.epoch = other_epoch;
+    return status;
+  }
+  static fabric::ChannelStatus call(std::uint64_t epoch, fabric::ChannelState state,
+                                    std::uint32_t attempt) {
+    fabric::ChannelStatus status;
+    status.key = {"cnc", 1};
+    status.state = state;
+    status.call = {epoch, 5};
+    status.attempt = attempt;
+    return status;
+  }
+
+  Moment time{SteadyTime(1h), machines::Claims::earliest + 1h};
+  std::vector<std::function<void()>> waiting;
+  machines::LinkEvents* link = nullptr;
+  bool linked = false;
+  std::vector<std::uint16_t> served;
+  std::vector<std::pair<std::uint16_t, std::string>> inherited;
+  fabric::MachineStatus told;
+  int times_told = 0;
+  std::vector<Channels> watched;
+  std::vector<Channels> unwatched;
+  std::map<std::uint16_t, bool> pushed;
+  std::vector<std::uint16_t> changed;
+  std::vector<std::string> said;
+  machines::Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
+};
+
+}  // namespace millrace::gateway

@@ -1,0 +1,160 @@
+// Each message once and in its order, wherever a gateway, a service or the queue itself begins
+// anew.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/queue_plant.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using queues::Drain;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class EachDrain : public testing::TestWithParam<Drain> {};
+INSTANTIATE_TEST_SUITE_P(Of, EachDrain, testing::Values(Drain::journalled, Drain::when_answered),
+                         [](const auto& drain) {
+                           return drain.param == Drain::journalled ? "Journalled" : "WhenAnswered";
+                         });
+
+TEST_P(EachDrain, CallsEachMessageInItsOrderFromEveryIndexOn) {
+  for (const std::uint32_t elements : {3U, 4U, 7U}) {
+    for (std::uint32_t begin = 1; begin <= elements; ++begin) {
+      QueuePlant sut(elements, GetParam());
+      sut.ring.last_filled = sut.ring.last_get = begin;
+      sut.serve();
+      ASSERT_TRUE(sut.settle());
+      int last = 0;
+      for (int round = 0; round < 5; ++round) {
+        while (sut.ring.write(std::to_string(last + 1))) {
+          ++last;
+        }
+        ASSERT_TRUE(sut.settle());
+        ASSERT_FALSE(sut.ring.full());
+        ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled);
+      }
+      EXPECT_EQ(texts_of(sut), numbers(1, last)) << elements << " elements from " << begin;
+      EXPECT_THAT(sut.troubles, IsEmpty());
+    }
+  }
+}
+
+TEST_P(EachDrain, TakesTwoMessagesOfOneTextForTwo) {
+  QueuePlant sut(4, GetParam());
+  sut.serve();
+  ASSERT_TRUE(sut.settle());
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(sut.ring.write("same"));
+  }
+  ASSERT_TRUE(sut.settle());
+  ASSERT_THAT(texts_of(sut), ElementsAre("same", "same", "same"));
+  EXPECT_NE(sut.executed[0].first, sut.executed[1].first);
+}
+
+/// Runs `happen` once, after `at` steps of a run in which messages are written as there is room.
+template <typename Happen>
+void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
+  plant.serve();
+  int written = 0;
+  int looked = -1;
+  bool happened = false;
+  for (int i = 0; !happened || written < messages; ++i) {
+    ASSERT_LT(i, 20'000);
+    if (!happened && i == at) {
+      happened = true;
+      happen(written);
+    }
+    // A program that initialises the queue and fills it to where it was between two looks cannot be
+    // seen.
+    const bool may_write = i % 3 == 0 && written < messages && (!happened || plant.looks > looked);
+    if (may_write && plant.ring.write(std::to_string(written + 1))) {
+      ++written;
+      looked = plant.looks;
+    }
+    if (!plant.step()) {
+      plant.pass(std::chrono::milliseconds(20));
+    }
+  }
+  ASSERT_TRUE(plant.settle());
+  ASSERT_EQ(written, messages);
+}
+
+TEST_P(EachDrain, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled) {
+  for (const std::uint32_t elements : {3U, 5U}) {
+    for (int at = 0; at < 160; ++at) {
+      QueuePlant sut(elements, GetParam());
+      run_with(sut, at, 7, [&](int) { sut.crash(); });
+      // A service that has run a call knows it by its id: what runs once was called under one id.
+      ASSERT_EQ(texts_of(sut), numbers(1, 7)) << elements << " elements, killed in step " << at;
+      ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled) << at;
+    }
+  }
+}
+
+TEST_P(EachDrain, LosesNothingWhereverTheGatewayIsKilledTwice) {
+  for (int at = 0; at < 90; ++at) {
+    for (const int later : {1, 2, 5, 9}) {
+      QueuePlant sut(3, GetParam());
+      run_with(sut, at, 5, [&](int) {
+        sut.crash();
+        for (int i = 0; i < later; ++i) {
+          sut.step();
+        }
+        sut.crash();
+      });
+      ASSERT_EQ(texts_of(sut), numbers(1, 5))
+          << "killed in step " << at << " and " << later << " later";
+    }
+  }
+}
+
+TEST_P(EachDrain, RepeatsUnderTheSameIdWhereverTheServiceIsKilled) {
+  for (int at = 0; at < 120; ++at) {
+    QueuePlant sut(3, GetParam());
+    run_with(sut, at, 6, [&](int) { sut.kill_service(); });
+    std::map<fabric::CallId, std::string> calls;
+    std::vector<std::string> first;
+    for (const auto& [call, text] : sut.executed) {
+      if (calls.emplace(call, text).second) {
+        first.push_back(text);
+      }
+    }
+    // The new one knows nothing of what the old one has run; the id tells it.
+    ASSERT_EQ(first, numbers(1, 6)) << "killed in step " << at;
+    ASSERT_LE(sut.executed.size(), 7U) << at;
+  }
+}
+
+TEST_P(EachDrain, GoesOnWhereverAProgramInitialisesTheQueue) {
+  int unseen = 0;
+  for (int at = 0; at < 120; ++at) {
+    QueuePlant sut(4, GetParam());
+    int before = 0;
+    run_with(sut, at, 8, [&](int written) {
+      before = written;
+      sut.ring.initialise();
+    });
+    // What stood unread in the queue is gone with it, as its program wanted; what came later is
+    // not.
+    ASSERT_EQ(sut.ring.last_get, sut.ring.last_filled) << at;
+    if (sut.unseen_at_write) {
+      ++unseen;
+      continue;
+    }
+    const auto texts = texts_of(sut);
+    for (const std::string& number : numbers(before + 1, 8)) {
+      const auto times = std::ranges::count(texts, number);
+      ASSERT_GE(times, 1) << number << ", initialised in step " << at << " after " << before << ": "
+                          << testing::PrintToString(texts);
+    }
+    ASSERT_TRUE(std::ranges::is_sorted(texts)) << at << testing::PrintToString(texts);
+    ASSERT_EQ(std::ranges::adjacent_find(texts), texts.end()) << at;
+  }
+  // One step in each round, between the look and the write of LastGet.
+  EXPECT_LE(unseen, 15);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

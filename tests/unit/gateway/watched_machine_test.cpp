@@ -1,0 +1,101 @@
+// A machine that tells of changes.
+#include <gmock/gmock.h>
+
+#include "tests/unit/gateway/machines.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
+
+class WatchedMachine : public MachinesTest {
+ protected:
+  void be_pushed() {
+    serve();
+    link->on_watched("cnc", {{1, "", false}, {2, "", false}});
+    for (const std::uint16_t channel : Channels{1, 2}) {
+      link->on_told({"cnc", channel}, Variable::request_state, 0);
+      look(channel, 0);
+    }
+  }
+  void look(std::uint16_t channel, std::uint32_t state) {
+    Snapshot snapshot;
+    snapshot.look = ReadSet::state;
+    snapshot.request_state = state;
+    link->on_read({"cnc", channel}, snapshot);
+  }
+};
+
+TEST_F(WatchedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsStatus) {
+  be_pushed();
+  EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2)));
+  EXPECT_THAT(pushed, ElementsAre(Pair(1, true), Pair(2, true)));
+  EXPECT_TRUE(told.connected);
+  EXPECT_EQ(told.reason, "pushed");
+}
+
+TEST_F(WatchedMachine, TellsOfAChangeAndOfWhatItWroteItselfNot) {
+  be_pushed();
+  changed.clear();
+  link->on_told({"cnc", 2}, Variable::request_state, 7);
+  EXPECT_THAT(changed, ElementsAre(2));
+  look(2, 7);
+  sut.write({"cnc", 2}, Variable::request_state, Value(0U));
+  EXPECT_TRUE(pushed[2]);
+  link->on_write({"cnc", 2}, WriteOutcome::written, "");
+  EXPECT_FALSE(pushed[2]) << "until the controller has told it";
+  link->on_told({"cnc", 2}, Variable::request_state, 0);
+  EXPECT_TRUE(pushed[2]);
+  EXPECT_THAT(changed, ElementsAre(2));
+}
+
+TEST_F(WatchedMachine, AWriteThatWasRefusedHasChangedNothing) {
+  be_pushed();
+  sut.write({"cnc", 2}, Variable::request_state, Value(9U));
+  link->on_write({"cnc", 2}, WriteOutcome::refused, "");
+  EXPECT_TRUE(pushed[2]);
+}
+
+TEST_F(WatchedMachine, IsAskedAnewOnANewLink) {
+  be_pushed();
+  link->on_link_down("cnc", "cable");
+  link->on_link_up("cnc", {1, 2});
+  EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1, 2)));
+  EXPECT_THAT(unwatched, IsEmpty()) << "the controller has forgotten it";
+  EXPECT_EQ(told.reason, "polled");
+}
+
+TEST_F(WatchedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
+  be_pushed();
+  fabric::MachineStatus other_claim = claim(30min);
+  other_claim.claims = {2};
+  sut.on_machine(other_claim);
+  EXPECT_THAT(served, ElementsAre(1));
+  EXPECT_THAT(unwatched, ElementsAre(ElementsAre(2)));
+  EXPECT_FALSE(pushed[2]);
+  EXPECT_THAT(told.reason, testing::EndsWith("; pushed"));
+}
+
+TEST_F(WatchedMachine, ObeysANewConfigurationOnTheSameLink) {
+  be_pushed();
+  settings::MachineSettings machine;
+  machine.name = "cnc";
+  machine.watch = WatchMode::poll;
+  sut.set({machine});
+  EXPECT_TRUE(linked);
+  EXPECT_THAT(unwatched, ElementsAre(ElementsAre(1, 2)));
+  EXPECT_EQ(told.reason, "polled, as configured");
+}
+
+TEST_F(WatchedMachine, IsAskedAgainLaterWhereItDidNotAnswer) {
+  serve();
+  link->on_watched("cnc", {{1, "no answer", true}, {2, "", false}});
+  time.steady += 1s;
+  time_passes();
+  EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1)));
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,200 @@
+// What the bridge decides about a call: who gets it, and what a reply to it is worth.
+#include <gmock/gmock.h>
+
+#include "tests/unit/services/lcm/bridge.hpp"
+
+namespace millrace::services::lcm {
+namespace {
+
+using namespace std::string_literals;
+using fabric::lcm::encode;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using tests::program;
+using tests::uuid;
+
+TEST_F(BridgeWithProgram, GivesACallWithAllThatBelongsToIt) {
+  const auto given = requests(give(17));
+  ASSERT_THAT(given, SizeIs(1));
+  const request_t& message = given.front();
+  EXPECT_EQ(message.program, program);
+  EXPECT_EQ(message.call.id, "5-17");
+  EXPECT_EQ(message.call.attempt, 1);
+  EXPECT_EQ(message.machine, "cnc");
+  EXPECT_EQ(message.channel, 1);
+  EXPECT_EQ(message.uuid, uuid);
+  EXPECT_EQ(message.text, "Maß");
+  EXPECT_EQ(message.state, 7);
+  EXPECT_EQ(message.deadline, 3);
+}
+
+TEST_F(BridgeWithProgram, SendsARequestAgainWhileItsProgramDoesNotShowIt) {
+  give(17);
+  pass(50ms);
+  // This presence may have been written before.
+  EXPECT_THAT(present(), IsEmpty());
+  pass(200ms);
+  EXPECT_THAT(requests(present()), SizeIs(1));
+  pass(200ms);
+  EXPECT_THAT(present({"5-17"}), IsEmpty());
+  pass(200ms);
+  // It is done, and its answer got lost.
+  EXPECT_THAT(requests(present()), SizeIs(1));
+}
+
+TEST_F(BridgeWithProgram, BringsAnAnswerBackOnce) {
+  give(17);
+  const Actions actions = answer(tests::reply("5-17", "Maß", 3));
+  const auto sut_answer = only<Answer>(actions);
+  EXPECT_EQ(sut_answer.number, registration);
+  EXPECT_EQ(sut_answer.call, (fabric::CallId{5, 17}));
+  EXPECT_EQ(sut_answer.result, (sdk::Response{"Ma\xDF", 3}));
+  // The same again is what a program does that was asked twice.
+  EXPECT_THAT(answer(tests::reply("5-17", "Maß", 3)), IsEmpty());
+}
+
+TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherSocket) {
+  give(17);
+  const Actions forged = answer(tests::reply("5-17", "yes"), elsewhere);
+  EXPECT_THAT(all<Answer>(forged), IsEmpty());
+  EXPECT_THAT(said(forged), HasSubstr("comes from 127.0.0.1:4001 in the name of program"));
+  EXPECT_THAT(answer(tests::reply("5-17", "yes"), elsewhere), IsEmpty());
+  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+}
+
+TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherProgramThanTheOneThatWasAsked) {
+  presence_t other = tests::presence(microseconds());
+  other.program = 43;
+  present(other, elsewhere);
+  give(17);
+  reply_t message = tests::reply("5-17", "yes");
+  message.program = 43;
+  const Actions actions = answer(message, elsewhere);
+  EXPECT_THAT(all<Answer>(actions), IsEmpty());
+  EXPECT_THAT(said(actions), HasSubstr("answers attempt 1 of call 5-17, which it was not given"));
+}
+
+TEST_F(BridgeWithProgram, TakesNoAnswerToWhatNobodyAsked) {
+  EXPECT_THAT(said(answer(tests::reply("5-18", "yes"))), HasSubstr("which it was not given"));
+  give(17);
+  reply_t later = tests::reply("5-17", "yes");
+  later.call.attempt = 2;
+  EXPECT_THAT(all<Answer>(answer(later)), IsEmpty());
+  reply_t unknown = tests::reply("5-17", "yes");
+  unknown.program = 44;
+  EXPECT_THAT(said(answer(unknown)), HasSubstr("but has not announced itself"));
+}
+
+TEST_F(BridgeWithProgram, SaysItOnceWhoeverSendsNonsenseTwentyThousandTimes) {
+  std::size_t count = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    count += sut->on_message("MILLRACE_REPLY." + uuid, "nonsense", there, now).size();
+    count += sut->on_message("MILLRACE_REPLY." + std::to_string(i), "nonsense", there, now).size();
+    count += answer(tests::reply("5-" + std::to_string(i), "forged"), elsewhere).size();
+    count += present(tests::presence(1 + i), elsewhere).size();
+  }
+  EXPECT_EQ(count, 4U);
+  pass(61s);
+  present();
+  EXPECT_THAT(said(sut->on_time(now.steady)), HasSubstr("and 19998 more like this in 60 s"));
+}
+
+TEST_F(BridgeWithProgram, AnswersWithAnErrorWhatTheControllerCannotHave) {
+  give(1);
+  EXPECT_THAT(only<Answer>(answer(tests::reply("5-1", "中"))).result.error(), HasSubstr("U+4E2D"));
+  give(2);
+  EXPECT_THAT(only<Answer>(answer(tests::reply("5-2", "", -1))).result.error(),
+              HasSubstr("state -1"));
+  give(3);
+  EXPECT_THAT(only<Answer>(answer(tests::reply("5-3", "", 1LL << 32))).result.error(),
+              HasSubstr("state 4294967296"));
+  give(4);
+  reply_t failed = tests::reply("5-4", "no paper");
+  failed.kind = reply_t::FAILED;
+  EXPECT_EQ(only<Answer>(answer(failed)).result.error(), "no paper");
+  // The rest is refused by the library that all services share.
+  give(5);
+  EXPECT_EQ(only<Answer>(answer(tests::reply("5-5", std::string(200, 'x'), 0))).result,
+            (sdk::Response{std::string(200, 'x'), 0}));
+}
+
+TEST_F(BridgeWithProgram, PassesInterimAnswersOnAtAPaceAndNeverLosesTheLast) {
+  give(17);
+  const auto interim = [&](int number) {
+    reply_t message = tests::reply("5-17", std::to_string(number), number);
+    message.kind = reply_t::INTERIM;
+    return answer(message);
+  };
+  EXPECT_EQ(only<Progress>(interim(1)).response, (sdk::Response{"1", 1}));
+  for (int i = 2; i <= 20'000; ++i) {
+    ASSERT_THAT(interim(i), IsEmpty());
+  }
+  EXPECT_THAT(sut->on_time(now.steady), IsEmpty());
+  pass(Bridge::interim_pause);
+  EXPECT_EQ(only<Progress>(sut->on_time(now.steady)).response, (sdk::Response{"20000", 20'000}));
+  EXPECT_THAT(sut->on_time(now.steady), IsEmpty());
+}
+
+TEST_F(BridgeWithProgram, LeavesOutAnInterimAnswerThatDoesNotFit) {
+  give(17);
+  reply_t message = tests::reply("5-17", std::string(128, 'x'));
+  message.kind = reply_t::INTERIM;
+  EXPECT_THAT(said(answer(message)), HasSubstr("is left out: it has 128 bytes, at most 127 fit"));
+  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+}
+
+TEST_F(BridgeWithProgram, SaysThatACallIsWithdrawnUntilItsProgramHasHeardIt) {
+  give(17);
+  const auto first = withdrawals(withdraw(17));
+  ASSERT_THAT(first, SizeIs(1));
+  EXPECT_EQ(first.front().program, program);
+  EXPECT_EQ(first.front().call.id, "5-17");
+  EXPECT_THAT(withdraw(17), IsEmpty());
+  pass(200ms);
+  EXPECT_THAT(withdrawals(present({"5-17"})), SizeIs(1));
+  pass(200ms);
+  // Only now its place is free.
+  EXPECT_EQ(only<Answer>(present()).call, (fabric::CallId{5, 17}));
+  pass(200ms);
+  EXPECT_THAT(present(), IsEmpty());
+}
+
+TEST_F(BridgeWithProgram, EndsAWithdrawnCallWithTheAnswerThatComesAllTheSame) {
+  give(17);
+  withdraw(17);
+  EXPECT_EQ(only<Answer>(answer(tests::reply("5-17", "late"))).call, (fabric::CallId{5, 17}));
+  EXPECT_THAT(answer(tests::reply("5-17", "late")), IsEmpty());
+}
+
+TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWasGivenUp) {
+  give(17);
+  withdraw(17);
+  pass(200ms);
+  present();
+  give(17, 2);
+  EXPECT_THAT(answer(tests::reply("5-17", "of the first run")), IsEmpty());
+  reply_t second = tests::reply("5-17", "of the second run");
+  second.call.attempt = 2;
+  EXPECT_EQ(only<Answer>(answer(second)).result->text, "of the second run");
+}
+
+TEST_F(BridgeWithProgram, TakesAnAnswerOfTheAttemptThatStillRuns) {
+  // The bridge was started anew, or had lost the program, which went on with attempt 1.
+  give(17, 2);
+  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+}
+
+TEST_F(BridgeWithProgram, DoesNotTryAgainWhatWasRefused) {
+  EXPECT_THAT(said(sut->on_refused(registration, "no", now.steady)),
+              HasSubstr("cannot be served: no"));
+  EXPECT_THAT(present(), IsEmpty());
+  pass(1s);
+  EXPECT_THAT(present(), IsEmpty());
+  presence_t message = tests::presence(microseconds());
+  message.name = "other";
+  EXPECT_THAT(all<Register>(present(message, there)), SizeIs(1));
+}
+
+}  // namespace
+}  // namespace millrace::services::lcm
