@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fabric/messages.hpp"
-#include "gateway/audience.hpp"
+#include "gateway/interest.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/snapshot.hpp"

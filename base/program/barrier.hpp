@@ -4,7 +4,7 @@
 //   dds_lset_data_available_arg(
 //       listener,
 //       [](dds_entity_t, void* self) noexcept {
-//         contain("waking for data", [&] { static_cast<Waker*>(self)->wake(); });
+//         contain("waking for data", [&] { static_cast<Reader*>(self)->wake(); });
 //       }, …);
 //   asio::co_spawn(executor, accept(self), rethrow_from_loop);      // not asio::detached
 #pragma once

@@ -5,9 +5,9 @@
 namespace millrace::fabric::ends {
 
 InstanceCommands::InstanceCommands(dds::Participant& participant,
-                                   boost::asio::any_io_executor executor,
+                                   const boost::asio::any_io_executor& executor,
                                    InstanceCommandsListener& listener)
-    : listener_(listener), end_(participant, std::move(executor), *this) {}
+    : listener_(listener), end_(participant, executor, *this) {}
 
 void InstanceCommands::on_command(const Command& command) {
   const bool drain = command.kind == CommandKind::drain;

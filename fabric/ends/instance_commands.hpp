@@ -35,7 +35,7 @@ class InstanceCommands : private CommandListener {
   static constexpr std::chrono::milliseconds drain_grace{100};
 
   /// Throws std::runtime_error with Cyclone's reason.
-  InstanceCommands(dds::Participant& participant, boost::asio::any_io_executor executor,
+  InstanceCommands(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                    InstanceCommandsListener& listener);
 
  private:

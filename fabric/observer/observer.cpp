@@ -352,7 +352,7 @@ void Observer::Impl::hand_out(Sample sample) {
   listener->on_entry(std::move(entry));
 }
 
-Observer::Observer(dds::Participant& participant, boost::asio::any_io_executor executor,
+Observer::Observer(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                    ObserverListener& listener, Interest interest)
     : impl_(std::make_shared<Impl>(participant, executor, listener)) {
   impl_->open(executor, interest);

@@ -50,7 +50,7 @@ class Observer {
  public:
   /// `participant` and `listener` outlive the observer. Throws std::runtime_error with Cyclone's
   /// reason.
-  Observer(dds::Participant& participant, boost::asio::any_io_executor executor,
+  Observer(dds::Participant& participant, const boost::asio::any_io_executor& executor,
            ObserverListener& listener, Interest interest);
   ~Observer();
   Observer(const Observer&) = delete;

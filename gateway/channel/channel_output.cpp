@@ -47,7 +47,7 @@ void ChannelOutput::tell(fabric::Event event, Moment now) {
 
 void ChannelOutput::show(const ChannelView& view, Moment now) {
   note(view, now);
-  if (commons_ != nullptr && !audience().statuses) {
+  if (commons_ != nullptr && !interest().statuses) {
     shown_.reset();
   } else if (!shown_ || !same(*shown_, status_)) {
     shown_ = status_;

@@ -35,7 +35,7 @@ struct ChannelView {
 
 /// What the outputs of a gateway's channels share.
 struct Commons {
-  Audience audience{};
+  Interest interest{};
   /// Why the journal cannot be written; empty while it can. What waits for it says so.
   std::string journal_trouble{};
   /// Memory for actions: whoever has carried out what take() gave may put it here, emptied.
@@ -56,9 +56,9 @@ class ChannelOutput {
   void note(JournalEntry entry) { put(Record{0, std::move(entry)}); }
   /// Whether an event, or a line of this level, is worth its words. Whoever says something in each
   /// call asks first.
-  [[nodiscard]] bool hears_events() const { return commons_ == nullptr || audience().events; }
+  [[nodiscard]] bool hears_events() const { return commons_ == nullptr || interest().events; }
   [[nodiscard]] bool hears(Level level) const {
-    return commons_ == nullptr || level >= audience().least;
+    return commons_ == nullptr || level >= interest().least;
   }
   /// Adds the channel and the time.
   void tell(fabric::Event event, Moment now);
@@ -86,7 +86,7 @@ class ChannelOutput {
   fabric::ChannelStatus& counters() { return status_; }
 
  private:
-  [[nodiscard]] const Audience& audience() const { return commons_->audience; }
+  [[nodiscard]] const Interest& interest() const { return commons_->interest; }
   void note(const ChannelView& view, Moment now);
 
   Commons* commons_;

@@ -121,7 +121,7 @@ class CallControl {
   ChannelActions set_journal_trouble(const std::string& reason, Moment now);
 
   /// Who listens from now on. Who begins to look is shown what is not as it was shown last.
-  ChannelActions set_audience(const Audience& audience, Moment now);
+  ChannelActions set_interest(const Interest& interest, Moment now);
 
   /// Memory of what was carried out, to be used again.
   void recycle(ChannelActions actions);

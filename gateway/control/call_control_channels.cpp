@@ -129,9 +129,9 @@ ChannelActions CallControl::change(std::map<std::string, Pace> paces, Policies p
   return finish();
 }
 
-ChannelActions CallControl::set_audience(const Audience& audience, Moment now) {
-  const Audience before = std::exchange(commons_.audience, audience);
-  if (audience.statuses && !before.statuses) {
+ChannelActions CallControl::set_interest(const Interest& interest, Moment now) {
+  const Interest before = std::exchange(commons_.interest, interest);
+  if (interest.statuses && !before.statuses) {
     for (auto& [key, session] : sessions_) {
       run(session, session.show_again(now), now);
     }

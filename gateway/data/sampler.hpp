@@ -23,9 +23,9 @@
 
 #include "cnc/variables/reading.hpp"
 #include "fabric/data.hpp"
-#include "gateway/audience.hpp"
 #include "gateway/data/budget.hpp"
 #include "gateway/data/group.hpp"
+#include "gateway/interest.hpp"
 
 namespace millrace::gateway::data {
 

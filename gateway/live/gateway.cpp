@@ -69,7 +69,7 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       queues(*this, *this),
       machines(own, *this, *this) {
   static_cast<void>(
-      control.set_audience({.events = false, .statuses = false, .least = least_of(log)}, now()));
+      control.set_interest({.events = false, .statuses = false, .least = least_of(log)}, now()));
   journal->on_trouble([this](const std::string& trouble) {
     begin_event();
     carry_out(control.set_journal_trouble(trouble, now()));

@@ -159,7 +159,7 @@ void Gateway::Impl::on_reply(const fabric::Reply& reply) {
 
 void Gateway::Impl::on_readers(bool of_channels, bool of_events) {
   begin_event();
-  carry_out(control.set_audience({of_events, of_channels, least_of(log)}, now()));
+  carry_out(control.set_interest({of_events, of_channels, least_of(log)}, now()));
 }
 
 void Gateway::Impl::on_ignored(const std::string& reason) {

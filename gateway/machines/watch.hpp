@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/audience.hpp"
+#include "gateway/interest.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/pace.hpp"
 #include "gateway/snapshot.hpp"

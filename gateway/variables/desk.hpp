@@ -27,9 +27,9 @@
 
 #include "cnc/variables/layout.hpp"
 #include "fabric/variables.hpp"
-#include "gateway/audience.hpp"
 #include "gateway/data/budget.hpp"
 #include "gateway/data/sampler.hpp"
+#include "gateway/interest.hpp"
 #include "gateway/variables/known.hpp"
 #include "gateway/variables/write_rules.hpp"
 

@@ -111,7 +111,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   }
 
   void on_readers(bool of_channels, bool of_events) override {
-    carry_out(core.set_audience({of_events, of_channels, Level::warn}, moment_now()));
+    carry_out(core.set_interest({of_events, of_channels, Level::warn}, moment_now()));
   }
 
   void carry_out(control::ChannelActions actions) {

@@ -55,7 +55,7 @@ class MachinesTest : public testing::Test,
     sut.set({machine});
   }
 
-  // Hands.
+  // MachinesIo.
   [[nodiscard]] Moment now() const override { return time; }
   void after(std::chrono::nanoseconds, std::function<void()> act) override {
     waiting.push_back(std::move(act));
@@ -67,7 +67,7 @@ class MachinesTest : public testing::Test,
     return std::make_unique<NoLink>(watched, unwatched);
   }
   void say(Level, const std::string& text) override { said.push_back(text); }
-  // Listener.
+  // MachinesListener.
   void on_link_up(const std::string&, const std::vector<std::uint16_t>& channels) override {
     EXPECT_TRUE(linked);
     served = channels;

@@ -8,14 +8,14 @@ namespace millrace::gateway {
 
 enum class Level : std::uint8_t { debug, info, warn, error };
 
-struct Audience {
+struct Interest {
   /// Somebody reads events.
   bool events = true;
   /// Somebody reads the states of channels.
   bool statuses = true;
   /// The log drops what is below.
   Level least = Level::debug;
-  bool operator==(const Audience&) const = default;
+  bool operator==(const Interest&) const = default;
 };
 
 }  // namespace millrace::gateway

@@ -10,19 +10,19 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-constexpr Audience nobody{.events = false, .statuses = false, .least = Level::error};
+constexpr Interest nobody{.events = false, .statuses = false, .least = Level::error};
 
-class AudienceTest : public CallControlTest {
+class InterestTest : public CallControlTest {
  protected:
-  void start_before(const Audience& audience) {
+  void start_before(const Interest& interest) {
     start();
-    sut->set_audience(audience, now);
+    sut->set_interest(interest, now);
     link_up();
     sut->on_instance_ready(instance(1), now);
   }
 };
 
-TEST_F(AudienceTest, HearsTheEventsStatesAndLinesOfACall) {
+TEST_F(InterestTest, BringsTheEventsStatesAndLinesOfACall) {
   start_before({});
   const auto actions = answered_call(1);
   EXPECT_THAT(all<Tell>(actions), Not(IsEmpty()));
@@ -30,7 +30,7 @@ TEST_F(AudienceTest, HearsTheEventsStatesAndLinesOfACall) {
   EXPECT_THAT(all<Say>(actions), Not(IsEmpty()));
 }
 
-TEST_F(AudienceTest, OfNobodyIsToldNothingAndTheCallIsAnsweredAllTheSame) {
+TEST_F(InterestTest, OfNobodyBringsNothingAndTheCallIsAnsweredAllTheSame) {
   start_before(nobody);
   const auto actions = answered_call(1);
   EXPECT_THAT(all<Tell>(actions), IsEmpty());
@@ -39,17 +39,17 @@ TEST_F(AudienceTest, OfNobodyIsToldNothingAndTheCallIsAnsweredAllTheSame) {
   EXPECT_THAT(all<Write>(actions), SizeIs(3)) << "RESPONSE, REQUEST_STATE, RESPONSE_STATE";
 }
 
-TEST_F(AudienceTest, OfTheLogAloneHearsLinesOfItsLevel) {
+TEST_F(InterestTest, OfTheLogAloneBringsLinesOfItsLevel) {
   start_before({.events = false, .statuses = false, .least = Level::info});
   const auto lines = all<Say>(answered_call(1));
   ASSERT_THAT(lines, SizeIs(1));
   EXPECT_EQ(lines.front().level, Level::info);
 }
 
-TEST_F(AudienceTest, ThatBeginsToLookIsShownEveryChannelAsItIs) {
+TEST_F(InterestTest, ThatBeginsBringsEveryChannelAsItIs) {
   start_before(nobody);
   confirm(request(1));
-  const auto shown = all<Show>(sut->set_audience({}, now));
+  const auto shown = all<Show>(sut->set_interest({}, now));
   ASSERT_THAT(shown, SizeIs(2));
   EXPECT_EQ(shown[0].status.state, fabric::ChannelState::running);
   EXPECT_EQ(shown[0].status.uuid, uuid);
@@ -57,15 +57,15 @@ TEST_F(AudienceTest, ThatBeginsToLookIsShownEveryChannelAsItIs) {
   EXPECT_EQ(shown[1].status.state, fabric::ChannelState::link_down) << "not looked at yet";
 }
 
-TEST_F(AudienceTest, ThatLooksAgainSeesWhatHasChangedMeanwhileAndSinceWhen) {
+TEST_F(InterestTest, ThatBeginsAgainBringsWhatHasChangedMeanwhileAndSinceWhen) {
   start_before({});
   confirm(request(1));
-  sut->set_audience(nobody, now);
+  sut->set_interest(nobody, now);
   const fabric::Time given = now.wall;
   now.steady += std::chrono::seconds(5);
   now.wall += std::chrono::seconds(5);
   sut->on_wake({"cnc", 1}, now);
-  const auto shown = all<Show>(sut->set_audience({}, now));
+  const auto shown = all<Show>(sut->set_interest({}, now));
   ASSERT_THAT(shown, SizeIs(1)) << "of the other channel DDS has what was shown last";
   EXPECT_EQ(shown[0].status.since, given);
   EXPECT_EQ(shown[0].status.calls, 1U);
