@@ -13,8 +13,10 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
+#include "base/program/command_tree.hpp"
 #include "base/program/completion.hpp"
 #include "base/program/man_page.hpp"
 #include "base/program/supervisor.hpp"
@@ -53,6 +55,49 @@ std::string page_of(const CLI::App& app, const std::string& name, int argc, char
     return shell ? completion_script(tree(), *shell) : "";
   }
   return "";
+}
+
+/// The command that was asked for, as far as it is known.
+struct Asked {
+  const CLI::App& command;
+  /// "millrace trust"
+  std::string words;
+};
+
+Asked asked_of(const CLI::App& app, const std::string& name) {
+  const CLI::App* command = &app;
+  std::string words = name;
+  for (auto next = command->get_subcommands(); !next.empty(); next = command->get_subcommands()) {
+    command = next.front();
+    words += " " + command->get_name();
+  }
+  return {*command, std::move(words)};
+}
+
+/// In the user's order, and with what stands where something is missing: CLI11 tells neither.
+std::string wrong_with(const Asked& asked, const CLI::ParseError& error) {
+  const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
+  const std::vector<std::string> unknown = asked.command.remaining();
+  if (unknown.empty() ||
+      (code != CLI::ExitCodes::RequiredError && code != CLI::ExitCodes::ExtrasError)) {
+    return error.what();
+  }
+  const std::string not_known = fmt::format("not known here: {}", fmt::join(unknown, " "));
+  return code == CLI::ExitCodes::ExtrasError ? not_known
+                                             : fmt::format("{}; {}", error.what(), not_known);
+}
+
+/// Where a command is missing.
+std::string commands_for(const Asked& asked) {
+  std::vector<std::string> commands;
+  for (const Command& command : command_tree(asked.command, "").commands) {
+    commands.push_back(command.words.substr(1));
+  }
+  const std::vector<std::string> unknown = asked.command.remaining();
+  return fmt::format(
+      "{}; expected one of: {}",
+      unknown.empty() ? "a command is missing" : fmt::format("'{}' is no command", unknown.front()),
+      fmt::join(commands, ", "));
 }
 
 /// What <CLI/CLI.hpp> adds to <CLI/App.hpp> is the formatter and the configuration reader, which
@@ -113,8 +158,11 @@ int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) 
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
       return app.exit(error);
     }
-    tell(name, error.what());
-    fmt::print(stderr, "Try '{} --help'.\n", name);
+    const Asked asked = asked_of(app, name);
+    const bool no_command =
+        std::string_view(error.what()) == CLI::RequiredError::Subcommand(1).what();
+    tell(name, no_command ? commands_for(asked) : wrong_with(asked, error));
+    fmt::print(stderr, "Try '{} --help'.\n", asked.words);
     return exit_usage;
   }
   try {

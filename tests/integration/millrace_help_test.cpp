@@ -135,6 +135,42 @@ Words options_in(const std::string& help) {
   return options;
 }
 
+/// What a command line says that is wrong; it does nothing else.
+std::string complaint_about(Words command) {
+  command.front() = binary(command.front());
+  Process process(command);
+  EXPECT_EQ(process.wait(), 2);
+  EXPECT_EQ(process.output(), "");
+  return process.error_output();
+}
+
+TEST(AMistake, IsACommandThatDoesNotExist) {
+  EXPECT_EQ(
+      complaint_about({"millrace", "log", "ct", "run.mcap"}),
+      "millrace: 'ct' is no command; expected one of: info, ls, cat, timeline, export, repair\n"
+      "Try 'millrace log --help'.\n");
+  EXPECT_THAT(complaint_about({"millrace", "servces"}),
+              HasSubstr("'servces' is no command; expected one of: doctor, services, "));
+}
+
+TEST(AMistake, IsACommandThatIsNotThere) {
+  EXPECT_THAT(complaint_about({"millrace", "vars", "cnc"}),
+              HasSubstr("a command is missing; expected one of: list, read, write\n"
+                        "Try 'millrace vars --help'.\n"));
+}
+
+TEST(AMistake, NamesWhatIsNotKnownAsItWasTyped) {
+  EXPECT_EQ(complaint_about({"millrace", "services", "--uid", "x"}),
+            "millrace: not known here: --uid x\nTry 'millrace services --help'.\n");
+  EXPECT_EQ(complaint_about({"millrace-square-root", "--uid", "x"}),
+            "millrace-square-root: not known here: --uid x\nTry 'millrace-square-root --help'.\n");
+}
+
+TEST(AMistake, NamesWhatIsNotKnownBesideWhatIsMissing) {
+  EXPECT_EQ(complaint_about({"millrace", "call", "--txt"}),
+            "millrace: UUID is required; not known here: --txt\nTry 'millrace call --help'.\n");
+}
+
 TEST(TheHelp, OfEverySubcommandShowsAnExample) {
   ASSERT_GT(all_help().size(), 20U);
   for (const auto& [words, help] : all_help()) {
