@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -65,6 +66,7 @@ tl::expected<Bytes, std::string> encode_boolean(const std::string& text) {
 }
 
 tl::expected<Bytes, std::string> encode_integer(ElementType type, const std::string& text) {
+  assert(type.size == size_of(type.type));
   const int bits = bits_per_byte * static_cast<int>(type.size);
   const std::int64_t range = std::int64_t{1} << (is_signed(type.type) ? bits - 1 : bits);
   const std::int64_t lowest = is_signed(type.type) ? -range : 0;

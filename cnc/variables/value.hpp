@@ -21,7 +21,7 @@ using Element = std::variant<bool, std::int64_t, double, std::string>;
 /// What one element of a variable holds.
 struct ElementType {
   Type type = Type::real64;
-  /// In bytes; for a string the whole buffer with its NUL.
+  /// In bytes; for a string the whole buffer with its NUL, else that of the type (size_of()).
   std::uint32_t size = 8;
   bool operator==(const ElementType&) const = default;
 };

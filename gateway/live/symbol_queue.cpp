@@ -12,6 +12,7 @@
 #include "cnc/ads/symbols.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
+#include "cnc/variables/type.hpp"
 #include "fabric/cases.hpp"
 
 namespace millrace::gateway::live {
@@ -95,6 +96,14 @@ QueuePort::Answer<SymbolQueue::Place> SymbolQueue::find(std::string name, bool s
         name, number);
     co_return unexpected(std::move(reason));
   }
+  // Only a text's size is its own.
+  if (single && place.type.type != Type::string &&
+      place.size != cnc::variables::size_of(place.type.type)) {
+    std::string reason = fmt::format(
+        "cannot be read: the controller says that {} is of {} bytes, a {} has {}", name, place.size,
+        cnc::variables::name_of(place.type.type), cnc::variables::size_of(place.type.type));
+    co_return unexpected(std::move(reason));
+  }
   co_return place;
 }
 
@@ -127,7 +136,8 @@ QueuePort::Answer<SymbolQueue::Layout> SymbolQueue::find_all() {
   const auto inside = [&](const Place& member) {
     return member.index.group == layout.control.index.group &&
            member.index.offset >= layout.control.index.offset &&
-           member.index.offset - layout.control.index.offset + member.size <= layout.control.size;
+           std::uint64_t{member.index.offset - layout.control.index.offset} + member.size <=
+               layout.control.size;
   };
   const auto whole = [](const Place& member) {
     return member.type.type != Type::string && member.type.type != Type::real64 &&

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "cnc/variables/value.hpp"
 #include "gateway/variables/desk.hpp"
 
 namespace {
@@ -42,7 +43,11 @@ void expect(bool holds) {
 
 cnc::variables::Reading reading_of(Input& in) {
   cnc::variables::Reading reading;
-  reading.type = {static_cast<cnc::variables::Type>(in.byte() % 11U), in.byte() % 8U + 1U};
+  // What a controller says makes no type of a size that is not its own: element_type().
+  cnc::variables::Description said;
+  said.type = static_cast<cnc::variables::Type>(in.byte() % 11U);
+  said.size = in.byte() % 8U + 1U;
+  reading.type = cnc::variables::element_type(said).value_or(reading.type);
   reading.length = in.byte();
   reading.access = static_cast<cnc::variables::Access>(in.byte() % 3U);
   return reading;

@@ -1,16 +1,21 @@
 // A message queue behind the ADS symbols of a virtual CNC.
 #include "gateway/live/symbol_queue.hpp"
 
+#include <algorithm>
+#include <map>
+
 #include <boost/asio/io_context.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/program/log.hpp"
+#include "cnc/ads/forwarding_device.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/symbols.hpp"
 #include "cnc/simulator/machine.hpp"
 #include "cnc/simulator/objects/symbol_names.hpp"
 #include "cnc/simulator/virtual_device.hpp"
+#include "cnc/variables/text.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/support/wait_for.hpp"
 
@@ -27,6 +32,33 @@ class NoPrograms final : public cnc::simulator::ProgramSource {
  public:
   tl::expected<cnc::simulator::Program, std::string> load(std::string_view) override {
     return tl::unexpected(std::string("there is none"));
+  }
+};
+
+/// A controller that says of a symbol what is not so.
+class Liar final : public cnc::ads::ForwardingDevice {
+ public:
+  explicit Liar(Device& honest) : ForwardingDevice(honest) {}
+
+  /// One of the five numbers that a symbol's entry begins with, 0 to 4: its length, index group,
+  /// index offset, size and type.
+  struct Lie {
+    std::size_t number;
+    std::uint32_t value;
+  };
+  std::map<std::string, Lie> lies;
+
+  cnc::ads::Result<cnc::ads::Bytes> read_write(std::uint16_t port, cnc::ads::Index index,
+                                               std::uint32_t read_length,
+                                               cnc::ads::BytesView data) override {
+    auto entry = ForwardingDevice::read_write(port, index, read_length, data);
+    const auto lie = lies.find(cnc::variables::decode_text(data));
+    if (entry && index.group == cnc::ads::symbol::info_by_name && lie != lies.end()) {
+      const auto number = cnc::ads::ByteWriter().u32(lie->second.value).take();
+      std::ranges::copy(
+          number, entry->begin() + static_cast<std::ptrdiff_t>(lie->second.number * number.size()));
+    }
+    return entry;
   }
 };
 
@@ -53,7 +85,8 @@ class SymbolQueueTest : public testing::Test {
     symbols.emplace(*device, *names);
     cnc::ads::ServerOptions options;
     options.tcp_port = 0;
-    server.emplace(io.get_executor(), *symbols, options, base::program::no_log());
+    liar.emplace(*symbols);
+    server.emplace(io.get_executor(), *liar, options, base::program::no_log());
     cnc::ads::ClientOptions client_options;
     client_options.tcp_port = server->tcp_port();
     client_options.target = options.session.net_id;
@@ -71,6 +104,7 @@ class SymbolQueueTest : public testing::Test {
   std::optional<cnc::simulator::VirtualDevice> device;
   std::optional<cnc::simulator::objects::SymbolNames> names;
   std::optional<cnc::ads::Symbols> symbols;
+  std::optional<Liar> liar;
   std::optional<cnc::ads::Server> server;
   std::shared_ptr<cnc::ads::Client> client;
   std::optional<live::SymbolQueue> sut;
@@ -130,6 +164,31 @@ TEST_F(SymbolQueueTest, TakesNoElementsThatARequestCannotHold) {
 TEST_F(SymbolQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::real64))});
+  const auto control = tests::wait_for(io, sut->read_control());
+  ASSERT_FALSE(control);
+  EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
+}
+
+TEST_F(SymbolQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
+  serve({array("QUEUE", ElementType::number(Type::sgn32), 4),
+         structure("CONTROL", ElementType::number(Type::uns32))});
+  for (const char* name : {"SD.QUEUE[1]", "SD.CONTROL.LastFilled", "SD.CONTROL.LastGet"}) {
+    liar->lies = {{name, {.number = 3, .value = 8}}};
+    const auto control = tests::wait_for(io, sut->read_control());
+    ASSERT_FALSE(control) << name;
+    EXPECT_THAT(control.error(), HasSubstr(std::string(name) + " is of 8 bytes, a"));
+  }
+  liar->lies.clear();
+  EXPECT_TRUE(tests::wait_for(io, sut->read_control()));
+}
+
+TEST_F(SymbolQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
+  serve({array("QUEUE", ElementType::text(127), 3),
+         structure("CONTROL", ElementType::number(Type::sgn32))});
+  // 4 bytes more begin anew at 0.
+  liar->lies = {{"SD.CONTROL", {.number = 2, .value = 0}},
+                {"SD.CONTROL.LastFilled", {.number = 2, .value = 0}},
+                {"SD.CONTROL.LastGet", {.number = 2, .value = 0xFFFFFFFC}}};
   const auto control = tests::wait_for(io, sut->read_control());
   ASSERT_FALSE(control);
   EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
