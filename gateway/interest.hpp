@@ -1,5 +1,6 @@
-// Who listens to what channels say beside their work. What nobody hears is not put into words: to
-// make a call's events, states and log lines, and to throw them away, costs a fifth of the call.
+// What somebody wants to hear of what channels say beside their work. What nobody hears is not put
+// into words: to make a call's events, states and log lines, and to throw them away, costs a fifth
+// of the call.
 #pragma once
 
 #include <cstdint>

@@ -24,6 +24,7 @@
 #include <unistd.h>
 
 #include "fabric/ends/call_end.hpp"
+#include "tests/bench/event_of.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/run_until.hpp"
@@ -165,15 +166,7 @@ class Load : public fabric::ends::CallEndListener {
 
   void tell(const fabric::Request& request, fabric::EventKind kind) {
     ++sent_.events;
-    publish(fabric::Event{.key = request.key,
-                          .call = request.call,
-                          .attempt = 1,
-                          .kind = kind,
-                          .at = now(),
-                          .instance = *instance_,
-                          .uuid = uuid,
-                          .text = request.text,
-                          .state = 1});
+    publish(bench::event_of(request, kind));
   }
 
   template <typename Sample>

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/bench/event_of.hpp"
 #include "tests/support/run_until.hpp"
 
 namespace millrace::bench {
@@ -69,8 +70,8 @@ void BusyPlant::on_reply(const fabric::Reply& reply) {
     return;
   }
   times_.add(Clock::now() - open->second.begun);
-  tell(open->second.request, fabric::EventKind::replied);
-  tell(open->second.request, fabric::EventKind::written);
+  publish(event_of(open->second.request, fabric::EventKind::replied));
+  publish(event_of(open->second.request, fabric::EventKind::written));
   tell(reply.key, fabric::ChannelState::idle);
   end_.withdraw(key_of(reply));
   open_.erase(open);
@@ -129,8 +130,8 @@ void BusyPlant::call(const fabric::ChannelKey& key) {
                                 .seen = now(),
                                 .dispatched = now()};
   open_.insert_or_assign(key, Open{request, Clock::now()});
-  tell(request, fabric::EventKind::seen);
-  tell(request, fabric::EventKind::dispatched);
+  publish(event_of(request, fabric::EventKind::seen));
+  publish(event_of(request, fabric::EventKind::dispatched));
   tell(key, fabric::ChannelState::running, request.call);
   publish(request);
 }
@@ -143,18 +144,6 @@ void BusyPlant::tell(const fabric::ChannelKey& key, fabric::ChannelState state,
     status.uuid = uuid;
   }
   publish(status);
-}
-
-void BusyPlant::tell(const fabric::Request& request, fabric::EventKind kind) {
-  publish(fabric::Event{.key = request.key,
-                        .call = request.call,
-                        .attempt = 1,
-                        .kind = kind,
-                        .at = now(),
-                        .instance = *instance_,
-                        .uuid = uuid,
-                        .text = request.text,
-                        .state = 1});
 }
 
 }  // namespace millrace::bench

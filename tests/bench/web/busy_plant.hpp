@@ -62,7 +62,6 @@ class BusyPlant : public fabric::ends::CallEndListener {
   void keep_going();
   void call(const fabric::ChannelKey& key);
   void tell(const fabric::ChannelKey& key, fabric::ChannelState state, fabric::CallId call = {});
-  void tell(const fabric::Request& request, fabric::EventKind kind);
 
   template <typename Sample>
   void publish(const Sample& sample) {

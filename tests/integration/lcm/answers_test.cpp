@@ -23,9 +23,7 @@ class LcmAnswer : public Lcm {
       start();
       program.emplace(uuid);
     }
-    EXPECT_TRUE(caller().await_instance(uuid));
-    const fabric::Request request = caller().request(uuid, "text");
-    caller().publish(request);
+    const fabric::Request request = ask("text");
     say(*program, program->await_request());
     const fabric::Reply reply = caller().await_reply(request);
     caller().withdraw(request);

@@ -53,6 +53,13 @@ class Lcm : public testing::Test {
     }
     return *caller_;
   }
+  /// What a gateway asks once a program of `uuid` is there.
+  fabric::Request ask(const std::string& text) {
+    EXPECT_TRUE(caller().await_instance(uuid));
+    fabric::Request request = caller().request(uuid, text);
+    caller().publish(request);
+    return request;
+  }
   /// `millrace call`, which decides as a gateway does.
   [[nodiscard]] Process call(const std::string& of, const std::string& text) const {
     return chain.millrace({"call", of, text});

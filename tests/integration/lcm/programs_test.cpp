@@ -103,9 +103,7 @@ TEST_F(Lcm, FindsACallAgainThatItsProgramWentOnWithWhenTheBridgeWasKilled) {
 TEST_F(Lcm, TellsAProgramThatItsCallIsWithdrawn) {
   start();
   Speaker program(uuid);
-  ASSERT_TRUE(caller().await_instance(uuid));
-  const fabric::Request request = caller().request(uuid, "text");
-  caller().publish(request);
+  const fabric::Request request = ask("text");
   const request_t heard = program.await_request();
   EXPECT_EQ(heard.text, "text");
   caller().withdraw(request);
@@ -151,9 +149,7 @@ TEST_F(Lcm, HasAProgramLeaveThatAnOperatorDrains) {
 TEST_F(Lcm, TakesAProgramOffThatSaysThatItLeavesWhenItHasAnsweredEverything) {
   start();
   Speaker program(uuid);
-  ASSERT_TRUE(caller().await_instance(uuid));
-  const fabric::Request request = caller().request(uuid, "last");
-  caller().publish(request);
+  const fabric::Request request = ask("last");
   const request_t heard = program.await_request();
   program.change([](presence_t& presence) { presence.draining = 1; });
   // No more for those who have something new.
@@ -216,9 +212,7 @@ TEST_F(Lcm, StaysWithTheUuidsThatItsConfigurationNames) {
 TEST_F(Lcm, LeavesWhenTheCallsUnderWayAreAnswered) {
   start();
   Speaker program(uuid);
-  ASSERT_TRUE(caller().await_instance(uuid));
-  const fabric::Request request = caller().request(uuid, "last");
-  caller().publish(request);
+  const fabric::Request request = ask("last");
   const request_t heard = program.await_request();
   sut->terminate();
   EXPECT_TRUE(caller().await_no_instance(uuid));

@@ -6,8 +6,6 @@
 namespace millrace::services::lcm {
 namespace {
 
-using namespace std::string_literals;
-using fabric::lcm::encode;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
