@@ -1,4 +1,5 @@
-// How the gateway learns that something has changed in a channel: it looks, or it is told.
+// How the gateway learns that something has changed in a channel (it polls, or the controller sends
+// notifications), and what is known of how a controller treats what is written there.
 #pragma once
 
 #include <chrono>
@@ -31,6 +32,9 @@ struct Pace {
   std::chrono::milliseconds retry{500};
   /// How old a look may be when REQUEST_STATE is cleared.
   std::chrono::milliseconds fresh{10};
+  /// The controller's kernel clears REQUEST_STATE itself once RESPONSE_STATE is written, and takes no
+  /// 0 from outside: none is written.
+  bool kernel_clears_request_state = false;
   bool operator==(const Pace&) const = default;
 };
 

@@ -301,8 +301,20 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   Settings settings;
   set_channels(config, settings, mistakes);
   const auto& service = config.service_interface();
-  settings.service = {service.response_clears_request(), service.ads_request_clears_response(),
-                      service.reset_clears_states(), service.start_clears_states()};
+  const auto late = [&](std::uint32_t ms, const char* field) {
+    mistakes.expect_range(ms, 0U, 60'000U, {{"service_interface"}, {field}});
+    return std::chrono::milliseconds(ms);
+  };
+  settings.service = {service.response_clears_request(),
+                      service.ads_request_clears_response(),
+                      service.reset_clears_states(),
+                      service.start_clears_states(),
+                      late(service.ads_writes_visible_after_ms(), "ads_writes_visible_after_ms"),
+                      std::nullopt};
+  if (service.has_kernel_clears_request_state_after_ms()) {
+    settings.service.kernel_clears_after = late(service.kernel_clears_request_state_after_ms(),
+                                                "kernel_clears_request_state_after_ms");
+  }
   const auto& answers = config.answers();
   settings.answers = {
       answers.whole_string_buffer(), static_cast<ads::ErrorCode>(answers.unknown_variable()),

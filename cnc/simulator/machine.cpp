@@ -60,6 +60,16 @@ std::uint32_t Machine::axes() const {
                          });
 }
 
+void Machine::apply_writes() {
+  const ServiceRules& rules = settings_.service;
+  if (rules.writes_visible_after.count() == 0 && !rules.kernel_clears_after) {
+    return;
+  }
+  for (const auto& channel : channels_) {
+    channel->apply_writes(clock_());
+  }
+}
+
 std::vector<Happening> Machine::tick(std::chrono::nanoseconds now) {
   const auto running = std::count_if(channels_.begin(), channels_.end(), [](const auto& channel) {
     return channel->program().active();

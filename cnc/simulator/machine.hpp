@@ -51,6 +51,9 @@ class Machine {
     return clock_() / settings_.cycle - born_ / settings_.cycle;
   }
 
+  /// Lets take effect what ADS clients have written and is due; before anything is read.
+  void apply_writes();
+
   /// Advances every active channel to `now`, in the order of their numbers.
   std::vector<Happening> tick(std::chrono::nanoseconds now);
   /// Some channel runs a program.

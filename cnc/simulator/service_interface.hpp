@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -32,6 +33,11 @@ struct ServiceRules {
   bool reset_clears_states = false;
   /// The start of a program sets both states to 0.
   bool start_clears_states = false;
+  /// How long after its acknowledgement an ADS write takes effect.
+  std::chrono::nanoseconds writes_visible_after{0};
+  /// The kernel sets REQUEST_STATE to 0 so long after an ADS write of RESPONSE_STATE ≠ 0, unless
+  /// the program has written it since, and ignores ADS writes of 0.
+  std::optional<std::chrono::nanoseconds> kernel_clears_after{};
 };
 
 /// A call as the program saw it: from writing REQUEST_STATE ≠ 0 to the first RESPONSE_STATE ≠ 0.
@@ -50,12 +56,16 @@ class ServiceInterface {
   ServiceInterface(const ServiceInterface&) = delete;
   ServiceInterface& operator=(const ServiceInterface&) = delete;
 
+  /// Carries out what is due. Before anything is read, and in each cycle.
+  void advance(std::chrono::nanoseconds now);
   /// NC reset.
   void reset();
   /// A program starts.
   void start();
 
  private:
+  using Apply = std::function<void()>;
+
   void clear_states();
   void request_written(Writer writer);
   void response_written(Writer writer);
@@ -67,6 +77,13 @@ class ServiceInterface {
   Clock clock_;
   std::function<void(const AnsweredCall&)> on_answered_;
   std::uint64_t answered_ = 0;
+  /// Writes of ADS clients that have not taken effect yet, in their order.
+  struct LateWrite {
+    std::chrono::nanoseconds due{};
+    Apply apply;
+  };
+  std::deque<LateWrite> late_writes_;
+  std::optional<std::chrono::nanoseconds> clears_at_;
   struct PendingCall {
     std::string uuid;
     std::chrono::nanoseconds since{};

@@ -83,8 +83,11 @@ ads::Result<void> Variable::write(std::uint32_t element, ads::BytesView bytes) {
     return tl::unexpected(ads::ErrorCode::access_denied_index);
   }
   return accept(declaration_.element, bytes).map([&](const ads::Bytes& accepted) {
-    store(element, accepted);
-    notify(Writer::ads);
+    const auto apply = [this, element, accepted] {
+      store(element, accepted);
+      notify(Writer::ads);
+    };
+    interceptor_ ? interceptor_(accepted, apply) : apply();
   });
 }
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cnc/simulator/type.hpp"
@@ -81,6 +82,14 @@ class Variable {
   /// Called after each write, by whomever, in the order of registration.
   void on_write(std::function<void(Writer)> observer);
 
+  /// Is handed each write of an ADS client that was accepted, with its value and the function that
+  /// carries it out, now or later or never; the client is told that it was written. Not for
+  /// write_all() of an array.
+  void intercept_client_writes(
+      std::function<void(ads::BytesView value, std::function<void()> apply)> interceptor) {
+    interceptor_ = std::move(interceptor);
+  }
+
   /// `element` counts row by row and is smaller than declaration().elements().
   [[nodiscard]] nc::Value value(std::uint32_t element) const;
   [[nodiscard]] ads::Bytes bytes(std::uint32_t element) const;
@@ -105,6 +114,7 @@ class Variable {
   ads::Bytes memory_;
   Computed computed_;
   std::vector<std::function<void(Writer)>> observers_;
+  std::function<void(ads::BytesView, std::function<void()>)> interceptor_;
 };
 
 }  // namespace millrace::cnc::simulator

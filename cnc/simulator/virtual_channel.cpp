@@ -122,6 +122,7 @@ tl::expected<void, Refusal> VirtualChannel::told(tl::expected<void, Refusal> out
 }
 
 std::vector<nc::Event> VirtualChannel::tick(std::chrono::nanoseconds now, std::size_t operations) {
+  apply_writes(now);
   std::vector<nc::Event> events = std::exchange(untold_, {});
   if (program_.active()) {
     for (nc::Event& event : program_.tick(now, *this, operations)) {

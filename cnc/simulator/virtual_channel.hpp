@@ -84,6 +84,9 @@ class VirtualChannel : private nc::Environment {
   /// A packet for the streaming program.
   tl::expected<void, Refusal> command_stream(std::string packet);
 
+  /// Lets take effect what ADS clients have written and is due by now.
+  void apply_writes(std::chrono::nanoseconds now) { service_.advance(now); }
+
   /// Advances the program to `now`; its decoder does at most so many operations.
   std::vector<nc::Event> tick(std::chrono::nanoseconds now, std::size_t operations);
 

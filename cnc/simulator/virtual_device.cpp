@@ -63,12 +63,14 @@ Result<void> VirtualDevice::write_control(std::uint16_t /*port*/, ads::DeviceSta
 }
 
 Result<Bytes> VirtualDevice::read(std::uint16_t port, ads::Index index, std::uint32_t length) {
+  machine_.apply_writes();
   return catalogue_.find(machine_, port, index, length)
       .and_then([](const Target& target) { return read_target(target); })
       .and_then([&](Bytes&& answer) { return fit(std::move(answer), length); });
 }
 
 Result<void> VirtualDevice::write(std::uint16_t port, ads::Index index, BytesView data) {
+  machine_.apply_writes();
   return catalogue_.find(machine_, port, index, 0).and_then([&](const Target& target) {
     return target.attribute == Attribute::value && target.object->write
                ? target.object->write(target.at, data)
@@ -78,6 +80,7 @@ Result<void> VirtualDevice::write(std::uint16_t port, ads::Index index, BytesVie
 
 Result<Bytes> VirtualDevice::read_write(std::uint16_t port, ads::Index index,
                                         std::uint32_t read_length, BytesView data) {
+  machine_.apply_writes();
   return catalogue_.find(machine_, port, index, read_length)
       .and_then([&](const Target& target) { return exchange_target(target, data); })
       .and_then([&](Bytes&& answer) { return fit(std::move(answer), read_length); });

@@ -1,125 +1,251 @@
 #include "gateway/channel/answer_writer.hpp"
 
+#include <algorithm>
 #include <cassert>
-#include <utility>
+
+#include <fmt/format.h>
 
 namespace millrace::gateway::channel {
 
-AnswerWriter AnswerWriter::resumed(Response response, bool clearing, fabric::Awaited awaited) {
-  AnswerWriter writer(Kind::final, std::move(response), awaited);
-  writer.unsure_ = true;
-  writer.clearing_ = clearing;
-  writer.clear_tried_ = clearing;
-  writer.release_tried_ = clearing;
+namespace {
+
+constexpr std::chrono::milliseconds soon{2};
+constexpr std::chrono::milliseconds soon_for{50};
+constexpr std::chrono::milliseconds later{10};
+
+bool same_texts(const Snapshot& snapshot, const PendingRequest& request) {
+  return snapshot.uuid == request.uuid && snapshot.request == request.text;
+}
+
+}  // namespace
+
+bool Sent::due_again(const ReadTime& read) const {
+  const unsigned doublings = std::min(times - 1, 6U);
+  return read.fresh() &&
+         read.asked - last >= std::min(takes_effect * (1U << doublings), longest_repeat);
+}
+
+SteadyTime Sent::next_read(SteadyTime now) const {
+  return now + (now - last < soon_for ? soon : later);
+}
+
+AnswerWriter AnswerWriter::resumed(Response response, bool clearing, fabric::Awaited awaited,
+                                   bool state_stood) {
+  AnswerWriter writer(Kind::final, std::move(response), awaited, state_stood);
+  writer.resumed_ = true;
+  writer.clearing_recorded_ = clearing;
   return writer;
 }
 
-AnswerWriter::Step AnswerWriter::on_look(const Snapshot& snapshot, Standing standing,
-                                         const PendingRequest& request) {
-  assert(next_ == Step::look && snapshot.look == look());
-  if (snapshot.has(Variable::response)) {
-    response_written_ = snapshot.response == text();
-  }
-  request_state_zero_ = snapshot.request_state == 0;
-  state_stands_ = snapshot.response_state == state();
-  const bool complete = unsure_ && response_written_ && state_stands_;
-  if (kind_ == Kind::interim) {
-    const bool shown = complete && standing == Standing::pending;
-    next_ =
-        shown ? Step::done : (standing == Standing::pending ? Step::write_response : Step::dropped);
-  } else {
-    next_ = complete && request_state_zero_ ? Step::done
-            : text_last_                    ? decide_text_last(snapshot, standing, request)
-                                            : decide_final(snapshot, standing, request);
-    if (next_ == release() && release_tried_ && !std::exchange(unreleased_, true)) {
-      // A program that was released and asks anew clears RESPONSE_STATE, or empties RESPONSE,
-      // between two reads of one look. A second look finds its new REQUEST_STATE, or its new texts.
-      next_ = Step::look;
-    } else {
-      unreleased_ = false;
+AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing standing,
+                                         const PendingRequest& request, const ReadTime& time) {
+  assert(next_ == Step::read && snapshot.look == reads());
+  if (resumed_ && clearing_recorded_ && clear_sent_.times == 0) {
+    // All of it may have been written just now.
+    for (Sent* const sent : {&response_sent_, &clear_sent_, &state_sent_}) {
+      sent->note(time.came);
     }
   }
+  const bool was_zero = zero_seen_;
+  at_once_ = false;
+  response_stands_ = snapshot.has(Variable::response) && snapshot.response == text();
+  request_state_zero_ = snapshot.request_state == 0;
+  state_stands_ = snapshot.response_state == state();
+  if (state_sent_.times == 0) {
+    state_stood_ = state_stood_ || (state_stands_ && state() != 0);
+  } else {
+    state_seen_ = state_seen_ || (state_stands_ && !state_stood_);
+  }
+  if (standing == Standing::replaced ||
+      (standing == Standing::pending && !request_state_zero_ && was_zero)) {
+    // It asks something else; or the same again, since it had shown 0.
+    next_ = over();
+    return next_;
+  }
+  next_ = kind_ == Kind::interim ? decide_interim(snapshot, standing, request, time)
+                                 : decide_final(snapshot, standing, request, time);
+  if (next_ == Step::read && !at_once_) {
+    wait(time.came);
+  }
+  unreleased_ = next_ == Step::read && at_once_;
   return next_;
 }
 
+AnswerWriter::Step AnswerWriter::decide_interim(const Snapshot& snapshot, Standing standing,
+                                                const PendingRequest& request,
+                                                const ReadTime& time) {
+  if (standing != Standing::pending) {
+    // A kernel that clears REQUEST_STATE may show that before it shows the state that we have
+    // written.
+    const bool may_show_it_yet = standing == Standing::cleared && state_sent_.times > 0 &&
+                                 same_texts(snapshot, request) &&
+                                 time.asked - state_sent_.last < takes_effect;
+    return may_show_it_yet ? Step::read : Step::dropped;
+  }
+  if (state_sent_.times > 0 && state_stands_) {
+    return Step::done;
+  }
+  if (!response_stands_) {
+    return bring(response_sent_, Step::write_response, "RESPONSE", time);
+  }
+  return bring(state_sent_, Step::write_state, "RESPONSE_STATE", time);
+}
+
 AnswerWriter::Step AnswerWriter::decide_final(const Snapshot& snapshot, Standing standing,
-                                              const PendingRequest& request) const {
-  switch (standing) {
-    case Standing::pending:
-      if (cleared_ && !request_state_zero_) {
-        return moved_on();
-      }
-      return response_written_ ? clear() : Step::write_response;
-    case Standing::cleared: {
-      const bool same_texts = snapshot.uuid == request.uuid && snapshot.request == request.text;
-      // With the journal's word that we cleared it, and our text still there, the program waits.
-      return clear_tried_ && same_texts && response_written_ ? Step::write_state : Step::dropped;
+                                              const PendingRequest& request, const ReadTime& time) {
+  if (may_be_released()) {
+    const bool shown = text_last_ ? response_stands_ && state_stands_ : state_stands_;
+    if (shown && (request_state_zero_ || !state_stood_)) {
+      zero_seen_ = zero_seen_ || request_state_zero_;
+      return Step::done;
     }
-    case Standing::replaced:
-      return moved_on();
-    case Standing::answered:
-      return Step::dropped;
   }
-  return Step::dropped;
+  const bool by_us = text_last_ && state_sent_.times > 0 && state_stands_;
+  if (standing == Standing::answered && !by_us) {
+    return Step::dropped;
+  }
+  if (standing == Standing::pending && !request_state_zero_) {
+    return decide_uncleared(time);
+  }
+  if (standing != Standing::pending) {
+    if (clear_sent_.times == 0 && state_sent_.times == 0) {
+      return Step::dropped;  // the program has taken its request back
+    }
+    if (!same_texts(snapshot, request)) {
+      return over();
+    }
+    if (!text_last_ && !response_stands_ && !written_here_) {
+      // An earlier run has written RESPONSE. If that is not late, somebody else has written since.
+      return response_sent_.due_again(time) ? Step::dropped : Step::read;
+    }
+    if (!text_last_ && !response_stands_ && may_be_released()) {
+      return Step::done;  // a read had shown it before the release
+    }
+  }
+  zero_seen_ = true;
+  return complete(time);
 }
 
-AnswerWriter::Step AnswerWriter::decide_text_last(const Snapshot& snapshot, Standing standing,
-                                                  const PendingRequest& request) const {
-  const bool same_texts = snapshot.uuid == request.uuid && snapshot.request == request.text;
-  // With the journal's word that we cleared it, and its own texts still there, the program waits:
-  // it writes the next ones before it empties RESPONSE.
-  const bool waits = clear_tried_ && same_texts;
-  switch (standing) {
-    case Standing::pending:
-      if (cleared_ && !request_state_zero_) {
-        return moved_on();
-      }
-      return clear();
-    case Standing::cleared:
-      return waits ? after_clear() : Step::dropped;
-    case Standing::answered:
-      // By us, but for the text.
-      return waits && state_stands_ ? after_clear() : Step::dropped;
-    case Standing::replaced:
-      return moved_on();
+AnswerWriter::Step AnswerWriter::decide_uncleared(const ReadTime& time) {
+  if (!text_last_ && response_sent_.times == 0 && !response_stands_) {
+    return Step::write_response;
   }
-  return Step::dropped;
+  if (!clearing_recorded_) {
+    // Who finds the call in the journal relies on RESPONSE.
+    return response_unknown_ && !response_stands_
+               ? bring(response_sent_, Step::write_response, "RESPONSE", time)
+               : Step::record_clearing;
+  }
+  if (clearing_is_.is_written && clear_sent_.times == 0) {
+    return Step::clear;
+  }
+  if (!text_last_ && !response_stands_) {
+    return bring(response_sent_, Step::write_response, "RESPONSE", time);
+  }
+  if (clearing_is_.is_shown && clear_sent_.due_again(time)) {
+    if (clear_sent_.times == 1) {
+      return bring(clear_sent_, Step::clear, "REQUEST_STATE = 0", time);
+    }
+    clearing_is_.is_shown = false;
+    report_ =
+        "this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; "
+        "if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this "
+        "machine, and its first answer need not wait";
+    problem_.clear();
+  }
+  return clearing_is_.is_shown ? Step::read : complete(time);
 }
 
-AnswerWriter::Step AnswerWriter::moved_on() const {
-  return release_tried_ ? Step::done : Step::dropped;
+AnswerWriter::Step AnswerWriter::complete(const ReadTime& time) {
+  if (!text_last_) {
+    return response_stands_ ? release(time)
+                            : bring(response_sent_, Step::write_response, "RESPONSE", time);
+  }
+  return state_stands_ ? release(time)
+                       : bring(state_sent_, Step::write_state, "RESPONSE_STATE", time);
+}
+
+AnswerWriter::Step AnswerWriter::release(const ReadTime& time) {
+  const Step step = text_last_ ? Step::write_response : Step::write_state;
+  if (!may_be_released()) {
+    if (request_state_zero_ && response_stands_ && state_stands_ && (text_last_ || state() != 0)) {
+      // Another gateway has written the same answer, and released the program.
+      (text_last_ ? response_sent_ : state_sent_).note(time.came);
+      return Step::done;
+    }
+    return step;
+  }
+  if (!released().due_again(time)) {
+    return Step::read;
+  }
+  if (!unreleased_) {
+    // A program that was released and asks again clears RESPONSE_STATE, or empties RESPONSE,
+    // between two reads of one snapshot. A second one finds its new REQUEST_STATE, or its new
+    // texts.
+    at_once_ = true;
+    read_at_ = {};
+    return Step::read;
+  }
+  return bring(released(), step, text_last_ ? "RESPONSE" : "RESPONSE_STATE", time);
+}
+
+AnswerWriter::Step AnswerWriter::bring(const Sent& sent, Step write, std::string_view what,
+                                       const ReadTime& time) {
+  if (sent.times == 0) {
+    return write;
+  }
+  if (!sent.due_again(time)) {
+    return Step::read;
+  }
+  repeat(sent, what);
+  return write;
+}
+
+void AnswerWriter::repeat(const Sent& sent, std::string_view what) {
+  problem_ = fmt::format("the controller acknowledged {} and does not show it; written {} times",
+                         what, sent.times + 1);
+  report_ = problem_;
 }
 
 AnswerWriter::Step AnswerWriter::clear() const {
   if (request_state_zero_) {
-    return text_last_ ? after_clear() : Step::write_state;
+    return Step::read;
   }
-  return clearing_ ? Step::clear : Step::record_clearing;
+  if (!clearing_recorded_) {
+    return Step::record_clearing;
+  }
+  return clearing_is_.is_written && clear_sent_.times == 0 ? Step::clear : Step::read;
 }
 
-AnswerWriter::Step AnswerWriter::after_clear() const {
-  return state_stands_ ? Step::write_response : Step::write_state;
+void AnswerWriter::wait(SteadyTime now) {
+  const SteadyTime last = std::max({response_sent_.last, clear_sent_.last, state_sent_.last});
+  read_at_ = Sent{1, last}.next_read(now);
 }
 
-AnswerWriter::Step AnswerWriter::on_written() {
+AnswerWriter::Step AnswerWriter::on_written(SteadyTime now) {
+  // What it wrote is read next, at once.
+  read_at_ = {};
   switch (next_) {
     case Step::write_response:
-      response_written_ = true;
+      response_sent_.note(now);
+      written_here_ = true;
+      response_unknown_ = false;
       if (text_last_) {
         next_ = Step::done;
       } else {
-        next_ = kind_ == Kind::interim ? Step::write_state : clear();
+        next_ = kind_ == Kind::interim ? Step::read : clear();
       }
       break;
     case Step::clear:
-      clear_tried_ = true;
-      cleared_ = true;
+      clear_sent_.note(now);
       // Clearing it may have set RESPONSE_STATE to 0, but to nothing else.
       state_stands_ = state_stands_ && state() == 0;
-      next_ = text_last_ ? after_clear() : Step::write_state;
+      next_ =
+          text_last_ && !state_stands_ && state_sent_.times == 0 ? Step::write_state : Step::read;
       break;
     case Step::write_state:
-      next_ = text_last_ ? Step::write_response : Step::done;
+      state_sent_.note(now);
+      next_ = text_last_ ? Step::read : Step::done;
       break;
     default:
       assert(false && "no write was asked for");
@@ -127,26 +253,48 @@ AnswerWriter::Step AnswerWriter::on_written() {
   return next_;
 }
 
-AnswerWriter::Step AnswerWriter::on_unknown() {
-  unsure_ = true;
-  clear_tried_ = clear_tried_ || next_ == Step::clear;
-  release_tried_ = release_tried_ || next_ == release();
-  next_ = Step::look;
+AnswerWriter::Step AnswerWriter::on_unknown(SteadyTime now) {
+  switch (next_) {
+    case Step::write_response:
+      response_sent_.note(now);
+      written_here_ = true;
+      response_unknown_ = true;
+      break;
+    case Step::clear:
+      clear_sent_.note(now);
+      break;
+    case Step::write_state:
+      state_sent_.note(now);
+      break;
+    default:
+      assert(false && "no write was asked for");
+  }
+  read_at_ = {};
+  next_ = Step::read;
   return next_;
 }
 
 AnswerWriter::Step AnswerWriter::on_recorded(bool fresh) {
   assert(next_ == Step::record_clearing);
-  clearing_ = true;
-  next_ = fresh ? Step::clear : Step::look;
+  clearing_recorded_ = true;
+  read_at_ = {};
+  next_ = fresh && clearing_is_.is_written ? Step::clear : Step::read;
   return next_;
 }
 
-AnswerWriter::Step AnswerWriter::look_again() {
+AnswerWriter::Step AnswerWriter::read_again() {
   if (next_ != Step::done && next_ != Step::dropped) {
-    next_ = Step::look;
+    read_at_ = {};
+    next_ = Step::read;
   }
   return next_;
+}
+
+void AnswerWriter::on_link_up() {
+  read_again();
+  if (clear_sent_.times == 0 && state_sent_.times == 0) {
+    response_sent_ = {};
+  }
 }
 
 }  // namespace millrace::gateway::channel

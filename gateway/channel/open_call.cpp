@@ -34,7 +34,8 @@ OpenCall OpenCall::resumed(Call call, const Policy& policy) {
     if (auto response = Response::of(call.answer->text, call.answer->state, call.awaited)) {
       // Its own looks find out whether the program still waits.
       phase = phase::Answering{
-          AnswerWriter::resumed(*std::move(response), call.clearing, call.awaited)};
+          AnswerWriter::resumed(*std::move(response), call.clearing, call.awaited,
+                                std::ranges::count(call.shown, call.answer->state) > 0)};
     } else {
       phase = phase::Unverified{std::exchange(call.answer, std::nullopt)};
       call.clearing = false;
@@ -220,8 +221,9 @@ void OpenCall::on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out
     confirm(held->entry);
   } else if (auto* const known = std::get_if<phase::Answered>(&phase_)) {
     if (known->entry == ticket) {
+      const bool stood = std::ranges::count(call_.shown, known->answer.state()) > 0;
       enter(phase::Answering{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
-                                          call_.awaited)},
+                                          call_.awaited, stood)},
             "");
     }
   } else if (auto* const answering = std::get_if<phase::Answering>(&phase_)) {
@@ -264,9 +266,12 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   }
 }
 
-EndedCall OpenCall::close(bool written, const std::string& detail, ChannelOutput& out, Moment now) {
+EndedCall OpenCall::close(bool written, bool over, const std::string& detail, ChannelOutput& out,
+                          Moment now) {
   assert(!written || answered());
-  out.note(EndedEntry{call_.id});
+  if (over) {
+    out.note(EndedEntry{call_.id});
+  }
   tell(written ? fabric::EventKind::written : fabric::EventKind::withdrawn, detail, out, now);
   for (const fabric::InstanceId& instance : asked_) {
     // Who else was given it may be running it still.

@@ -9,7 +9,7 @@
 //         │                                                      │
 //         └── suspend ──► Waiting, or Held for an operator       │
 //                                                                ▼
-//      each of these ── take, settle ──► Answered ── recorded ──► Answering ──► close
+//      each of these ── take, settle ──► Answered ── recorded ──► Answering ──► close, Released
 //
 // A phase has what only it needs, tickets of the journal among them: a ticket whose phase is over
 // is nobody's. Interim answers have a way of their own beside the phases.
@@ -122,8 +122,11 @@ class OpenCall {
   /// Takes it from wherever it is, to be given out again.
   void retry(const std::string& by, ChannelOutput& out);
   void on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out, Moment now);
-  /// The last word of the call, whose answer stands in the channel or whose program has moved on.
-  EndedCall close(bool written, const std::string& detail, ChannelOutput& out, Moment now);
+  /// The last word of the call, whose answer is written or whose program has moved on. Unless
+  /// `over` the journal keeps it: until a read shows that its program has gone on, its request may
+  /// be read once more.
+  EndedCall close(bool written, bool over, const std::string& detail, ChannelOutput& out,
+                  Moment now);
 
   // open_call_answer.cpp: what it is answered with.
 
@@ -138,8 +141,20 @@ class OpenCall {
   void begin_writing(ChannelOutput& out);
   /// What is on its way into the channel now, or nullptr.
   [[nodiscard]] AnswerWriter* writer();
-  /// The writer's own look, which `standing` judges.
-  AnswerWriter::Step on_look(const Snapshot& snapshot, Standing standing, ChannelOutput& out);
+  /// The writer's own read, which `standing` judges.
+  AnswerWriter::Step on_read(const Snapshot& snapshot, Standing standing, ChannelOutput& out,
+                             const ReadTime& time);
+  /// The state of an interim answer is written, and no read has shown it: a kernel may clear
+  /// REQUEST_STATE when it takes effect.
+  [[nodiscard]] bool interim_is_late() const {
+    const auto* const writer = std::get_if<AnswerWriter>(&interim_);
+    return interim_unseen_ || (writer != nullptr && writer->may_be_released());
+  }
+  /// A read may show the state of the last interim answer.
+  void on_states(const Snapshot& snapshot, Moment now);
+  /// The program may still wait although both states read 0: a kernel that clears REQUEST_STATE
+  /// when an interim answer is written shows that before the state of that answer.
+  [[nodiscard]] bool may_show_interim(const Snapshot& snapshot, Standing standing) const;
   /// Has the journal told that REQUEST_STATE is about to be cleared; false if it is told already.
   bool record_clearing(ChannelOutput& out);
   /// An interim answer stands in the channel.
@@ -205,6 +220,9 @@ class OpenCall {
   std::optional<Response> next_interim_;
   std::variant<std::monostate, Interim, AnswerWriter> interim_;
   bool interim_refused_ = false;
+  /// When the state of the last interim answer was written; nothing once a read has shown it. The
+  /// next one waits for that.
+  std::optional<SteadyTime> interim_unseen_;
   /// Instances whose mailboxes the request may stand in.
   std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.

@@ -155,7 +155,7 @@ void OpenCall::take_answer(const Attempt& of, Response response, const std::stri
   call_.answer = Answer{of.instance, of.number, response.text(), response.state()};
   next_interim_.reset();
   if (std::holds_alternative<Interim>(interim_)) {
-    // One that is half written comes to its end first.
+    // One that is half written comes to its end first, or to its next read (begin_writing).
     interim_ = std::monostate{};
   }
   const Ticket entry = out.record(AnsweredEntry{call_.id, *call_.answer});
@@ -204,12 +204,17 @@ void OpenCall::give_up(const Rule& rule, const std::string& why, ChannelOutput& 
 }
 
 void OpenCall::begin_writing(ChannelOutput& out) {
+  if (const auto* const writer = std::get_if<AnswerWriter>(&interim_);
+      writer != nullptr && answered() && writer->may_be_dropped()) {
+    interim_ = std::monostate{};
+  }
   if (auto* const interim = std::get_if<Interim>(&interim_)) {
     if (interim->entry == 0) {
       call_.shown.push_back(interim->response.state());
       interim_ = AnswerWriter(AnswerWriter::Kind::interim, std::move(interim->response));
     }
-  } else if (next_interim_ && std::holds_alternative<std::monostate>(interim_)) {
+  } else if (next_interim_ && !interim_unseen_ &&
+             std::holds_alternative<std::monostate>(interim_)) {
     const Ticket entry = out.record(InterimEntry{call_.id, next_interim_->state()});
     interim_ = Interim{*std::exchange(next_interim_, std::nullopt), entry};
   }
@@ -219,18 +224,38 @@ AnswerWriter* OpenCall::writer() {
   if (auto* const interim = std::get_if<AnswerWriter>(&interim_)) {
     return interim;
   }
+  // The state of an interim answer that takes effect now could undo what the final one writes.
   auto* const answering = std::get_if<phase::Answering>(&phase_);
-  return answering != nullptr ? &answering->writer : nullptr;
+  return answering != nullptr && !interim_unseen_ ? &answering->writer : nullptr;
 }
 
-AnswerWriter::Step OpenCall::on_look(const Snapshot& snapshot, Standing standing,
-                                     ChannelOutput& out) {
+AnswerWriter::Step OpenCall::on_read(const Snapshot& snapshot, Standing standing,
+                                     ChannelOutput& out, const ReadTime& time) {
   if (standing == Standing::pending && stands_beside(snapshot, call_)) {
     // Once REQUEST_STATE is cleared it must not be taken for somebody's answer.
     call_.shown.push_back(snapshot.response_state);
     out.note(InterimEntry{call_.id, snapshot.response_state});
   }
-  return writer()->on_look(snapshot, standing, call_.request);
+  return writer()->on_read(snapshot, standing, call_.request, time);
+}
+
+void OpenCall::on_states(const Snapshot& snapshot, Moment now) {
+  if (!interim_unseen_ || !snapshot.has(Variable::response_state)) {
+    return;
+  }
+  if (snapshot.response_state == call_.shown.back()) {
+    // Those before it are overwritten.
+    call_.shown.assign(1, snapshot.response_state);
+    interim_unseen_.reset();
+  } else if (now.steady - *interim_unseen_ >= takes_effect) {
+    interim_unseen_.reset();
+  }
+}
+
+bool OpenCall::may_show_interim(const Snapshot& snapshot, Standing standing) const {
+  const bool same_texts = !snapshot.has(Variable::uuid) || (snapshot.uuid == call_.request.uuid &&
+                                                            snapshot.request == call_.request.text);
+  return interim_unseen_ && standing == Standing::cleared && same_texts;
 }
 
 bool OpenCall::record_clearing(ChannelOutput& out) {
@@ -251,7 +276,7 @@ void OpenCall::interim_written(ChannelOutput& out, Moment now) {
   event.text = writer.text();
   event.state = writer.state();
   out.tell(std::move(event), now);
-  call_.shown.assign(1, writer.state());
+  interim_unseen_ = now.steady;
   interim_ = std::monostate{};
 }
 

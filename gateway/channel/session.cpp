@@ -29,11 +29,14 @@ SessionActions ChannelSession::on_link_up(Moment now) {
   idle_seen_ = false;
   trouble_.clear();
   watch_.restart();
+  expect_anything(now);
   if (call_) {
     call_->on_link_up(now);
     if (AnswerWriter* const writer = call_->writer()) {
-      writer->look_again();
+      writer->on_link_up();
     }
+  } else if (released_call_) {
+    released_call_->answer.read_now();
   }
   due_ = now.steady;
   whole_due_ = now.steady;
@@ -51,8 +54,11 @@ SessionActions ChannelSession::on_link_dropped(const std::string& reason, Moment
   const Io io = std::exchange(io_, Io::none);
   watch_.restart();
   AnswerWriter* const writer = io == Io::answer && call_ ? call_->writer() : nullptr;
-  if (writer != nullptr) {
-    writer->next() == AnswerWriter::Step::look ? writer->look_again() : writer->on_unknown();
+  if (writer != nullptr && writer->next() != AnswerWriter::Step::read) {
+    writer->on_unknown(now.steady);
+  }
+  if (io == Io::release && released_call_) {
+    release_written(WriteOutcome::unknown, now);
   }
   return on_link_down(reason, now);
 }
@@ -72,13 +78,16 @@ SessionActions ChannelSession::set_told(bool told, Moment now) {
 }
 
 SessionActions ChannelSession::on_change(Variable variable, Moment now) {
-  // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program waits no more:
-  // after an interim answer.
-  if (variable == Variable::response_state && (!call_ || call_->call().shown.empty())) {
+  // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program has stopped
+  // waiting: after an interim answer, and after the final one.
+  if (variable == Variable::response_state && !released_call_ &&
+      (!call_ || call_->call().shown.empty())) {
     return {};
   }
   if (!call_) {
     watch_.expect();
+  } else if (AnswerWriter* const writer = call_->writer()) {
+    writer->read_now();
   }
   due_ = now.steady;
   look_again_ = io_ == Io::poll;
@@ -87,6 +96,7 @@ SessionActions ChannelSession::on_change(Variable variable, Moment now) {
 
 SessionActions ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
   const Io io = std::exchange(io_, Io::none);
+  read_time_.came = now.steady;
   trouble_.clear();
   idle_seen_ = idle_seen_ || (snapshot.has(Variable::request_state) && snapshot.request_state == 0);
   if (io == Io::answer && call_ && call_->writer() != nullptr) {
@@ -101,7 +111,9 @@ SessionActions ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
 }
 
 SessionActions ChannelSession::on_read_failed(const std::string& reason, Moment now) {
-  io_ = Io::none;
+  if (std::exchange(io_, Io::none) == Io::answer && call_ && call_->writer() != nullptr) {
+    call_->writer()->read_again();
+  }
   watch_.restart();
   hold_off(reason, now);
   return finish(now);
@@ -109,26 +121,33 @@ SessionActions ChannelSession::on_read_failed(const std::string& reason, Moment 
 
 SessionActions ChannelSession::on_write(WriteOutcome outcome, const std::string& reason,
                                         Moment now) {
-  io_ = Io::none;
+  if (std::exchange(io_, Io::none) == Io::release) {
+    release_written(outcome, now);
+    if (outcome == WriteOutcome::refused) {
+      hold_off(reason, now);
+    }
+    return finish(now);
+  }
   AnswerWriter* const writer = call_ ? call_->writer() : nullptr;
   if (writer == nullptr) {
     return finish(now);
   }
   switch (outcome) {
     case WriteOutcome::written:
-      writer->on_written();
+      writer->on_written(now.steady);
       writer_finished(now);
       break;
     case WriteOutcome::refused:
-      writer->look_again();
+      writer->read_again();
       hold_off(reason, now);
       break;
     case WriteOutcome::unknown:
-      out_.say(Level::warn,
-               fmt::format("call {}: a write may or may not have taken place ({}); looking at the "
-                           "channel before anything else is written",
-                           call_->id().to_string(), reason));
-      writer->on_unknown();
+      out_.say(
+          Level::warn,
+          fmt::format("call {}: a write may or may not have taken place ({}); the channel is read "
+                      "before anything else is written",
+                      call_->id().to_string(), reason));
+      writer->on_unknown(now.steady);
       break;
   }
   return finish(now);
@@ -172,9 +191,9 @@ SessionActions ChannelSession::retire(Moment now) {
   return finish(now);
 }
 
-SessionActions ChannelSession::release(const std::string& reason, Moment now) {
+SessionActions ChannelSession::hand_over(const std::string& reason, Moment now) {
   retired_ = true;
-  released_ = reason;
+  handed_over_ = reason;
   // An answer that has begun to release the program is brought to its end; nobody else can. After
   // an interim answer the kernel may have cleared REQUEST_STATE, and the other gateway sees no
   // request: the next look tells.
@@ -193,9 +212,13 @@ SessionActions ChannelSession::let_go(Moment now) {
 
 SessionActions ChannelSession::keep(Moment now) {
   retired_ = false;
-  released_.clear();
+  handed_over_.clear();
   last_word_ = false;
   idle_seen_ = false;
+  if (!has_work()) {
+    released_call_.reset();
+    expect_anything(now);
+  }
   due_ = now.steady;
   return finish(now);
 }
@@ -225,7 +248,7 @@ void ChannelSession::check_patience(Moment now) {
 }
 
 void ChannelSession::advance(Moment now) {
-  if (!link_up_ || io_ != Io::none || (retired_ && !call_)) {
+  if (!link_up_ || io_ != Io::none || (retired_ && !has_work())) {
     return;
   }
   if (now.steady < not_before_) {
@@ -233,7 +256,7 @@ void ChannelSession::advance(Moment now) {
   } else if (drive_writer(now)) {
     return;
   } else if (now.steady >= due_) {
-    read(poll_look(now), Io::poll);
+    read(poll_look(now), Io::poll, now);
   } else {
     out_.put(WakeAt{due_});
   }
@@ -244,7 +267,14 @@ void ChannelSession::poll(const Snapshot& snapshot, Moment now) {
     poll_call(snapshot, now);
     return;
   }
+  if (released_call_ && !release_is_over(snapshot, now)) {
+    return;
+  }
   if (retired_) {
+    return;
+  }
+  if (!may_be_request(snapshot, now)) {
+    due_ = now.steady + pace_.active;
     return;
   }
   const bool whole = now.steady >= whole_due_;
@@ -258,6 +288,29 @@ void ChannelSession::poll(const Snapshot& snapshot, Moment now) {
   due_ = watch_.reading() ? now.steady : next_look(now);
 }
 
+void ChannelSession::expect_anything(Moment now) {
+  unknown_until_ = now.steady + takes_effect;
+  unknown_.reset();
+}
+
+/// A state beside a request may be that of an interim answer, or of a final one of a gateway that
+/// is gone, whose REQUEST_STATE = 0 this controller does not show yet.
+bool ChannelSession::may_be_request(const Snapshot& snapshot, Moment now) {
+  if (!unknown_until_) {
+    return true;
+  }
+  const bool moves = unknown_ && (unknown_->request_state != snapshot.request_state ||
+                                  unknown_->response_state != snapshot.response_state);
+  if (snapshot.request_state != 0 && snapshot.response_state != 0 && !moves &&
+      now.steady < *unknown_until_) {
+    unknown_ = snapshot;
+    return false;
+  }
+  unknown_until_.reset();
+  unknown_.reset();
+  return true;
+}
+
 SteadyTime ChannelSession::next_look(Moment now) const {
   const bool soon = now.steady < active_until_;
   return next_beat(now.steady, told_ ? pace_.safety : soon ? pace_.active : pace_.idle);
@@ -269,7 +322,12 @@ SteadyTime ChannelSession::next_look_at_call(Moment now) const {
 
 void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
   const Call& call = call_->call();
+  call_->on_states(snapshot, now);
   const Standing standing = judge(snapshot, call.request, call.shown);
+  if (call_->may_show_interim(snapshot, standing)) {
+    due_ = now.steady + pace_.active;
+    return;
+  }
   if (standing != Standing::pending) {
     end(false, why_over(standing, snapshot), now);
     return;
@@ -282,14 +340,17 @@ void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
   if (snapshot.look == ReadSet::request) {
     whole_due_ = now.steady + pace_.whole;
     if (!call_->verify(out_, now)) {
-      end(false, "the gateway started again before it had answered; looked at anew", now);
+      end(false, "the gateway was restarted before it had answered; the request is read again",
+          now);
     }
   }
 }
 
 ReadSet ChannelSession::poll_look(Moment now) const {
   if (!call_) {
-    return watch_.look();
+    return released_call_   ? released_call_->answer.reads()
+           : unknown_until_ ? ReadSet::states
+                            : watch_.look();
   }
   if (!call_->verified() || now.steady >= whole_due_) {
     return ReadSet::request;
@@ -297,8 +358,9 @@ ReadSet ChannelSession::poll_look(Moment now) const {
   return call_->call().shown.empty() ? ReadSet::state : ReadSet::states;
 }
 
-void ChannelSession::read(ReadSet look, Io io) {
+void ChannelSession::read(ReadSet look, Io io, Moment now) {
   io_ = io;
+  read_time_.asked = now.steady;
   out_.put(Read{look});
 }
 
@@ -323,6 +385,12 @@ void ChannelSession::show(Moment now) {
   ChannelView view;
   if (call_) {
     view = call_->view();
+  } else if (released_call_ && released_call_->open) {
+    // The journal still has the call, and so has who takes the channel over.
+    view.state = answering;
+    view.uuid = released_call_->answer.request().uuid;
+    view.call = released_call_->call;
+    view.reason = "answered; no read has shown yet that the program has gone on";
   } else if (watch_.ignored()) {
     view.state = unserved;
     view.uuid = watch_.ignored()->uuid;
@@ -331,13 +399,17 @@ void ChannelSession::show(Moment now) {
     view.state = idle;
   } else {
     // Idle is a word that other gateways rely on.
-    view.reason = "connected; what stands in the channel is not known yet";
+    view.reason = unknown_ ? "RESPONSE_STATE stands beside a request: it may be answered already"
+                           : "connected; what stands in the channel is not known yet";
   }
+  const std::string_view problem = write_problem();
   if (!link_up_) {
     view.state = link_down;
     view.reason = link_reason_;
   } else if (!trouble_.empty()) {
     view.reason = trouble_;
+  } else if (!problem.empty()) {
+    view.reason = problem;
   } else if (call_ && call_->waits_for_journal() && !out_.journal_trouble().empty()) {
     view.reason = out_.journal_trouble();
   }

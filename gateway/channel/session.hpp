@@ -7,7 +7,12 @@
 //   actions = session.on_read(snapshot, now);         → … → Offer{request}
 //   actions = session.claim(id, now);                → Tell{seen}, Show{waiting}
 //   actions = session.assign(attempt, now);          → Record{Dispatched}, then Publish
-//   actions = session.on_reply(reply, now);          → Record{Answered}, Read, Write, Write, Write
+//   actions = session.on_reply(reply, now);          → Record{Answered}, Read, Write, Write, Read, Write
+//
+// A REQUEST_STATE is a new request only if a read has shown that the one before it is over
+// (gateway/channel/released.hpp), and a write counts only when a read has shown it
+// (gateway/channel/answer_writer.hpp): a controller may apply writes any time after it has
+// acknowledged them.
 //
 // After each input the actions are carried out in their order.
 #pragma once
@@ -19,6 +24,7 @@
 #include "gateway/action.hpp"
 #include "gateway/channel/channel_output.hpp"
 #include "gateway/channel/open_call.hpp"
+#include "gateway/channel/released.hpp"
 #include "gateway/channel/request_watch.hpp"
 #include "gateway/pace.hpp"
 #include "gateway/policy.hpp"
@@ -78,7 +84,7 @@ class ChannelSession {
   /// The configuration or another gateway takes the channel away. Finishes the call under way, or
   /// ends it at once, and takes no new one; then is_over().
   SessionActions retire(Moment now);
-  SessionActions release(const std::string& reason, Moment now);
+  SessionActions hand_over(const std::string& reason, Moment now);
   /// It is ours again, or still.
   SessionActions keep(Moment now);
   /// The gateway ends: another one may give the call under way out if this one has not.
@@ -86,7 +92,7 @@ class ChannelSession {
   /// A call is under way, and an instance may have it, or have had it.
   [[nodiscard]] bool may_be_given() const { return call_ && call_->may_be_given(); }
   /// Nothing is left to do here, and nothing is on its way to the controller.
-  [[nodiscard]] bool is_over() const { return retired_ && !call_ && io_ == Io::none; }
+  [[nodiscard]] bool is_over() const { return retired_ && !has_work() && io_ == Io::none; }
   [[nodiscard]] bool retired() const { return retired_; }
   [[nodiscard]] bool link_up() const { return link_up_; }
 
@@ -98,7 +104,7 @@ class ChannelSession {
   [[nodiscard]] const fabric::ChannelStatus& status() const { return out_.status(); }
 
  private:
-  enum class Io { none, poll, answer };
+  enum class Io { none, poll, answer, release };
 
   /// The request that is left to others; RequestWatch has it.
   struct Left {
@@ -119,13 +125,19 @@ class ChannelSession {
   void advance(Moment now);
   void poll(const Snapshot& snapshot, Moment now);
   void poll_call(const Snapshot& snapshot, Moment now);
+  /// The next read may show what another gateway has left.
+  void expect_anything(Moment now);
+  /// Whether what stands in the channel may be the beginning of a request.
+  [[nodiscard]] bool may_be_request(const Snapshot& snapshot, Moment now);
   void check_patience(Moment now);
-  void read(ReadSet look, Io io);
+  void read(ReadSet look, Io io, Moment now);
   void write(Variable variable, Value value);
   [[nodiscard]] ReadSet poll_look(Moment now) const;
   [[nodiscard]] SteadyTime next_look(Moment now) const;
   [[nodiscard]] SteadyTime next_look_at_call(Moment now) const;
   void hold_off(const std::string& reason, Moment now);
+  /// Which write has no effect; empty while none is missed.
+  [[nodiscard]] std::string_view write_problem();
   void show(Moment now);
 
   /// Has the call do something that may answer it.
@@ -139,7 +151,7 @@ class ChannelSession {
     }
   }
 
-  // session_call.cpp: its call
+  // session_call.cpp: its call, and the one before it
   template <typename Act>
   SessionActions with_call(Moment now, Act act);
   void say_seen(const Call& call, Moment now);
@@ -147,8 +159,14 @@ class ChannelSession {
   void say_stranger(const fabric::Reply& reply, Moment now);
   bool drive_writer(Moment now);
   void answer_looked(const Snapshot& snapshot, Moment now);
+  void report_writer();
   void writer_finished(Moment now);
+  void release_written(WriteOutcome outcome, Moment now);
+  /// True if the answer that was written last is in, and the channel idle or asked again.
+  bool release_is_over(const Snapshot& snapshot, Moment now);
   void end(bool written, const std::string& detail, Moment now);
+  /// There is a call, or one whose end the journal does not know.
+  [[nodiscard]] bool has_work() const { return call_ || (released_call_ && released_call_->open); }
   /// The channel is another gateway's, which finds the request there.
   [[nodiscard]] bool other_can_see(const Snapshot& snapshot) const;
   void leave_to_the_other(Moment now);
@@ -157,15 +175,20 @@ class ChannelSession {
   ChannelOutput out_;
 
   bool link_up_ = false;
-  /// Since the link is up the channel has been seen without a request, or a call of ours has ended.
+  /// Since the link is up a read has shown the channel without a request, or a call of ours has
+  /// ended.
   bool idle_seen_ = false;
+  /// Until when RESPONSE_STATE beside a request may be an answer whose REQUEST_STATE = 0 is not
+  /// visible yet; nothing once that is known. And what stood there first.
+  std::optional<SteadyTime> unknown_until_;
+  std::optional<Snapshot> unknown_;
   bool retired_ = false;
   /// The controller tells of changes.
   bool told_ = false;
   /// Something changed while a look was under way, which may have come too early for it.
   bool look_again_ = false;
   /// Why another gateway has the channel; then a call is kept only if the other cannot see it.
-  std::string released_;
+  std::string handed_over_;
   /// What is shown of the channel stays the call that was left to the other gateway, which must not
   /// give it out again.
   bool last_word_ = false;
@@ -177,12 +200,26 @@ class ChannelSession {
   SteadyTime not_before_{};
   SteadyTime active_until_{};
   SteadyTime whole_due_{};
-  SteadyTime looked_at_{};
+  /// When the last read was asked for, and when its answer came.
+  ReadTime read_time_{};
 
   RequestWatch watch_;
   std::optional<PendingRequest> offered_;
   Left left_;
   std::optional<OpenCall> call_;
+  /// The call that was answered last, until it is known that its program has gone on.
+  struct ReleasedCall {
+    Released answer;
+    fabric::CallId call;
+    /// The journal does not know yet that it is over.
+    bool open = false;
+    /// Its release is to be written once more.
+    bool write_again = false;
+  };
+  std::optional<ReleasedCall> released_call_;
+  /// What the answers of this channel have found: no read shows REQUEST_STATE = 0 before the
+  /// release.
+  bool clearing_is_shown_ = true;
   std::optional<EndedCall> past_;
   /// To whom that one was given.
   std::vector<fabric::InstanceId> past_asked_;

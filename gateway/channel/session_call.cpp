@@ -66,7 +66,7 @@ SessionActions ChannelSession::on_recorded(Ticket ticket, Moment now) {
   if (!call_ || ticket == 0) {
     return {};
   }
-  const bool fresh = now.steady - looked_at_ <= pace_.fresh;
+  const bool fresh = now.steady - read_time_.came <= pace_.fresh;
   return with_call(now, [&](OpenCall& call) { call.on_recorded(ticket, fresh, out_, now); });
 }
 
@@ -161,16 +161,27 @@ void ChannelSession::late(const fabric::Reply& reply, Moment now) {
 
 bool ChannelSession::drive_writer(Moment now) {
   if (!call_) {
+    if (released_call_ && std::exchange(released_call_->write_again, false)) {
+      io_ = Io::release;
+      out_.put(Write{released_call_->answer.variable(), released_call_->answer.value()});
+      return true;
+    }
     return false;
   }
   call_->begin_writing(out_);
-  const AnswerWriter* const writer = call_->writer();
+  AnswerWriter* const writer = call_->writer();
   if (writer == nullptr) {
     return false;
   }
+  writer->set_clearing({.is_shown = clearing_is_shown_ && !pace_.kernel_clears_request_state,
+                        .is_written = !pace_.kernel_clears_request_state});
   switch (writer->next()) {
-    case AnswerWriter::Step::look:
-      read(writer->look(), Io::answer);
+    case AnswerWriter::Step::read:
+      if (now.steady < writer->read_at()) {
+        out_.put(WakeAt{writer->read_at()});
+      } else {
+        read(writer->reads(), Io::answer, now);
+      }
       return true;
     case AnswerWriter::Step::write_response:
       write(Variable::response, writer->text());
@@ -194,18 +205,82 @@ bool ChannelSession::drive_writer(Moment now) {
 }
 
 void ChannelSession::answer_looked(const Snapshot& snapshot, Moment now) {
-  looked_at_ = now.steady;
   if (other_can_see(snapshot)) {
     leave_to_the_other(now);
     return;
   }
   const Call& call = call_->call();
+  call_->on_states(snapshot, now);
   const Standing standing = judge(snapshot, call.request, call.shown);
-  if (call_->on_look(snapshot, standing, out_) == AnswerWriter::Step::dropped) {
+  if (call_->may_show_interim(snapshot, standing)) {
+    call_->writer()->wait(now.steady);
+    return;
+  }
+  const AnswerWriter::Step next = call_->on_read(snapshot, standing, out_, read_time_);
+  report_writer();
+  if (next == AnswerWriter::Step::dropped) {
     end(false, why_over(standing, snapshot), now);
   } else {
     writer_finished(now);
   }
+}
+
+void ChannelSession::report_writer() {
+  AnswerWriter& writer = *call_->writer();
+  if (const auto report = writer.take_report()) {
+    out_.say(Level::warn, fmt::format("call {}: {}", call_->id().to_string(), *report));
+  }
+  if (!pace_.kernel_clears_request_state && writer.kind() == AnswerWriter::Kind::final) {
+    // Found by this answer, until another one finds the contrary.
+    clearing_is_shown_ = (clearing_is_shown_ && writer.clearing_is_shown()) || writer.zero_seen();
+  }
+}
+
+void ChannelSession::release_written(WriteOutcome outcome, Moment now) {
+  if (outcome == WriteOutcome::refused) {
+    released_call_->answer.read_now();
+  } else {
+    released_call_->answer.on_written(now.steady);
+  }
+  due_ = now.steady;
+}
+
+bool ChannelSession::release_is_over(const Snapshot& snapshot, Moment now) {
+  Released& answer = released_call_->answer;
+  if (snapshot.look != answer.reads()) {
+    due_ = now.steady;  // it was asked before more was wanted
+    return false;
+  }
+  switch (answer.on_read(snapshot, read_time_)) {
+    case Released::Found::nothing:
+      due_ = answer.read_at() ? *answer.read_at() : next_look(now);
+      return false;
+    case Released::Found::unreleased:
+      released_call_->write_again = true;
+      out_.say(answer.problem().empty() ? Level::info : Level::warn,
+               fmt::format("call {}: no read has shown {} within {} ms: it is lost, or the program "
+                           "has reset it already; it is written again",
+                           released_call_->call.to_string(), name_of(answer.variable()),
+                           takes_effect.count()));
+      return false;
+    case Released::Found::idle:
+    case Released::Found::request:
+      break;
+  }
+  if (released_call_->open) {
+    out_.note(EndedEntry{released_call_->call});
+  }
+  released_call_.reset();
+  idle_seen_ = true;
+  return true;
+}
+
+std::string_view ChannelSession::write_problem() {
+  if (call_) {
+    const AnswerWriter* const writer = call_->writer();
+    return writer != nullptr ? writer->problem() : std::string_view();
+  }
+  return released_call_ ? std::string_view(released_call_->answer.problem()) : std::string_view();
 }
 
 void ChannelSession::writer_finished(Moment now) {
@@ -217,6 +292,7 @@ void ChannelSession::writer_finished(Moment now) {
     end(true, "", now);
   } else {
     call_->interim_written(out_, now);
+    due_ = now.steady;
   }
 }
 
@@ -225,22 +301,30 @@ void ChannelSession::end(bool written, const std::string& detail, Moment now) {
   for (const Attempt& attempt : call_->call().attempts) {
     past_asked_.push_back(attempt.instance);
   }
-  past_ = call_->close(written, detail, out_, now);
+  const AnswerWriter* const writer = call_->writer();
+  const bool open = written && writer != nullptr && !writer->zero_seen();
+  if (written && writer != nullptr) {
+    released_call_ = ReleasedCall{Released(call_->call().request, *writer), call_->id(), open};
+  } else {
+    released_call_.reset();
+  }
+  past_ = call_->close(written, !open, detail, out_, now);
   call_.reset();
-  idle_seen_ = true;
+  unknown_until_.reset();
+  idle_seen_ = !open;
   watch_.restart();
   due_ = now.steady;
   active_until_ = now.steady + pace_.active_for;
 }
 
 bool ChannelSession::other_can_see(const Snapshot& snapshot) const {
-  return !released_.empty() && !call_->call().clearing && snapshot.has(Variable::request_state) &&
-         snapshot.request_state != 0;
+  return !handed_over_.empty() && !call_->call().clearing && !call_->interim_is_late() &&
+         snapshot.has(Variable::request_state) && snapshot.request_state != 0;
 }
 
 void ChannelSession::leave_to_the_other(Moment now) {
   last_word_ = may_be_given();
-  end(false, released_, now);
+  end(false, handed_over_, now);
 }
 
 }  // namespace millrace::gateway::channel

@@ -89,7 +89,7 @@ ChannelActions CallControl::release(const fabric::ChannelKey& key, const std::st
       inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one",
                     call->id});
     }
-    run(*session, session->release(reason, now), now);
+    run(*session, session->hand_over(reason, now), now);
   }
   return finish();
 }

@@ -229,8 +229,8 @@ void Machines::read(const fabric::ChannelKey& key, ReadSet look) {
 
 void Machines::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
   MachineState& one = impl_->machines.at(key.machine);
-  if (const auto* state = std::get_if<std::uint32_t>(&value)) {
-    one.writing.insert_or_assign(key.channel, std::pair(variable, *state));
+  if (variable == Variable::request_state) {
+    one.watch.on_cleared(key.channel);
   }
   one.link->write(key.channel, variable, value);
 }

@@ -38,8 +38,6 @@ struct MachineState {
   Watch watch{settings.watch};
   /// When on_time() of the watch is asked for.
   std::optional<SteadyTime> watch_time{};
-  /// Writes of states that are under way: at most one in each channel.
-  std::map<std::uint16_t, std::pair<Variable, std::uint32_t>> writing{};
 };
 
 struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
@@ -80,12 +78,7 @@ struct Machines::Impl final : LinkEvents, std::enable_shared_from_this<Impl> {
   }
   void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                 const std::string& reason) override {
-    if (MachineState* one = linked(key.machine)) {
-      const auto write = one->writing.extract(key.channel);
-      if (!write.empty() && outcome == WriteOutcome::written) {
-        const auto& [variable, value] = write.mapped();
-        carry_out(*one, one->watch.on_written(key.channel, variable, value, hands.now().steady));
-      }
+    if (linked(key.machine) != nullptr) {
       listener.on_write(key, outcome, reason);
     }
   }

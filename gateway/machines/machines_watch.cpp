@@ -54,7 +54,6 @@ void Machines::Impl::arm_watch(MachineState& one) {
 void Machines::Impl::forget_watch(MachineState& one) {
   one.watch.link_down();
   one.watch_time.reset();
-  one.writing.clear();
 }
 
 std::string Machines::Impl::note_of(const MachineState& one) {

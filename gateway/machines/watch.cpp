@@ -121,12 +121,12 @@ WatchActions Watch::on_told(std::uint16_t channel, Variable variable,
   if (one.told == value && one.other_seen && missed(channel, actions, now)) {
     return actions;
   }
-  if (one.written_at && one.written == value) {
-    times_late_ = now - *one.written_at > late ? times_late_ + 1 : 0;
-    one.written_at.reset();
+  if (one.zero_shown_at && value == 0U) {
+    times_late_ = now - *one.zero_shown_at > late ? times_late_ + 1 : 0;
+    one.zero_shown_at.reset();
   } else if (one.seen == value) {
     // The program was faster than the controller's cycle: what we wrote will never be told.
-    one.written_at.reset();
+    one.zero_shown_at.reset();
   }
   one.told = value;
   one.told_since_look = true;
@@ -161,36 +161,26 @@ WatchActions Watch::on_looked(std::uint16_t channel, const Snapshot& snapshot, S
     found->second.seen_response = snapshot.response_state;
   }
   if (snapshot.has(Variable::request_state)) {
-    see(channel, snapshot.request_state, By::look, actions, now);
+    see(channel, snapshot.request_state, actions, now);
   }
   return actions;
 }
 
-WatchActions Watch::on_written(std::uint16_t channel, Variable variable, std::uint32_t value,
-                               SteadyTime now) {
-  WatchActions actions;
-  const auto found = channels_.find(channel);
-  if (found == channels_.end()) {
-    return actions;
+void Watch::on_cleared(std::uint16_t channel) {
+  if (const auto found = channels_.find(channel); found != channels_.end()) {
+    found->second.cleared = true;
   }
-  if (variable == Variable::response_state) {
-    found->second.seen_response = value;
-  } else if (variable == Variable::request_state) {
-    see(channel, value, By::write, actions, now);
-  }
-  return actions;
 }
 
-void Watch::see(std::uint16_t channel, std::uint32_t state, By by, WatchActions& actions,
-                SteadyTime now) {
+void Watch::see(std::uint16_t channel, std::uint32_t state, WatchActions& actions, SteadyTime now) {
   ChannelWatch& one = channels_.at(channel);
   const bool same = std::exchange(one.seen, state) == state;
+  const bool by_us = state == 0 && std::exchange(one.cleared, false);
   if (one.step != Step::granted) {
     return;
   }
-  if (by == By::write && one.told != state && !one.written_at) {
-    one.written_at = now;
-    one.written = state;
+  if (by_us && one.told != state && !one.zero_shown_at) {
+    one.zero_shown_at = now;
   }
   if (one.told == state) {
     one.untold_since.reset();
@@ -202,8 +192,8 @@ void Watch::see(std::uint16_t channel, std::uint32_t state, By by, WatchActions&
         return;
       }
     }
-  } else if (by == By::write || !one.told_since_look) {
-    one.found_by_look = one.found_by_look || (!one.other_seen && one.told && by == By::look);
+  } else if (by_us || !one.told_since_look) {
+    one.found_by_look = one.found_by_look || (!one.other_seen && one.told && !by_us);
     one.other_seen = true;
     if (!one.untold_since || (!same && one.told)) {
       one.untold_since = now;

@@ -10,9 +10,10 @@
 //
 // ADS promises no delivery, a value that changes and changes back between two samples is not told
 // at all, and whether the variables of a CNC can be watched is not documented. So the silence of a
-// controller is believed only while what it told last is what was seen last, by a look or by a
-// write of our own. Otherwise the channel is looked at as if nothing were told, until both agree;
-// and if they do not come to agree, the controller is not believed any more.
+// controller is believed only while what it told last is what a read has shown last: how late a
+// write of ours takes effect is not documented, so it counts when a read has shown it. Otherwise
+// the channel is looked at as if nothing were told, until both agree; and if they do not come to
+// agree, the controller is not believed any more.
 #pragma once
 
 #include <chrono>
@@ -72,9 +73,9 @@ class Watch {
   /// A look at the channel begins. What it finds may be older than what is told before it ends.
   void looking(std::uint16_t channel);
   WatchActions on_looked(std::uint16_t channel, const Snapshot& snapshot, SteadyTime now);
-  /// We have written this.
-  WatchActions on_written(std::uint16_t channel, Variable variable, std::uint32_t value,
-                          SteadyTime now);
+  /// We have written REQUEST_STATE = 0: when a read first shows that, we have changed it and not
+  /// the program.
+  void on_cleared(std::uint16_t channel);
   WatchActions on_time(SteadyTime now);
   /// When on_time() has something to do.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return again_; }
@@ -83,7 +84,7 @@ class Watch {
   /// there is nothing to watch.
   [[nodiscard]] std::string words() const;
 
-  /// A write of ours that is told later than this is told late; a poll is faster.
+  /// What is told so much later than a read has shown it is told late; a poll is faster.
   static constexpr std::chrono::milliseconds late{100};
   /// So many in a row and the controller is not believed any more: one may be ours, or the host's.
   static constexpr int most_late = 3;
@@ -111,9 +112,10 @@ class Watch {
     /// What was seen first and was not told, and how often it was seen since.
     std::optional<SteadyTime> untold_since;
     int untold_looks = 0;
-    /// A write of ours that is not told yet, the first of them, and what was written.
-    std::optional<SteadyTime> written_at;
-    std::uint32_t written = 0;
+    /// REQUEST_STATE was cleared by us, and no read has shown it yet.
+    bool cleared = false;
+    /// Since when reads show the 0 of ours that is not told yet.
+    std::optional<SteadyTime> zero_shown_at;
     /// Something else than what was told last has been seen since; and first by a look: the program
     /// has changed it, not we.
     bool other_seen = false;
@@ -125,9 +127,7 @@ class Watch {
   };
 
   void ask(WatchActions& actions);
-  enum class By : std::uint8_t { look, write };
-  void see(std::uint16_t channel, std::uint32_t state, By by, WatchActions& actions,
-           SteadyTime now);
+  void see(std::uint16_t channel, std::uint32_t state, WatchActions& actions, SteadyTime now);
   /// True if that was one too many.
   bool missed(std::uint16_t channel, WatchActions& actions, SteadyTime now);
   void believe(std::uint16_t channel, ChannelWatch& one, WatchActions& actions);

@@ -51,6 +51,7 @@ class Reader {
     to.pace.active = poll_time(poll.active_ms(), path / "poll" / "active_ms");
     to.pace.idle = poll_time(poll.idle_ms(), path / "poll" / "idle_ms");
     to.pace.safety = poll_time(poll.safety_ms(), path / "poll" / "safety_ms");
+    to.pace.kernel_clears_request_state = from.kernel_clears_request_state();
     to.watch = watch_of(from.watch());
     to.symbol = symbol(from.symbol(), path / "symbol");
     to.groups = groups_of(from.groups());

@@ -113,10 +113,11 @@ void Plant::build_controllers() {
   for (std::size_t i = 0; i < count; ++i) {
     auto controller =
         std::make_unique<Controller>(fmt::format("m{}", i), ++parties_, agenda_, history_);
-    const cnc::simulator::ServiceRules rules{.response_clears_request = random_.chance(50),
-                                             .ads_request_clears_response = random_.chance(50),
-                                             .reset_clears_states = random_.chance(50),
-                                             .start_clears_states = random_.chance(30)};
+    cnc::simulator::ServiceRules rules{.response_clears_request = random_.chance(50),
+                                       .ads_request_clears_response = random_.chance(50),
+                                       .reset_clears_states = random_.chance(50),
+                                       .start_clears_states = random_.chance(30)};
+    let_kernel_clear(rules);
     const std::size_t channels = 1 + random_.below(3);
     for (std::size_t channel = 0; channel < channels; ++channel) {
       ProgramHabits habits;
@@ -133,10 +134,17 @@ void Plant::build_controllers() {
       habits.waits_for_text = !habits.interpreted && random_.chance(15);
       habits.waits_for_the_request = bug_ == Bug::cycle_waits_for_the_request;
       let_wait_for_text(habits);
+      if (rules.kernel_clears_after && habits.waits_for_text) {
+        // Such a kernel clears REQUEST_STATE for RESPONSE_STATE ≠ 0 alone.
+        habits.waits_for_text = false;
+        habits.services_know = false;
+        habits.uuids = uuids_;
+      }
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());
     cables_.back()->notices = draw_notices();
+    cables_.back()->writes = draw_writes();
     controllers_.push_back(std::move(controller));
   }
 }
@@ -190,6 +198,28 @@ NoticeHabits Plant::draw_notices() const {
   return habits;
 }
 
+/// From a source of its own: what else a seed means stays what it was. Half of the controllers apply
+/// writes up to 50 ms after they have acknowledged them.
+WriteHabits Plant::draw_writes() const {
+  Random random(~random_.state() ^ 0x1a7e3417c0de5eedU);
+  WriteHabits habits;
+  if (random.chance(50)) {
+    const bool all_alike = random.chance(50);
+    habits.response = random.between(Time{}, 50ms);
+    habits.request_state = all_alike ? habits.response : random.between(Time{}, 50ms);
+    habits.response_state = all_alike ? habits.response : random.between(Time{}, 50ms);
+  }
+  return habits;
+}
+
+void Plant::let_kernel_clear(cnc::simulator::ServiceRules& rules) const {
+  Random random(~random_.state() ^ 0xc1ea45e1f0000001U);
+  if (random.chance(15)) {
+    rules.response_clears_request = false;
+    rules.kernel_clears_after = random.chance(30) ? Time{} : random.between(Time{}, 50ms);
+  }
+}
+
 gateway::settings::MachineSettings Plant::settings_of(const Controller& controller) {
   gateway::settings::MachineSettings settings;
   settings.name = controller.name();
@@ -199,6 +229,7 @@ gateway::settings::MachineSettings Plant::settings_of(const Controller& controll
                              gateway::WatchMode::poll};
   settings.watch = random.pick(modes);
   settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
+  settings.pace.kernel_clears_request_state = controller.kernel_clears() && random.chance(70);
   for (const auto& ring : controller.queues()) {
     settings.queues.push_back(ring->plan().settings);
   }

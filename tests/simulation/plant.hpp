@@ -44,6 +44,8 @@ class Plant {
   void build_controllers();
   void build_gateways();
   [[nodiscard]] NoticeHabits draw_notices() const;
+  [[nodiscard]] WriteHabits draw_writes() const;
+  void let_kernel_clear(cnc::simulator::ServiceRules& rules) const;
   [[nodiscard]] fabric::Awaited draw_awaited(std::size_t service) const;
   void let_wait_for_text(ProgramHabits& habits) const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);

@@ -120,7 +120,8 @@ void World::rescue() {
       const bool idle = std::ranges::any_of(gateways, [&](const GatewayProcess* gateway) {
         const auto status = gateway->statuses().find({controller->name(), number});
         return status != gateway->statuses().end() &&
-               status->second.state == fabric::ChannelState::idle;
+               (status->second.state == fabric::ChannelState::idle ||
+                status->second.state == fabric::ChannelState::answering);
       });
       const bool excused = lost_memory || controller->channel(number).crossed ||
                            controller->program(number).may_be_stuck();

@@ -6,9 +6,13 @@
 //   channel.write(Variable::response_state, 1U);      // over ADS
 #pragma once
 
+#include <chrono>
+#include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "gateway/moment.hpp"
 #include "gateway/snapshot.hpp"
 
 namespace millrace::tests {
@@ -20,6 +24,13 @@ struct KernelRules {
   bool auto_clear = false;
   /// Writing REQUEST_STATE over ADS sets RESPONSE_STATE to 0, as the program's write does.
   bool ads_clears = false;
+  /// How long after its acknowledgement an ADS write of these takes effect.
+  std::chrono::milliseconds response_after{0};
+  std::chrono::milliseconds request_state_after{0};
+  std::chrono::milliseconds response_state_after{0};
+  /// The kernel sets REQUEST_STATE to 0 so long after a write of RESPONSE_STATE ≠ 0 has taken
+  /// effect, unless the program has written it since, and ignores writes of 0 over ADS.
+  std::optional<std::chrono::milliseconds> kernel_clears_after{};
 };
 
 class ServiceInterface {
@@ -36,11 +47,33 @@ class ServiceInterface {
   void set_request_state(std::uint32_t state) {
     values_.request_state = state;
     values_.response_state = 0;
+    clears_at_.reset();
   }
   void set_uuid(const std::string& uuid) { values_.uuid = uuid; }
   void set_request(const std::string& text) { values_.request = text; }
+  void set_response(const std::string& text) { values_.response = text; }
   /// A controller that starts again.
-  void reset() { values_ = {}; }
+  void reset() {
+    values_ = {};
+    late_.clear();
+    clears_at_.reset();
+  }
+  /// Lets take effect what is due.
+  void advance(gateway::SteadyTime now) {
+    now_ = now;
+    for (auto first = late_.begin(); first != late_.end();) {
+      if (first->due <= now) {
+        apply(first->variable, first->value);
+        first = late_.erase(first);
+      } else {
+        ++first;
+      }
+    }
+    if (clears_at_ && *clears_at_ <= now) {
+      clears_at_.reset();
+      values_.request_state = 0;
+    }
+  }
 
   [[nodiscard]] const gateway::Snapshot& values() const { return values_; }
 
@@ -54,6 +87,35 @@ class ServiceInterface {
   }
 
   void write(gateway::Variable variable, const gateway::Value& value) {
+    if (variable == gateway::Variable::request_state && rules_.kernel_clears_after &&
+        value == gateway::Value{std::uint32_t{0}}) {
+      return;
+    }
+    late_.push_back({now_ + delay_of(variable), variable, value});
+    advance(now_);
+  }
+
+ private:
+  struct Late {
+    gateway::SteadyTime due{};
+    gateway::Variable variable{};
+    gateway::Value value;
+  };
+
+  [[nodiscard]] std::chrono::milliseconds delay_of(gateway::Variable variable) const {
+    switch (variable) {
+      case gateway::Variable::response:
+        return rules_.response_after;
+      case gateway::Variable::request_state:
+        return rules_.request_state_after;
+      case gateway::Variable::response_state:
+        return rules_.response_state_after;
+      default:
+        return {};
+    }
+  }
+
+  void apply(gateway::Variable variable, const gateway::Value& value) {
     switch (variable) {
       case gateway::Variable::response:
         values_.response = std::get<std::string>(value);
@@ -69,6 +131,9 @@ class ServiceInterface {
         if (rules_.auto_clear) {
           values_.request_state = 0;
         }
+        if (rules_.kernel_clears_after && values_.response_state != 0) {
+          clears_at_ = now_ + *rules_.kernel_clears_after;
+        }
         break;
       case gateway::Variable::uuid:
         values_.uuid = std::get<std::string>(value);
@@ -79,7 +144,6 @@ class ServiceInterface {
     }
   }
 
- private:
   void copy(gateway::Variable variable, gateway::Snapshot& picture) const {
     switch (variable) {
       case gateway::Variable::uuid:
@@ -102,6 +166,9 @@ class ServiceInterface {
 
   KernelRules rules_;
   gateway::Snapshot values_;
+  gateway::SteadyTime now_{};
+  std::vector<Late> late_;
+  std::optional<gateway::SteadyTime> clears_at_;
 };
 
 }  // namespace millrace::tests

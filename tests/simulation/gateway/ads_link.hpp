@@ -35,9 +35,30 @@ struct NoticeHabits {
   Time cycle = 1ms;
 };
 
+/// How long after its acknowledgement a controller applies a write: always as long for the same
+/// variable, so that writes of one variable keep their order and those of two may not.
+struct WriteHabits {
+  Time response{};
+  Time request_state{};
+  Time response_state{};
+  [[nodiscard]] Time delay_of(gateway::Variable variable) const {
+    switch (variable) {
+      case gateway::Variable::response:
+        return response;
+      case gateway::Variable::request_state:
+        return request_state;
+      case gateway::Variable::response_state:
+        return response_state;
+      default:
+        return {};
+    }
+  }
+};
+
 /// What lies between them; outlives both.
 struct Cable {
   NoticeHabits notices{};
+  WriteHabits writes{};
   bool plugged = true;
   /// Nothing comes through, and nobody is told.
   bool silent = false;
@@ -100,6 +121,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void refuse_unsent(std::uint16_t channel, bool is_write);
   // ads_link_answers.cpp
   void execute(const RequestPointer& request);
+  void apply(const RequestPointer& request);
   void sample(const RequestPointer& request, std::size_t next);
   void answer(const RequestPointer& request, Time delay);
   void answered(const RequestPointer& request);

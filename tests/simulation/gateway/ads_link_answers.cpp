@@ -102,16 +102,41 @@ void AdsLink::execute(const RequestPointer& request) {
     return;
   }
   request->executed = true;
+  const Time late = cable_.writes.delay_of(request->write->variable);
+  if (late == Time{}) {
+    apply(request);
+  } else {
+    // Acknowledged first; the controller does it whatever becomes of the connection.
+    process_.agenda().after(
+        late, {.parties = controller_.parties(), .means = meaning(*request, "apply")},
+        [self = shared_from_this(), request] {
+          if (self->controller_.powered() && self->controller_.life() == request->controller_life) {
+            self->apply(request);
+          }
+        });
+  }
+  answer(request, delay());
+}
+
+void AdsLink::apply(const RequestPointer& request) {
   MachineChannel& channel = controller_.channel(request->channel);
   const AdsWrite& write = *request->write;
   channel.crossed = channel.crossed || channel.standing() != write.request;
   request->refused = !channel.write(write.variable, write.value);
-  if (!request->refused) {
-    history_.add(WriteDone{gateway_, channel.key(), write.call, write.request, write.variable,
-                           write.answer, write.value, channel.text(Variable::response),
-                           channel.state(Variable::request_state)});
+  if (request->refused) {
+    return;
   }
-  answer(request, delay());
+  // A kernel that clears REQUEST_STATE itself is about to do so.
+  const std::uint32_t request_state =
+      channel.rules().kernel_clears_after ? 0 : channel.state(Variable::request_state);
+  history_.add(WriteDone{gateway_, channel.key(), write.call, write.request, write.variable,
+                         write.answer, write.value, channel.text(Variable::response),
+                         request_state});
+  if (const auto clears_after = channel.rules().kernel_clears_after) {
+    process_.agenda().after(*clears_after,
+                            {.parties = controller_.parties(), .means = meaning(*request, "clear")},
+                            [&channel] { channel.advance(); });
+  }
 }
 
 /// Each is done whole.

@@ -145,7 +145,7 @@ std::vector<std::uint16_t> GatewayProcess::channels_of(const std::string& machin
 void GatewayProcess::on_read(const Key& key, const gateway::Snapshot& snapshot) {
   history().add(Looked{plan_.number, key, snapshot, looked_from_});
   mistakes_.on_read(key, snapshot);
-  carry_out(control_->on_read(key, snapshot, now()));
+  carry_out(control_->on_read(key, mistakes_.taken_for(key, snapshot), now()));
 }
 
 void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {
@@ -165,6 +165,7 @@ void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::s
     carry_out(key, *again);
     return;
   }
+  mistakes_.on_write(key, outcome);
   carry_out(control_->on_write(key, outcome, reason, now()));
 }
 

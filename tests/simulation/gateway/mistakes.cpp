@@ -14,6 +14,7 @@ void Mistakes::forget() {
   last_states_.clear();
   texts_read_.clear();
   last_writes_.clear();
+  acknowledged_.clear();
 }
 
 fabric::InstanceIdentity Mistakes::seen(const fabric::InstanceIdentity& instance) const {
@@ -65,6 +66,35 @@ void Mistakes::on_read(const Key& key, const Snapshot& snapshot) {
     last_states_[key] = snapshot;
   } else if (snapshot.look == ReadSet::texts) {
     texts_read_.insert_or_assign(key, snapshot);
+  }
+}
+
+/// Once it is released nothing is left of that.
+Snapshot Mistakes::taken_for(const Key& key, Snapshot snapshot) {
+  auto found = acknowledged_.find(key);
+  if (!makes(Bug::acknowledged_is_seen) || found == acknowledged_.end() ||
+      (snapshot.look != ReadSet::all && snapshot.look != ReadSet::states)) {
+    return snapshot;
+  }
+  for (const auto& [variable, value] : found->second) {
+    if (variable == gateway::Variable::response && snapshot.has(variable)) {
+      snapshot.response = std::get<std::string>(value);
+    } else if (variable == gateway::Variable::request_state) {
+      snapshot.request_state = std::get<std::uint32_t>(value);
+    } else if (variable == gateway::Variable::response_state) {
+      snapshot.response_state = std::get<std::uint32_t>(value);
+    }
+  }
+  if (found->second.contains(gateway::Variable::response_state)) {
+    acknowledged_.erase(found);
+  }
+  return snapshot;
+}
+
+void Mistakes::on_write(const Key& key, gateway::WriteOutcome outcome) {
+  const auto write = last_writes_.find(key);
+  if (outcome == gateway::WriteOutcome::written && write != last_writes_.end()) {
+    acknowledged_[key].insert_or_assign(write->second.variable, write->second.value);
   }
 }
 

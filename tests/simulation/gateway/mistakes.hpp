@@ -26,6 +26,9 @@ class Mistakes {
   std::optional<gateway::Snapshot> instead_of(const Key& key, const gateway::Read& read,
                                               const Witness& witness);
   void on_read(const Key& key, const gateway::Snapshot& snapshot);
+  /// What the gateway takes it for.
+  [[nodiscard]] gateway::Snapshot taken_for(const Key& key, gateway::Snapshot snapshot);
+  void on_write(const Key& key, gateway::WriteOutcome outcome);
   /// The write is not done, and nobody notices.
   bool keeps(const Key& key, const gateway::Write& write, const Witness& witness);
   /// What is written once more.
@@ -40,6 +43,7 @@ class Mistakes {
   std::map<Key, gateway::Snapshot> last_states_;
   std::map<Key, gateway::Snapshot> texts_read_;
   std::map<Key, gateway::Write> last_writes_;
+  std::map<Key, std::map<gateway::Variable, gateway::Value>> acknowledged_;
 };
 
 }  // namespace millrace::tests::simulation

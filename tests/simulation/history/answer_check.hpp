@@ -42,6 +42,8 @@ class AnswerCheck final : public Check {
     /// Whose text stands in RESPONSE: two gateways that do not hear each other write over each
     /// other's; nothing once the program has emptied it.
     std::optional<GatewayNumber> text_by{};
+    /// Nobody else clears REQUEST_STATE.
+    bool kernel_clears = false;
     /// Who has written since the program asked.
     std::set<GatewayNumber> writers;
   };
@@ -53,6 +55,7 @@ class AnswerCheck final : public Check {
   void on(const ProgramAsked& fact, Time now);
   void on(const ProgramMoved& fact, Time now);
   void on(const ResponseEmptied& fact, Time now);
+  void on(const KernelClears& fact, Time now);
   void on(const ProgramReleased& fact, Time now);
   void on(const Looked& fact, Time now);
   void on(const WriteAsked& fact, Time now);

@@ -55,6 +55,9 @@ struct Words {
   std::string operator()(const ProgramMoved& one) const {
     return fmt::format("{}  {}", one.key.to_string(), one.why);
   }
+  std::string operator()(const KernelClears& one) const {
+    return fmt::format("{}  kernel clears REQUEST_STATE itself", one.key.to_string());
+  }
   std::string operator()(const ResponseEmptied& one) const {
     return fmt::format("{}  program empties RESPONSE", one.key.to_string());
   }

@@ -32,6 +32,10 @@ struct ProgramMoved {
   /// Nothing but the states changed.
   bool texts_stay = true;
 };
+/// Its kernel clears REQUEST_STATE itself, and takes no 0 from outside.
+struct KernelClears {
+  Key key;
+};
 /// It wrote RESPONSE itself, before it asks.
 struct ResponseEmptied {
   Key key;
@@ -232,11 +236,12 @@ struct Note {
   std::string what;
 };
 
-using Fact = std::variant<ProgramAsked, ProgramMoved, ResponseEmptied, ProgramReleased, Looked,
-                          WriteAsked, Answered, WriteDone, Claimed, GivenOut, Ended, Resumed, Heard,
-                          Refused, Started, Finished, Cancelled, Replied, ReplyTaken, Retried,
-                          JournalLost, QueuePlanned, MessageWritten, MessagesGone, MessagesRead,
-                          NobodyCanTell, MessageTaken, MessageEnded, Note>;
+using Fact =
+    std::variant<ProgramAsked, ProgramMoved, KernelClears, ResponseEmptied, ProgramReleased, Looked,
+                 WriteAsked, Answered, WriteDone, Claimed, GivenOut, Ended, Resumed, Heard, Refused,
+                 Started, Finished, Cancelled, Replied, ReplyTaken, Retried, JournalLost,
+                 QueuePlanned, MessageWritten, MessagesGone, MessagesRead, NobodyCanTell,
+                 MessageTaken, MessageEnded, Note>;
 
 /// What is said of a channel. Each gateway plays one of its own for a message queue: "m0.q@1/1".
 Key key_at(const Key& key, GatewayNumber gateway);

@@ -41,6 +41,9 @@ tl::expected<sim::Program, std::string> MachineChannel::Programs::load(std::stri
 
 MachineChannel::MachineChannel(Key key, sim::ServiceRules rules, Agenda& agenda, History& history)
     : key_(std::move(key)), rules_(rules), agenda_(agenda), history_(history) {
+  if (rules_.kernel_clears_after) {
+    history_.add(KernelClears{key_});
+  }
   power_up();
 }
 
@@ -72,6 +75,12 @@ bool MachineChannel::write(Variable variable, const gateway::Value& value) {
   on_ads_write();
   changed();
   return written;
+}
+
+void MachineChannel::advance() {
+  kernel_->channel.apply_writes(agenda_.now());
+  on_ads_write();
+  changed();
 }
 
 void MachineChannel::changed() {

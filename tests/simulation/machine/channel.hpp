@@ -24,6 +24,10 @@ class MachineChannel {
   /// False if the controller refuses it.
   bool write(gateway::Variable variable, const gateway::Value& value);
 
+  [[nodiscard]] const cnc::simulator::ServiceRules& rules() const { return rules_; }
+  /// What the kernel does by itself is due.
+  void advance();
+
   // What the program does.
   void set(gateway::Variable variable, const gateway::Value& value);
   [[nodiscard]] std::uint32_t state(gateway::Variable variable) const;

@@ -30,6 +30,9 @@ class Controller {
   }
   [[nodiscard]] Program& program(std::uint16_t number) { return *lines_.at(number - 1U).program; }
   [[nodiscard]] std::size_t size() const { return lines_.size(); }
+  [[nodiscard]] bool kernel_clears() const {
+    return lines_.front().channel->rules().kernel_clears_after.has_value();
+  }
   [[nodiscard]] const std::vector<std::unique_ptr<MessageRing>>& queues() const { return rings_; }
   [[nodiscard]] MessageRing& queue(const std::string& name) const;
 

@@ -1,4 +1,4 @@
-// The steps of an answer, and what a look at the channel says of a write of unknown outcome.
+// The steps of an answer, and what a read of the channel shows of what was written.
 #include "gateway/channel/answer_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -6,135 +6,325 @@
 namespace millrace::gateway {
 namespace {
 
-using Step = channel::AnswerWriter::Step;
+using channel::AnswerWriter;
+using Step = AnswerWriter::Step;
+using namespace std::chrono_literals;
 
-class AnswerWriterTest : public testing::Test {
+class AnAnswer : public testing::Test {
  protected:
-  /// RESPONSE and REQUEST_STATE are written, and nobody knows whether RESPONSE_STATE is.
-  AnswerWriterTest() {
-    sut.on_look({ReadSet::request, request.uuid, "2", 1, 0, ""}, Standing::pending, request);
-    sut.on_written();
-    sut.on_recorded(true);
-    sut.on_written();
-    EXPECT_EQ(sut.on_unknown(), Step::look);
+  static AnswerWriter writer(std::uint32_t state, fabric::Awaited awaited) {
+    return {AnswerWriter::Kind::final, Response::of("1.4", state, awaited).value(), awaited};
+  }
+  static AnswerWriter resumed(std::uint32_t state, bool clearing, fabric::Awaited awaited) {
+    return AnswerWriter::resumed(Response::of("1.4", state, awaited).value(), clearing, awaited);
+  }
+  Snapshot all(std::uint32_t request_state, std::uint32_t response_state,
+               const std::string& response, const std::string& text = "2") {
+    return {ReadSet::all, request.uuid, text, request_state, response_state, response};
+  }
+  Step read(AnswerWriter& sut, Snapshot snapshot) {
+    const Standing standing = judge(snapshot, request, {});
+    if (sut.reads() == ReadSet::request) {
+      snapshot.look = ReadSet::request;
+      snapshot.response.clear();
+    }
+    return sut.on_read(snapshot, standing, request, {now, now});
+  }
+  Step wait_and_read(AnswerWriter& sut, std::chrono::milliseconds time, const Snapshot& snapshot) {
+    now += time;
+    return read(sut, snapshot);
   }
 
+  SteadyTime now{1h};
   const PendingRequest request{"560aacbf-6335-44a9-895a-8b27f3ed5e47", "2", 1};
-  /// As the gateway has left it, if its last write did not take place.
-  const Snapshot unreleased{ReadSet::all, request.uuid, "2", 0, 0, "1.4"};
-  channel::AnswerWriter sut{channel::AnswerWriter::Kind::final, Response::of("1.4", 1).value()};
+  const Snapshot pending = all(1, 0, "");
 };
 
-TEST_F(AnswerWriterTest, ReleasesAProgramThatTwoLooksFindWaiting) {
-  EXPECT_EQ(sut.on_look(unreleased, Standing::cleared, request), Step::look);
-  EXPECT_EQ(sut.on_look(unreleased, Standing::cleared, request), Step::write_state);
+/// RESPONSE and REQUEST_STATE = 0 are written and acknowledged.
+class AWrittenAnswer : public AnAnswer {
+ protected:
+  AWrittenAnswer() {
+    EXPECT_EQ(read(sut, pending), Step::write_response);
+    EXPECT_EQ(sut.on_written(now), Step::record_clearing);
+    EXPECT_EQ(sut.on_recorded(true), Step::clear);
+    EXPECT_EQ(sut.on_written(now), Step::read);
+  }
+  /// RESPONSE_STATE was written, and it is unknown whether that took place.
+  void release_with_unknown_outcome() {
+    EXPECT_EQ(read(sut, shown), Step::write_state);
+    EXPECT_EQ(sut.on_unknown(now), Step::read);
+  }
+
+  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  /// Both writes are visible.
+  const Snapshot shown = all(0, 0, "1.4");
+};
+
+TEST_F(AWrittenAnswer, ReleasesItsProgramOnceAReadShowsBothWrites) {
+  EXPECT_EQ(read(sut, shown), Step::write_state);
+  EXPECT_TRUE(sut.zero_seen());
+  EXPECT_EQ(sut.on_written(now), Step::done);
 }
 
-// The program was released and asked anew, which clears RESPONSE_STATE, between two reads of one
-// look; the answer was written once more, over its new request. Found by the simulation.
-TEST_F(AnswerWriterTest, DoesNotReleaseAProgramThatAskedAnewDuringALook) {
-  sut.on_look(unreleased, Standing::cleared, request);
-  const Snapshot asks_anew{ReadSet::all, request.uuid, "3", 2, 0, "1.4"};
-  EXPECT_EQ(sut.on_look(asks_anew, Standing::replaced, request), Step::done);
+TEST_F(AWrittenAnswer, WaitsWhileReadsShowNeither) {
+  EXPECT_EQ(read(sut, pending), Step::read);
+  EXPECT_EQ(sut.read_at(), now + 2ms);
+  EXPECT_EQ(wait_and_read(sut, 60ms, pending), Step::read);
+  EXPECT_EQ(sut.read_at(), now + 10ms);
+  EXPECT_EQ(wait_and_read(sut, 10ms, shown), Step::write_state);
 }
 
-TEST_F(AnswerWriterTest, IsDoneIfTheProgramIsReleased) {
-  const Snapshot released{ReadSet::all, request.uuid, "2", 0, 1, "1.4"};
-  EXPECT_EQ(sut.on_look(released, Standing::answered, request), Step::done);
+TEST_F(AWrittenAnswer, WaitsForItsTextIfTheClearedStateIsVisibleFirst) {
+  EXPECT_EQ(read(sut, all(0, 0, "")), Step::read);
+  EXPECT_EQ(read(sut, shown), Step::write_state);
+}
+
+TEST_F(AWrittenAnswer, WaitsForTheClearedStateIfItsTextIsVisibleFirst) {
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(read(sut, shown), Step::write_state);
+}
+
+TEST_F(AWrittenAnswer, WritesATextAgainThatNoReadShowsWithinASecondAndReportsIt) {
+  EXPECT_EQ(wait_and_read(sut, 999ms, all(0, 0, "")), Step::read);
+  EXPECT_EQ(sut.take_report(), std::nullopt);
+  EXPECT_EQ(wait_and_read(sut, 1ms, all(0, 0, "")), Step::write_response);
+  EXPECT_NE(sut.take_report(), std::nullopt);
+  EXPECT_FALSE(sut.problem().empty());
+  EXPECT_EQ(sut.on_written(now), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1999ms, all(0, 0, "")), Step::read) << "after 2 s the next time";
+  EXPECT_EQ(wait_and_read(sut, 1ms, all(0, 0, "")), Step::write_response);
+}
+
+TEST_F(AWrittenAnswer, ClearsRequestStateAgainThatNoReadShowsAsZeroWithinASecond) {
+  EXPECT_EQ(wait_and_read(sut, 999ms, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::clear);
+  EXPECT_EQ(sut.on_written(now), Step::read);
+}
+
+TEST_F(AWrittenAnswer, ReleasesItsProgramOnAControllerThatNeverShowsZeroAfterThreeSeconds) {
+  ASSERT_EQ(wait_and_read(sut, 1s, all(1, 0, "1.4")), Step::clear);
+  sut.on_written(now);
+  EXPECT_EQ(wait_and_read(sut, 1999ms, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::write_state);
+  EXPECT_FALSE(sut.clearing_is_shown());
+  EXPECT_FALSE(sut.zero_seen());
+}
+
+TEST_F(AWrittenAnswer, ReleasesItsProgramAtOnceOnAControllerThatIsKnownNeverToShowZero) {
+  sut.set_clearing({.is_shown = false});
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::write_state);
+}
+
+TEST_F(AWrittenAnswer, ReleasesNoProgramThatWouldReadAnotherText) {
+  sut.set_clearing({.is_shown = false});
+  for (int second = 0; second < 100; ++second) {
+    EXPECT_NE(wait_and_read(sut, 1s, all(1, 0, "old")), Step::write_state);
+    if (sut.next() == Step::write_response) {
+      sut.on_written(now);
+    }
+  }
+}
+
+TEST_F(AWrittenAnswer, IsDroppedIfTheProgramGaveUpAndAsksTheSameAgain) {
+  EXPECT_EQ(read(sut, all(0, 0, "")), Step::read);
+  EXPECT_EQ(read(sut, all(1, 0, "")), Step::dropped);
+}
+
+TEST_F(AWrittenAnswer, IsDroppedIfTheProgramAsksSomethingElse) {
+  EXPECT_EQ(read(sut, all(1, 0, "1.4", "3")), Step::dropped);
+}
+
+TEST_F(AWrittenAnswer, IsDroppedIfTheTextsOfTheNextRequestStandThereAlready) {
+  EXPECT_EQ(read(sut, all(0, 0, "1.4", "3")), Step::dropped);
+}
+
+TEST_F(AWrittenAnswer, ThatAnotherGatewayHasWrittenWordForWordIsDone) {
+  AnswerWriter again = writer(1, fabric::Awaited::response_state);
+  read(again, all(1, 1, ""));
+  again.on_written(now);
+  again.on_recorded(true);
+  again.on_written(now);
+  const Snapshot released = all(0, 1, "1.4");
+  EXPECT_EQ(again.on_read(released, Standing::pending, request, {now, now}), Step::done);
+}
+
+TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatWasAskedForBeforeTheWriteWasLost) {
+  now += 2s;
+  const Snapshot old = all(1, 0, "");
+  EXPECT_EQ(sut.on_read(old, Standing::pending, request, {now - 1500ms, now}), Step::read)
+      << "the gateway has stood still meanwhile";
+}
+
+TEST_F(AWrittenAnswer, IsReleasedAgainIfTwoReadsASecondLaterFindTheProgramWaiting) {
+  release_with_unknown_outcome();
+  EXPECT_EQ(wait_and_read(sut, 999ms, shown), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1ms, shown), Step::read);
+  EXPECT_LE(sut.read_at(), now) << "the second read follows at once";
+  EXPECT_EQ(read(sut, shown), Step::write_state);
+}
+
+// The program was released and asked again, which clears RESPONSE_STATE, between two reads of one
+// snapshot; the answer was written once more, over its new request. Found by the simulation.
+TEST_F(AWrittenAnswer, IsNotReleasedAgainToAProgramThatAskedAgainDuringARead) {
+  release_with_unknown_outcome();
+  wait_and_read(sut, 1s, shown);
+  EXPECT_EQ(read(sut, all(2, 0, "1.4", "3")), Step::done);
+}
+
+TEST_F(AWrittenAnswer, IsDoneIfTheProgramIsReleased) {
+  release_with_unknown_outcome();
+  EXPECT_EQ(read(sut, all(0, 1, "1.4")), Step::done);
+}
+
+TEST_F(AWrittenAnswer, IsDoneIfTheProgramAsksTheSameAgainAfterAnUnknownRelease) {
+  release_with_unknown_outcome();
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::done);
+}
+
+TEST_F(AnAnswer, IsWrittenFromTheBeginningOnANewLinkUnlessRequestStateWasCleared) {
+  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  read(sut, pending);
+  sut.on_unknown(now);
+  sut.on_link_up();
+  EXPECT_EQ(read(sut, pending), Step::write_response);
+}
+
+TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt) {
+  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  sut.set_clearing({.is_shown = false, .is_written = false});
+  EXPECT_EQ(read(sut, pending), Step::write_response);
+  EXPECT_EQ(sut.on_written(now), Step::record_clearing);
+  EXPECT_EQ(sut.on_recorded(true), Step::read);
+  EXPECT_EQ(read(sut, all(1, 0, "")), Step::read) << "RESPONSE is not visible yet";
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::write_state);
+  EXPECT_EQ(sut.on_written(now), Step::done);
+}
+
+TEST_F(AnAnswer, OfAnEarlierRunWaitsASecondForARequestStateThatMayBeClearedYet) {
+  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 999ms, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::clear);
+}
+
+TEST_F(AnAnswer, OfAnEarlierRunThatReadsShowAsWrittenIsDoneAlsoWhereRequestStateIsNotCleared) {
+  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  EXPECT_EQ(read(sut, all(1, 1, "1.4")), Step::done);
+  EXPECT_FALSE(sut.zero_seen());
+}
+
+TEST_F(AnAnswer, OfAnEarlierRunIsDroppedWhereSomethingElseStandsInResponse) {
+  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  EXPECT_EQ(read(sut, all(0, 0, "another")), Step::read) << "RESPONSE may be late";
+  EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "another")), Step::dropped);
+}
+
+class AnInterimAnswer : public AnAnswer {
+ protected:
+  AnswerWriter sut{AnswerWriter::Kind::interim, Response::of("half way", 5).value()};
+};
+
+TEST_F(AnInterimAnswer, ShowsItsTextBeforeItsState) {
+  EXPECT_EQ(read(sut, pending), Step::write_response);
+  EXPECT_EQ(sut.on_written(now), Step::read);
+  EXPECT_EQ(read(sut, all(1, 0, "")), Step::read);
+  EXPECT_EQ(read(sut, all(1, 0, "half way")), Step::write_state);
+  EXPECT_EQ(sut.on_written(now), Step::done);
+}
+
+TEST_F(AnInterimAnswer, OfUnknownOutcomeMayBeVisibleAfterRequestStateWasClearedByTheKernel) {
+  read(sut, pending);
+  sut.on_written(now);
+  read(sut, all(1, 0, "half way"));
+  sut.on_unknown(now);
+  EXPECT_EQ(read(sut, all(0, 0, "half way")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "half way")), Step::dropped);
 }
 
 /// The program waits for RESPONSE alone, so that it is the last of the writes.
-class TextLast : public testing::Test {
+class TextLast : public AnAnswer {
  protected:
-  static channel::AnswerWriter writer(std::uint32_t state) {
-    return {channel::AnswerWriter::Kind::final,
-            Response::of("1.4", state, fabric::Awaited::response).value(),
-            fabric::Awaited::response};
+  static AnswerWriter writer(std::uint32_t state) {
+    return AnAnswer::writer(state, fabric::Awaited::response);
   }
-  static channel::AnswerWriter resumed(std::uint32_t state, bool clearing) {
-    return channel::AnswerWriter::resumed(
-        Response::of("1.4", state, fabric::Awaited::response).value(), clearing,
-        fabric::Awaited::response);
+  static AnswerWriter resumed(std::uint32_t state, bool clearing) {
+    return AnAnswer::resumed(state, clearing, fabric::Awaited::response);
   }
-  static Snapshot all(std::uint32_t request_state, std::uint32_t response_state,
-                      const std::string& response, const std::string& text = "2") {
-    return {ReadSet::all,   "560aacbf-6335-44a9-895a-8b27f3ed5e47",
-            text,           request_state,
-            response_state, response};
-  }
-
-  const PendingRequest request{"560aacbf-6335-44a9-895a-8b27f3ed5e47", "2", 1};
-  const Snapshot pending{ReadSet::request, request.uuid, "2", 1, 0, ""};
   /// REQUEST_STATE is cleared, and the program, which has emptied RESPONSE before it asked, waits.
   const Snapshot waits = all(0, 0, "");
 };
 
-TEST_F(TextLast, ClearsTheRequestBeforeTheTextReleasesTheProgram) {
+TEST_F(TextLast, ShowsTheClearedRequestBeforeTheTextReleasesTheProgram) {
   auto sut = writer(0);
-  EXPECT_EQ(sut.on_look(pending, Standing::pending, request), Step::record_clearing);
+  EXPECT_EQ(read(sut, pending), Step::record_clearing);
   EXPECT_EQ(sut.on_recorded(true), Step::clear);
-  EXPECT_EQ(sut.on_written(), Step::write_response) << "RESPONSE_STATE is 0 already";
-  EXPECT_EQ(sut.on_written(), Step::done);
+  EXPECT_EQ(sut.on_written(now), Step::read) << "RESPONSE_STATE is 0 already";
+  EXPECT_EQ(read(sut, pending), Step::read) << "not visible yet";
+  EXPECT_EQ(read(sut, waits), Step::write_response);
+  EXPECT_EQ(sut.on_written(now), Step::done);
 }
 
-TEST_F(TextLast, WritesAStateThatIsNot0BeforeTheText) {
+TEST_F(TextLast, ShowsAStateThatIsNot0BeforeTheText) {
   auto sut = writer(99);
-  sut.on_look(pending, Standing::pending, request);
+  read(sut, pending);
   sut.on_recorded(true);
-  EXPECT_EQ(sut.on_written(), Step::write_state);
-  EXPECT_EQ(sut.on_written(), Step::write_response);
-  EXPECT_EQ(sut.on_written(), Step::done);
+  EXPECT_EQ(sut.on_written(now), Step::write_state);
+  EXPECT_EQ(sut.on_written(now), Step::read);
+  EXPECT_EQ(read(sut, waits), Step::read) << "not visible yet";
+  EXPECT_EQ(read(sut, all(0, 99, "")), Step::write_response);
+  EXPECT_EQ(sut.on_written(now), Step::done);
 }
 
 TEST_F(TextLast, WritesState0OverOneThatStoodThere) {
   auto sut = writer(0);
-  sut.on_look({ReadSet::request, request.uuid, "2", 1, 7, ""}, Standing::pending, request);
+  read(sut, all(1, 7, ""));
   sut.on_recorded(true);
-  EXPECT_EQ(sut.on_written(), Step::write_state);
+  EXPECT_EQ(sut.on_written(now), Step::write_state);
 }
 
-TEST_F(TextLast, OfUnknownOutcomeIsWrittenAgainIfTwoLooksFindTheProgramWaiting) {
+TEST_F(TextLast, OfUnknownOutcomeIsWrittenAgainIfTwoReadsASecondLaterFindTheProgramWaiting) {
   auto sut = writer(0);
-  sut.on_look(pending, Standing::pending, request);
+  read(sut, pending);
   sut.on_recorded(true);
-  sut.on_written();
-  EXPECT_EQ(sut.on_unknown(), Step::look);
-  EXPECT_EQ(sut.on_look(waits, Standing::cleared, request), Step::look);
-  EXPECT_EQ(sut.on_look(waits, Standing::cleared, request), Step::write_response);
+  sut.on_written(now);
+  read(sut, waits);
+  EXPECT_EQ(sut.on_unknown(now), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1s, waits), Step::read);
+  EXPECT_EQ(read(sut, waits), Step::write_response);
 }
 
 TEST_F(TextLast, IsNotWrittenAgainToAProgramThatBeginsItsNextRequest) {
   auto sut = writer(0);
-  sut.on_look(pending, Standing::pending, request);
+  read(sut, pending);
   sut.on_recorded(true);
-  sut.on_written();
-  sut.on_unknown();
-  sut.on_look(waits, Standing::cleared, request);
-  EXPECT_EQ(sut.on_look(all(0, 0, "", "3"), Standing::cleared, request), Step::dropped);
+  sut.on_written(now);
+  read(sut, waits);
+  sut.on_unknown(now);
+  wait_and_read(sut, 1s, waits);
+  EXPECT_EQ(read(sut, all(0, 0, "", "3")), Step::done);
 }
 
 TEST_F(TextLast, OfAnEarlierRunIsCompletedWhereTheJournalSaysThatTheRequestWasCleared) {
   auto sut = resumed(0, true);
-  EXPECT_EQ(sut.on_look(all(0, 0, "1.4"), Standing::cleared, request), Step::done);
+  EXPECT_EQ(read(sut, all(0, 0, "1.4")), Step::done);
   sut = resumed(0, true);
-  sut.on_look(waits, Standing::cleared, request);
-  EXPECT_EQ(sut.on_look(waits, Standing::cleared, request), Step::write_response);
+  read(sut, waits);
+  wait_and_read(sut, 1s, waits);
+  EXPECT_EQ(read(sut, waits), Step::write_response);
   sut = resumed(0, false);
-  EXPECT_EQ(sut.on_look(waits, Standing::cleared, request), Step::dropped)
-      << "the program has taken its request back";
+  EXPECT_EQ(read(sut, waits), Step::dropped) << "the program has taken its request back";
 }
 
 TEST_F(TextLast, OfAnEarlierRunIsCompletedThatHadWrittenItsState) {
   auto sut = resumed(99, true);
-  sut.on_look(all(0, 99, ""), Standing::answered, request);
-  EXPECT_EQ(sut.on_look(all(0, 99, ""), Standing::answered, request), Step::write_response);
+  read(sut, all(0, 99, ""));
+  wait_and_read(sut, 1s, all(0, 99, ""));
+  EXPECT_EQ(read(sut, all(0, 99, "")), Step::write_response);
 }
 
 TEST_F(TextLast, IsDroppedWhereSomebodyElseHasAnswered) {
   auto sut = writer(99);
-  EXPECT_EQ(
-      sut.on_look({ReadSet::request, request.uuid, "2", 0, 5, ""}, Standing::answered, request),
-      Step::dropped);
+  EXPECT_EQ(read(sut, all(0, 5, "")), Step::dropped);
 }
 
 }  // namespace

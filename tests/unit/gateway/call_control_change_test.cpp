@@ -106,6 +106,10 @@ TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
   const Snapshot unreleased{ReadSet::all, uuid, "2", 0, 0, "1.4"};
+  EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)), IsEmpty())
+      << "it may have been written just now";
+  now.steady += std::chrono::seconds(1);
+  EXPECT_THAT(all<Read>(sut->on_wake({"cnc", 1}, now)), SizeIs(1));
   EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
               ElementsAre(Write{Variable::response_state, 1U}));

@@ -50,10 +50,10 @@ class CallControlTest : public testing::Test {
     return all;
   }
 
-  /// A call from its request to the look after its answer; returns what came of all steps.
+  /// A call from its request to the read after its answer; returns what came of all steps.
   control::ChannelActions answered_call(std::uint16_t channel) {
     const fabric::ChannelKey key{"cnc", channel};
-    std::uint32_t state = 1;
+    Snapshot shown{ReadSet::all, uuid, "2", 1, 0, ""};
     control::ChannelActions todo = request(channel);
     for (std::size_t next = 0; next < todo.size(); ++next) {
       const Action action = todo[next].action;
@@ -64,12 +64,17 @@ class CallControlTest : public testing::Test {
       } else if (const auto* given = std::get_if<Publish>(&action)) {
         more = sut->on_reply(answer_to(given->request), now);
       } else if (const auto* write = std::get_if<Write>(&action)) {
-        state = write->variable == Variable::request_state ? 0 : state;
+        if (write->variable == Variable::response) {
+          shown.response = std::get<std::string>(write->value);
+        } else {
+          auto& state = write->variable == Variable::request_state ? shown.request_state
+                                                                   : shown.response_state;
+          state = std::get<std::uint32_t>(write->value);
+        }
         more = sut->on_write(key, WriteOutcome::written, "", now);
       } else if (const auto* read = std::get_if<Read>(&action)) {
-        const bool texts = read->look != ReadSet::state;
-        more =
-            sut->on_read(key, {read->look, texts ? uuid : "", texts ? "2" : "", state, 0, ""}, now);
+        shown.look = read->look;
+        more = sut->on_read(key, shown, now);
       }
       std::ranges::copy(more, std::back_inserter(todo));
     }

@@ -41,6 +41,7 @@ class Desk {
     ledger.apply(NumbersEntry{0x5f3a, 0});
     now.wall = fabric::Time(std::chrono::hours(24 * 365 * 50));
     now.steady = SteadyTime(std::chrono::hours(1));
+    channel.advance(now.steady);
   }
 
   /// Carries out all that can be done without waiting.
@@ -162,6 +163,7 @@ class Desk {
   void move_to(SteadyTime time) {
     now.wall += time - now.steady;
     now.steady = time;
+    channel.advance(time);
   }
 
   bool interrupted() {
@@ -175,6 +177,7 @@ class Desk {
   void carry_out(const Read& one) {
     if (!interrupted()) {
       ++reads;
+      channel.advance(now.steady);
       append(sut->on_read(channel.read(one.look), now));
     }
   }

@@ -90,6 +90,7 @@ TEST_F(Patience, WithACallNobodyWasAskedIsJournaledToo) {
   desk.before_action = [] {};
   desk.restart();
   desk.link_up();
+  desk.wait(2s);
   EXPECT_EQ(desk.writes.back(), "RESPONSE_STATE=902");
   EXPECT_THAT(desk.ledger.open_calls(), IsEmpty());
 }

@@ -105,6 +105,7 @@ TEST(GatewaySettings, HoldEverythingAFileSays) {
   EXPECT_EQ(press.pace.active, std::chrono::milliseconds(1));
   EXPECT_EQ(press.pace.idle, std::chrono::milliseconds(20));
   EXPECT_EQ(press.pace.safety, std::chrono::milliseconds(250));
+  EXPECT_TRUE(press.pace.kernel_clears_request_state);
   EXPECT_EQ(press.watch, WatchMode::notify);
   EXPECT_EQ(press.symbol, "Channel{channel}.{variable}");
   EXPECT_EQ(press.groups, settings::Groups::old);

@@ -59,8 +59,10 @@ class WatchTest : public testing::Test {
     snapshot.request_state = value;
     take(sut.on_looked(channel, snapshot, now));
   }
-  void write(std::uint32_t value, std::uint16_t channel = 1) {
-    take(sut.on_written(channel, request_state, value, now));
+  /// REQUEST_STATE is cleared, and the next read shows it.
+  void clear(std::uint16_t channel = 1) {
+    sut.on_cleared(channel);
+    look(0, channel);
   }
   void wait(std::chrono::milliseconds time) {
     now += time;
@@ -125,7 +127,7 @@ TEST_F(WatchTest, WhatWeHaveWrittenOurselvesIsNothingToLookAt) {
   told(7);
   look(7);
   looks.clear();
-  write(0);
+  clear();
   told(0);
   EXPECT_THAT(looks, IsEmpty());
 }
@@ -137,7 +139,7 @@ TEST_F(WatchTest, DoesNotBelieveSilenceBetweenAWriteAndItsTelling) {
   told(7);
   look(7);
   EXPECT_TRUE(pushed[1]);
-  write(0);
+  clear();
   EXPECT_FALSE(pushed[1]);
   told(0);
   EXPECT_TRUE(pushed[1]);
@@ -147,19 +149,19 @@ TEST_F(WatchTest, BelievesAgainWhenALookFindsTheSameRequestOnceMore) {
   be_pushed();
   told(7);
   look(7);
-  write(0);
+  clear();
   look(7);
   EXPECT_TRUE(pushed[1]);
   for (int times = 0; times < 10; ++times) {
-    write(0);
+    clear();
     look(7);
   }
   EXPECT_EQ(sut.words(), "pushed") << "no sample was taken in between: nothing was kept from us";
 }
 
-TEST_F(WatchTest, AChangeOfResponseStateIsTimeToLookUnlessItWasOurs) {
+TEST_F(WatchTest, AChangeOfResponseStateIsTimeToLookUnlessItWasReadAlready) {
   be_pushed();
-  take(sut.on_written(1, response_state, 5, now));
+  take(sut.on_looked(1, {ReadSet::states, "", "", 0, 5, ""}, now));
   take(sut.on_told(1, response_state, 5, now));
   EXPECT_THAT(looks, IsEmpty());
   take(sut.on_told(1, response_state, 0, now));
@@ -257,7 +259,7 @@ TEST_F(WatchTest, GivesUpAControllerThatKeepsThreeCallsToItself) {
     EXPECT_EQ(sut.words(), "pushed");
     now += 1s;
     look(7);
-    write(0);
+    clear();
   }
   EXPECT_THAT(sut.words(), HasSubstr("does not tell of all changes"));
 }
@@ -281,7 +283,7 @@ TEST_F(WatchTest, ForgivesWhatHappensOnceInTenMinutes) {
   for (int times = 0; times < 10; ++times) {
     now += 6min;
     look(7);
-    write(0);
+    clear();
   }
   EXPECT_EQ(sut.words(), "pushed");
 }
@@ -291,7 +293,7 @@ TEST_F(WatchTest, NoticesThatTheSameWasToldTwice) {
   for (int times = 0; times < 3; ++times) {
     told(7);
     look(7);
-    write(0);  // which is not told
+    clear();  // which is not told
   }
   told(7);
   EXPECT_THAT(sut.words(), HasSubstr("does not tell of all changes"));
@@ -302,7 +304,7 @@ TEST_F(WatchTest, GivesUpAControllerThatTellsTooLate) {
   for (int times = 0; times < 3; ++times) {
     told(7);
     look(7);
-    write(0);
+    clear();
     now += 200ms;
     told(0);
   }
@@ -314,7 +316,7 @@ TEST_F(WatchTest, ADelayNowAndThenIsNoReason) {
   for (int times = 0; times < 20; ++times) {
     told(7);
     look(7);
-    write(0);
+    clear();
     now += times % 3 == 0 ? 200ms : 1ms;
     told(0);
   }

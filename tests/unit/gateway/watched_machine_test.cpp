@@ -36,7 +36,7 @@ TEST_F(WatchedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsStat
   EXPECT_EQ(told.reason, "pushed");
 }
 
-TEST_F(WatchedMachine, TellsOfAChangeAndOfWhatItWroteItselfNot) {
+TEST_F(WatchedMachine, TellsOfAChangeAndNotOfWhatTheGatewayWrote) {
   be_pushed();
   changed.clear();
   link->on_told({"cnc", 2}, Variable::request_state, 7);
@@ -45,6 +45,8 @@ TEST_F(WatchedMachine, TellsOfAChangeAndOfWhatItWroteItselfNot) {
   sut.write({"cnc", 2}, Variable::request_state, Value(0U));
   EXPECT_TRUE(pushed[2]);
   link->on_write({"cnc", 2}, WriteOutcome::written, "");
+  EXPECT_TRUE(pushed[2]) << "no read has shown it yet";
+  look(2, 0);
   EXPECT_FALSE(pushed[2]) << "until the controller has told it";
   link->on_told({"cnc", 2}, Variable::request_state, 0);
   EXPECT_TRUE(pushed[2]);

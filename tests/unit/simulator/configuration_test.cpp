@@ -36,6 +36,8 @@ TEST(Configuration, ReadsEverySwitch) {
   EXPECT_FALSE(sut.answers.old_groups);
   EXPECT_EQ(sut.answers.old_value_offset, 92);
   EXPECT_TRUE(sut.service.start_clears_states);
+  EXPECT_EQ(sut.service.writes_visible_after, std::chrono::milliseconds(10));
+  EXPECT_EQ(sut.service.kernel_clears_after, std::chrono::milliseconds(0));
   EXPECT_THAT(sut.folders, ElementsAre(good / "cycles", "/opt/nc"));
 }
 

@@ -1,6 +1,8 @@
-// What a service call took, as the program saw it. The kernel's rules are in
-// service_interface.scenario.
+// What a service call took, as the program saw it; and writes of ADS clients that take effect
+// later. The kernel's other rules are in service_interface.scenario.
 #include "cnc/simulator/service_interface.hpp"
+
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -73,6 +75,67 @@ TEST_F(Timing, GoesOnWhenTheClientWithdrawsTheRequestFirst) {
   client_writes("V.G.SERVICE.RESPONSE_STATE", 1);
   ASSERT_EQ(calls_.size(), 1);
   EXPECT_EQ(calls_[0].duration, milliseconds(3));
+}
+
+class LateWrites : public testing::Test {
+ protected:
+  void start(ServiceRules rules) {
+    sut_.emplace(
+        globals_, rules, [this] { return now_; }, [](const AnsweredCall&) {});
+    ASSERT_TRUE(globals_.find("V.G.SERVICE.REQUEST_STATE")->assign(Variable::scalar, 1.0));
+  }
+  void client_writes(const char* name, std::uint8_t value) {
+    ASSERT_TRUE(globals_.find(name)->write(Variable::scalar, ads::Bytes{value, 0, 0, 0}));
+  }
+  nc::Value value(const char* name) { return globals_.find(name)->value(Variable::scalar); }
+  void move_to(milliseconds time) {
+    now_ = time;
+    sut_->advance(now_);
+  }
+
+  nanoseconds now_{0};
+  Family globals_;
+  std::optional<ServiceInterface> sut_;
+};
+
+TEST_F(LateWrites, TakeEffectInTheirOrderSoLongAfterTheyWereAcknowledged) {
+  start({.writes_visible_after = milliseconds(10)});
+  client_writes("V.G.SERVICE.REQUEST_STATE", 0);
+  move_to(milliseconds(5));
+  client_writes("V.G.SERVICE.RESPONSE_STATE", 7);
+  move_to(milliseconds(9));
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(1.0));
+  move_to(milliseconds(10));
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(0.0));
+  EXPECT_EQ(value("V.G.SERVICE.RESPONSE_STATE"), nc::Value(0.0));
+  move_to(milliseconds(15));
+  EXPECT_EQ(value("V.G.SERVICE.RESPONSE_STATE"), nc::Value(7.0));
+}
+
+TEST_F(LateWrites, DoNotDelayTheProgram) {
+  start({.writes_visible_after = milliseconds(10)});
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(1.0));
+}
+
+TEST_F(LateWrites, Of0AreIgnoredByAKernelThatClearsRequestStateItself) {
+  start({.kernel_clears_after = milliseconds(10)});
+  client_writes("V.G.SERVICE.REQUEST_STATE", 0);
+  move_to(milliseconds(100));
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(1.0));
+  client_writes("V.G.SERVICE.RESPONSE_STATE", 7);
+  move_to(milliseconds(109));
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(1.0));
+  move_to(milliseconds(110));
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(0.0));
+}
+
+TEST_F(LateWrites, OfSuchAKernelLeaveTheProgramsNextRequestAlone) {
+  start({.kernel_clears_after = milliseconds(10)});
+  client_writes("V.G.SERVICE.RESPONSE_STATE", 7);
+  move_to(milliseconds(5));
+  ASSERT_TRUE(globals_.find("V.G.SERVICE.REQUEST_STATE")->assign(Variable::scalar, 2.0));
+  move_to(milliseconds(20));
+  EXPECT_EQ(value("V.G.SERVICE.REQUEST_STATE"), nc::Value(2.0));
 }
 
 }  // namespace

@@ -1,0 +1,127 @@
+// When an answer is in, and what is a new request after it.
+#include "gateway/channel/released.hpp"
+
+#include <gtest/gtest.h>
+
+namespace millrace::gateway {
+namespace {
+
+using channel::AnswerWriter;
+using channel::Released;
+using Found = Released::Found;
+using namespace std::chrono_literals;
+
+class AReleasedAnswer : public testing::Test {
+ protected:
+  /// RESPONSE_STATE = 1 was written and acknowledged; `zero_seen` if a read had shown REQUEST_STATE
+  /// 0.
+  Released released(bool zero_seen) {
+    AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
+    writer.set_clearing({.is_shown = zero_seen, .is_written = zero_seen});
+    writer.on_read({ReadSet::request, request.uuid, "2", 1, 0, ""}, Standing::pending, request,
+                   {now, now});
+    writer.on_written(now);
+    writer.on_recorded(true);
+    if (zero_seen) {
+      writer.on_written(now);
+    }
+    const Snapshot shown{ReadSet::all, request.uuid, "2", zero_seen ? 0U : 1U, 0, "1.4"};
+    writer.on_read(shown, judge(shown, request, {}), request, {now, now});
+    EXPECT_EQ(writer.on_written(now), AnswerWriter::Step::done);
+    return {request, writer};
+  }
+  Found read(Released& sut, std::uint32_t request_state, std::uint32_t response_state,
+             const std::string& text = "2", const std::string& response = "1.4") {
+    Snapshot snapshot{sut.reads(), request.uuid, text, request_state, response_state, response};
+    return sut.on_read(snapshot, {now, now});
+  }
+
+  SteadyTime now{1h};
+  const PendingRequest request{"560aacbf-6335-44a9-895a-8b27f3ed5e47", "2", 1};
+};
+
+TEST_F(AReleasedAnswer, IsInOnceAReadShowsItsState) {
+  auto sut = released(true);
+  EXPECT_EQ(read(sut, 0, 1), Found::idle);
+}
+
+TEST_F(AReleasedAnswer, IsFollowedByARequestAsSoonAsRequestStateIsNot0AlsoWordForWordTheSame) {
+  auto sut = released(true);
+  EXPECT_EQ(read(sut, 1, 0), Found::request);
+  EXPECT_EQ(read(sut, 1, 1), Found::request) << "RESPONSE_STATE of before may stand beside it";
+}
+
+TEST_F(AReleasedAnswer, IsWaitedForWhileItsStateIsNotVisible) {
+  auto sut = released(true);
+  EXPECT_EQ(read(sut, 0, 0), Found::nothing);
+  EXPECT_EQ(sut.reads(), ReadSet::all) << "the texts tell whether the program has gone on";
+  EXPECT_EQ(read(sut, 0, 0), Found::nothing);
+  EXPECT_EQ(sut.read_at(), now + 2ms);
+  EXPECT_EQ(read(sut, 0, 0, "3"), Found::idle) << "it begins its next request";
+}
+
+TEST_F(AReleasedAnswer, IsWrittenAgainIfNoReadShowsItWithinASecond) {
+  auto sut = released(true);
+  read(sut, 0, 0);
+  now += 999ms;
+  EXPECT_EQ(read(sut, 0, 0), Found::nothing);
+  now += 1ms;
+  EXPECT_EQ(read(sut, 0, 0), Found::unreleased);
+  EXPECT_TRUE(sut.problem().empty()) << "the program may have reset RESPONSE_STATE";
+  sut.on_written(now);
+  now += 2s;
+  EXPECT_EQ(read(sut, 0, 0), Found::unreleased);
+  EXPECT_FALSE(sut.problem().empty());
+}
+
+TEST_F(AReleasedAnswer, OfAKernelThatClearsRequestStateIsOverWhenThatReads0) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 1, 1), Found::nothing) << "the old request";
+  EXPECT_EQ(read(sut, 0, 1), Found::idle);
+}
+
+TEST_F(AReleasedAnswer, OfSuchAKernelIsFollowedByARequestOfAnotherState) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 2, 0), Found::request);
+}
+
+TEST_F(AReleasedAnswer, OfSuchAKernelIsFollowedByTheSameRequestOnceItsStateWasReadAndIs0Again) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 1, 1), Found::nothing);
+  EXPECT_EQ(read(sut, 1, 0), Found::request);
+}
+
+TEST_F(AReleasedAnswer, OfSuchAKernelIsNotTakenForARequestBeforeItsStateWasRead) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 1, 0), Found::nothing);
+  EXPECT_EQ(read(sut, 1, 0), Found::nothing);
+  now += 999ms;
+  EXPECT_EQ(read(sut, 1, 0), Found::nothing);
+  now += 1ms;
+  EXPECT_EQ(read(sut, 1, 0), Found::unreleased) << "no service runs twice for it";
+}
+
+TEST_F(AReleasedAnswer, OfSuchAKernelIsFollowedByOtherTextsThatStayForASecond) {
+  auto sut = released(false);
+  read(sut, 1, 0);
+  EXPECT_EQ(read(sut, 1, 0, "3"), Found::nothing) << "they may be half written";
+  now += 1s;
+  EXPECT_EQ(read(sut, 1, 0, "3"), Found::request);
+}
+
+TEST_F(AReleasedAnswer, OfSuchAKernelIsNotWrittenAgainWhereItsTextHasGone) {
+  auto sut = released(false);
+  read(sut, 1, 0);
+  now += 1s;
+  EXPECT_EQ(read(sut, 1, 0, "2", ""), Found::nothing) << "as after a restart of the controller";
+  now += 1s;
+  EXPECT_EQ(read(sut, 1, 0, "2", ""), Found::request);
+}
+
+TEST_F(AReleasedAnswer, OfSuchAKernelBesideTheTextsOfTheNextRequestIsNoRequest) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 1, 1, "3"), Found::nothing);
+}
+
+}  // namespace
+}  // namespace millrace::gateway

@@ -1,0 +1,203 @@
+// Controllers that acknowledge writes and apply them later, in any order, and kernels that clear
+// REQUEST_STATE themselves: each request gets one answer, its own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/desk.hpp"
+
+namespace millrace::gateway {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+/// A program that asks again in the cycle in which it finds its answer, and a service that repeats
+/// the request in its answer.
+class QuickProgram {
+ public:
+  QuickProgram(Desk& desk, bool changing_states) : desk_(desk), changing_states_(changing_states) {
+    ask();
+  }
+  void run(std::chrono::milliseconds time) {
+    const SteadyTime end = desk_.now.steady + time;
+    while (desk_.now.steady < end) {
+      if (desk_.sut->call() != nullptr && !desk_.sut->call()->answer) {
+        serve();
+      }
+      desk_.wait(1ms);
+      if (desk_.channel.values().response_state != 0) {
+        answers.push_back(desk_.channel.values().response);
+        ask();
+      }
+    }
+  }
+  void expect_each_answered_once() const {
+    EXPECT_GT(answers.size(), 1U);
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      EXPECT_EQ(answers[i], std::to_string(i + 1));
+    }
+    EXPECT_LE(desk_.calls, answers.size() + 1);
+  }
+  std::vector<std::string> answers;
+
+ private:
+  void ask() {
+    ++asked_;
+    desk_.call(std::to_string(asked_), changing_states_ ? 1 + asked_ % 3 : 1);
+  }
+  void serve() {
+    if (desk_.sut->call()->attempts.empty()) {
+      desk_.feed(desk_.sut->assign(desk_.assignment(), desk_.now));
+    }
+    desk_.feed(desk_.sut->on_reply(desk_.reply(desk_.sut->call()->request.text, 1), desk_.now));
+  }
+
+  Desk& desk_;
+  bool changing_states_;
+  std::uint32_t asked_ = 0;
+};
+
+class LateController : public testing::TestWithParam<std::tuple<int, int, int, bool>> {};
+
+TEST_P(LateController, GetsEachRequestAnsweredOnceWithItsOwnAnswer) {
+  const auto [response, request_state, response_state, changing] = GetParam();
+  Desk desk({.response_after = std::chrono::milliseconds(response),
+             .request_state_after = std::chrono::milliseconds(request_state),
+             .response_state_after = std::chrono::milliseconds(response_state)});
+  desk.link_up();
+  QuickProgram program(desk, changing);
+  program.run(5s);
+  program.expect_each_answered_once();
+}
+
+INSTANTIATE_TEST_SUITE_P(Delays, LateController,
+                         testing::Combine(testing::Values(0, 2, 50), testing::Values(0, 5, 50),
+                                          testing::Values(0, 10, 50), testing::Bool()));
+
+class ClearingKernel : public testing::TestWithParam<std::tuple<int, int, bool, bool>> {};
+
+TEST_P(ClearingKernel, GetsEachRequestAnsweredOnceWithItsOwnAnswer) {
+  const auto [late, clears_after, changing, configured] = GetParam();
+  const std::chrono::milliseconds delay(late);
+  Desk desk({.response_after = delay,
+             .request_state_after = delay,
+             .response_state_after = delay,
+             .kernel_clears_after = std::chrono::milliseconds(clears_after)});
+  desk.sut->set_pace({.kernel_clears_request_state = configured});
+  desk.link_up();
+  QuickProgram program(desk, changing);
+  program.run(10s);
+  program.expect_each_answered_once();
+  if (configured) {
+    EXPECT_THAT(desk.writes, testing::Not(testing::Contains("REQUEST_STATE=0")));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Delays, ClearingKernel,
+                         testing::Combine(testing::Values(0, 10), testing::Values(0, 2, 50),
+                                          testing::Bool(), testing::Bool()));
+
+class Visibility : public testing::Test {
+ protected:
+  channel::ChannelSession& sut() { return *desk->sut; }
+  void reply(const fabric::Reply& reply) { desk->feed(sut().on_reply(reply, desk->now)); }
+  std::optional<Desk> desk{std::in_place};
+};
+
+TEST_F(Visibility, AnAnswerIsJournalledAsOpenUntilARequestThatTheKernelClearsIsOver) {
+  desk.emplace(tests::KernelRules{.kernel_clears_after = 1h});
+  sut().set_pace({.kernel_clears_request_state = true});
+  desk->dispatched_call();
+  reply(desk->reply("1.414", 1));
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  EXPECT_EQ(sut().call(), nullptr) << "its instance is free";
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::answering) << "another gateway must wait";
+  EXPECT_EQ(desk->ledger.open_calls().size(), 1U);
+  desk->restart();
+  desk->link_up();
+  desk->wait(2s);
+  EXPECT_EQ(desk->offers, 1U);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  desk->call("3", 2);
+  desk->wait(20ms);
+  EXPECT_EQ(desk->offers, 2U);
+  EXPECT_EQ(desk->ledger.open_calls().size(), 0U) << "the first is over, the second not given out";
+}
+
+TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
+  desk.emplace(tests::KernelRules{.kernel_clears_after = 500ms});
+  sut().set_pace({.kernel_clears_request_state = true});
+  desk->dispatched_call();
+  reply(desk->reply("1.414", 1));
+  desk->feed(sut().retire(desk->now));
+  EXPECT_FALSE(sut().is_over());
+  desk->wait(600ms);
+  EXPECT_TRUE(sut().is_over());
+}
+
+// Whoever takes the channel over would run it once more.
+TEST_F(Visibility, AnAnswerOfAGatewayThatIsGoneIsNotTakenForARequestWhoseClearingIsLate) {
+  desk->call();
+  desk->channel.write(Variable::response_state, std::uint32_t{1});
+  desk->link_up();
+  desk->wait(900ms);
+  EXPECT_EQ(desk->offers, 0U);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down) << "not idle, that is";
+  EXPECT_THAT(sut().status().reason, HasSubstr("beside a request"));
+  desk->channel.write(Variable::request_state, std::uint32_t{0});
+  desk->wait(200ms);
+  EXPECT_EQ(desk->offers, 0U);
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
+}
+
+TEST_F(Visibility, ARequestBesideAnInterimStateOfAGatewayThatIsGoneIsFoundAfterASecond) {
+  desk->call();
+  desk->channel.write(Variable::response_state, std::uint32_t{50});
+  desk->link_up();
+  desk->wait(1100ms);
+  EXPECT_EQ(desk->offers, 1U);
+}
+
+TEST_F(Visibility, AProgramWhoseKernelShowsAClearedRequestBeforeAnInterimStateIsNotCalledOver) {
+  desk.emplace(tests::KernelRules{.response_state_after = 100ms});
+  desk->dispatched_call();
+  reply(desk->interim("half way", 50));
+  ASSERT_THAT(desk->writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=50"));
+  desk->channel.write(Variable::request_state, std::uint32_t{0});  // as such a kernel does
+  desk->wait(20ms);
+  EXPECT_NE(sut().call(), nullptr);
+  desk->wait(100ms);
+  ASSERT_NE(sut().call(), nullptr);
+  reply(desk->reply("1.414", 1));
+  desk->wait(200ms);
+  EXPECT_EQ(desk->channel.values().response_state, 1U);
+}
+
+TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleGivesWayToTheFinalOne) {
+  desk.emplace(tests::KernelRules{.response_after = 50ms});
+  desk->dispatched_call();
+  reply(desk->interim("half way", 50));
+  reply(desk->reply("1.414", 1));
+  desk->wait(200ms);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=half way", "RESPONSE=1.414", "REQUEST_STATE=0",
+                                        "RESPONSE_STATE=1"));
+}
+
+TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
+  desk->dispatched_call();
+  unsigned writes = 0;
+  desk->fate = [&] { return Fate{WriteOutcome::written, ++writes > 3}; };
+  reply(desk->reply("1.414", 1));
+  EXPECT_THAT(desk->writes, IsEmpty());
+  desk->wait(1100ms);
+  EXPECT_THAT(desk->said, testing::Contains(HasSubstr("RESPONSE and does not show it")));
+  EXPECT_THAT(sut().status().reason, HasSubstr("does not show it"));
+  desk->wait(8s);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+  EXPECT_EQ(desk->offers, 1U);
+}
+
+}  // namespace
+}  // namespace millrace::gateway
