@@ -238,10 +238,7 @@ AnswerWriter::Step AnswerWriter::on_written(SteadyTime now) {
       break;
     case Step::clear:
       clear_sent_.note(now);
-      // Clearing it may have set RESPONSE_STATE to 0, but to nothing else.
-      state_stands_ = state_stands_ && state() == 0;
-      next_ =
-          text_last_ && !state_stands_ && state_sent_.times == 0 ? Step::write_state : Step::read;
+      next_ = Step::read;
       break;
     case Step::write_state:
       state_sent_.note(now);

@@ -17,8 +17,10 @@
 // (documented for the program's writes, not for others) would wipe the answer.
 //
 // A program that waits for a text in RESPONSE and reads no state (fabric::Awaited) is released by
-// RESPONSE, so that is written last: REQUEST_STATE = 0, RESPONSE_STATE, then RESPONSE. Such a
-// program empties RESPONSE before it asks; what of its answer is 0 already is not written.
+// RESPONSE, so that is written last: REQUEST_STATE = 0, RESPONSE_STATE, then RESPONSE, each once a
+// read has shown the one before. A kernel that clears REQUEST_STATE for RESPONSE_STATE would else
+// show 0 while our own 0 is still on its way to the next request. Such a program empties RESPONSE
+// before it asks; what of its answer is 0 already is not written.
 //
 // An interim answer is RESPONSE, which a read must show, and RESPONSE_STATE. On a kernel of the
 // kind just named, a program that waits with SysServiceWait and @P1 = interim state may see

@@ -42,12 +42,14 @@ constexpr auto once = fabric::Delivery::at_most_once;
 constexpr auto often = fabric::Delivery::at_least_once;
 constexpr auto text = fabric::Awaited::response;
 constexpr cnc::simulator::ServiceRules clears{.response_clears_request = true};
+constexpr WriteHabits late{.response = 5ms, .request_state = 10ms, .response_state = 5ms};
 constexpr cnc::simulator::ServiceRules resets{.reset_clears_states = true};
 
 INSTANTIATE_TEST_SUITE_P(
     Of, EveryOrder,
     testing::Values(
         Named{"Nothing", {.mishap = Mishap::none}, true},
+        Named{"WritesLate", {.mishap = Mishap::none, .calls = 2, .writes = late}},
         Named{"GatewayKilled", {.mishap = Mishap::gateway_killed, .delivery = often}, true},
         Named{"GatewayKilledOnceWritesLost",
               {.mishap = Mishap::gateway_killed, .delivery = once, .leftovers_dropped = true}},
@@ -105,7 +107,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Mistaken{Bug::at_most_once_forgotten,
                              {.mishap = Mishap::instance_killed, .delivery = once}},
                     Mistaken{Bug::clearing_not_journalled, {.mishap = Mishap::gateway_killed}},
-                    Mistaken{Bug::unknown_write_repeated, {.mishap = Mishap::link_silent}}),
+                    Mistaken{Bug::acknowledged_is_seen,
+                             {.mishap = Mishap::none, .calls = 2, .writes = late}}),
     [](const auto& one) {
       std::string name(one.param.name());
       std::ranges::replace(name, '-', '_');

@@ -71,6 +71,7 @@ SmallPlant::SmallPlant(Explorer& explorer, const SmallPlan& plan, History::Trace
               chance(plan, 4)) {
   cable_.delay_least = Time{};
   cable_.delay_most = Time{};
+  cable_.writes = plan_.writes;
   ProgramHabits habits;
   habits.uuids = {uuid};
   habits.calls = plan.calls;

@@ -51,6 +51,7 @@ struct SmallPlan {
   /// Whether a controller does what it has received on a connection that is gone.
   bool leftovers_dropped = false;
   std::size_t calls = 1;
+  WriteHabits writes{};
   Bug bug = Bug::none;
 };
 

@@ -62,7 +62,7 @@ std::optional<Snapshot> Mistakes::instead_of(const Key& key, const gateway::Read
 void Mistakes::on_read(const Key& key, const Snapshot& snapshot) {
   if (snapshot.look == ReadSet::request) {
     last_looks_[key] = snapshot;
-  } else if (snapshot.look == ReadSet::state) {
+  } else if (snapshot.look == ReadSet::state || snapshot.look == ReadSet::states) {
     last_states_[key] = snapshot;
   } else if (snapshot.look == ReadSet::texts) {
     texts_read_.insert_or_assign(key, snapshot);

@@ -41,9 +41,6 @@ tl::expected<sim::Program, std::string> MachineChannel::Programs::load(std::stri
 
 MachineChannel::MachineChannel(Key key, sim::ServiceRules rules, Agenda& agenda, History& history)
     : key_(std::move(key)), rules_(rules), agenda_(agenda), history_(history) {
-  if (rules_.kernel_clears_after) {
-    history_.add(KernelClears{key_});
-  }
   power_up();
 }
 

@@ -45,6 +45,9 @@ std::vector<std::uint16_t> Controller::numbers() const {
 
 void Controller::start_programs() {
   for (Line& line : lines_) {
+    if (kernel_clears()) {
+      history_.add(KernelClears{line.channel->key()});
+    }
     line.program->start();
   }
   for (const auto& ring : rings_) {

@@ -268,7 +268,8 @@ TEST_F(TextLast, ShowsAStateThatIsNot0BeforeTheText) {
   auto sut = writer(99);
   read(sut, pending);
   sut.on_recorded(true);
-  EXPECT_EQ(sut.on_written(now), Step::write_state);
+  EXPECT_EQ(sut.on_written(now), Step::read);
+  EXPECT_EQ(read(sut, waits), Step::write_state);
   EXPECT_EQ(sut.on_written(now), Step::read);
   EXPECT_EQ(read(sut, waits), Step::read) << "not visible yet";
   EXPECT_EQ(read(sut, all(0, 99, "")), Step::write_response);
@@ -279,7 +280,9 @@ TEST_F(TextLast, WritesState0OverOneThatStoodThere) {
   auto sut = writer(0);
   read(sut, all(1, 7, ""));
   sut.on_recorded(true);
-  EXPECT_EQ(sut.on_written(now), Step::write_state);
+  sut.on_written(now);
+  const Snapshot cleared = all(0, 7, "");
+  EXPECT_EQ(sut.on_read(cleared, Standing::pending, request, {now, now}), Step::write_state);
 }
 
 TEST_F(TextLast, OfUnknownOutcomeIsWrittenAgainIfTwoReadsASecondLaterFindTheProgramWaiting) {
