@@ -180,6 +180,7 @@ void AdsLink::write(std::uint16_t channel, Variable variable, const gateway::Val
   auto request = std::make_shared<Request>();
   request->channel = channel;
   request->write = observer_.describe({controller_.name(), channel}, variable, value);
+  request->write->read = reads_[channel];
   send(request);
 }
 

@@ -77,6 +77,8 @@ struct AdsWrite {
   fabric::CallId call;
   gateway::PendingRequest request;
   std::optional<gateway::Answer> answer;
+  /// When the read began after which the gateway asked for it.
+  Time read{};
 };
 
 /// Sees more of what a gateway does than its controller.
@@ -171,6 +173,8 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   /// Counts what was asked of a channel, so that an answer knows its question.
   std::map<std::uint16_t, std::uint64_t> questions_;
   Time last_telling_{};
+  /// When the last read of a channel began that was answered.
+  std::map<std::uint16_t, Time> reads_;
 };
 
 /// A gateway's hold on its link.

@@ -121,7 +121,8 @@ void AdsLink::execute(const RequestPointer& request) {
 void AdsLink::apply(const RequestPointer& request) {
   MachineChannel& channel = controller_.channel(request->channel);
   const AdsWrite& write = *request->write;
-  channel.crossed = channel.crossed || channel.standing() != write.request;
+  const bool crosses = channel.moved_on_since(write.read) || channel.standing() != write.request;
+  channel.crossed = channel.crossed || crosses;
   request->refused = !channel.write(write.variable, write.value);
   if (request->refused) {
     return;
@@ -130,8 +131,8 @@ void AdsLink::apply(const RequestPointer& request) {
   const std::uint32_t request_state =
       channel.rules().kernel_clears_after ? 0 : channel.state(Variable::request_state);
   history_.add(WriteDone{gateway_, channel.key(), write.call, write.request, write.variable,
-                         write.answer, write.value, channel.text(Variable::response),
-                         request_state});
+                         write.answer, write.value, channel.text(Variable::response), request_state,
+                         crosses});
   if (const auto clears_after = channel.rules().kernel_clears_after) {
     process_.agenda().after(*clears_after,
                             {.parties = controller_.parties(), .means = meaning(*request, "clear")},
@@ -200,6 +201,7 @@ void AdsLink::answered(const RequestPointer& request) {
   } else if (request->refused) {
     events_.on_read_failed(key, "the controller refuses it");
   } else {
+    reads_[request->channel] = request->first;
     observer_.on_looked(request->first);
     events_.on_read(key, request->snapshot);
   }

@@ -116,7 +116,8 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
       channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
   // Where the kernel clears REQUEST_STATE nobody can tell the answer of a gateway that is not heard
   // from an interim one.
-  const bool answered_unseen = channel.kernel_clears && channel.writers.size() > 1;
+  const bool answered_unseen =
+      channel.kernel_clears && channel.writers.size() > channel.writers.count(fact.gateway);
   if (!stood && !seems_to_wait && !answered_unseen) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
@@ -156,9 +157,14 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     channel.stretches.push_back({fact.request, now, {}, {}});
   }
   if (!fact.answer) {
+    if (fact.variable == gateway::Variable::request_state) {
+      // So late it may have wiped RESPONSE_STATE, and the program waits again.
+      finals_.erase(fact.call);
+    }
     return;
   }
-  if (!crossed && fact.response != fact.answer->text && channel.text_by == fact.gateway) {
+  if (!crossed && !fact.crossed && fact.response != fact.answer->text &&
+      channel.text_by == fact.gateway) {
     violations_.push_back(fmt::format("I3: {} is released while RESPONSE is \"{}\", not \"{}\"",
                                       fact.call.to_string(), fact.response, fact.answer->text));
   }

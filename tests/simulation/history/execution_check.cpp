@@ -38,19 +38,13 @@ void ExecutionCheck::on(const ProgramReleased& fact) {
   on(ProgramMoved{fact.key, "", true});
 }
 
-void ExecutionCheck::on(const WriteAsked& fact) {
-  asked_when_written_[fact.call] = questions_[fact.key].size();
-}
-
 void ExecutionCheck::on(const WriteDone& fact) {
   auto& questions = questions_[fact.key];
   if (!questions.empty()) {
     questions.back().writers.insert(fact.gateway);
   }
-  const auto before = asked_when_written_.find(fact.call);
-  const bool crossed = !questions.empty() &&
-                       (questions.back().request != fact.request ||
-                        (before != asked_when_written_.end() && before->second < questions.size()));
+  const bool crossed =
+      !questions.empty() && (fact.crossed || questions.back().request != fact.request);
   if (!questions.empty() &&
       (crossed ? fact.variable != gateway::Variable::response : fact.answer.has_value())) {
     // What was on its way to a request that the program had left may wipe its next one.

@@ -55,7 +55,6 @@ class ExecutionCheck final : public Check {
   void on(const ProgramAsked& fact);
   void on(const ProgramMoved& fact);
   void on(const ProgramReleased& fact);
-  void on(const WriteAsked& fact);
   void on(const WriteDone& fact);
   void on(const Claimed& fact);
   void on(const GivenOut& fact);
@@ -74,8 +73,6 @@ class ExecutionCheck final : public Check {
 
   std::map<fabric::CallId, Story> calls_;
   std::map<Key, std::vector<Question>> questions_;
-  /// How many of them there were when a gateway asked for its last write for a call.
-  std::map<fabric::CallId, std::size_t> asked_when_written_;
   /// When a gateway first heard of another's call.
   std::map<std::pair<GatewayNumber, fabric::CallId>, std::uint64_t> heard_;
   std::uint64_t facts_ = 0;

@@ -86,6 +86,8 @@ struct WriteDone {
   gateway::Value value;
   std::string response;
   std::uint32_t request_state = 0;
+  /// The program had moved on by itself before it took effect.
+  bool crossed = false;
 };
 struct Claimed {
   GatewayNumber gateway = 0;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "cnc/variables/text.hpp"
+#include "tests/simulation/service/words.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -98,6 +99,10 @@ void MachineChannel::set(Variable variable, const gateway::Value& value) {
 void MachineChannel::report() {
   const gateway::PendingRequest now{text(Variable::uuid), text(Variable::request),
                                     state(Variable::request_state)};
+  if (standing_.state != 0 && (crossed || !released_)) {
+    moved_on_ = agenda_.now();
+  }
+  released_ = false;
   standing_ = now;
   crossed = false;
   if (now.state != 0) {
@@ -124,6 +129,7 @@ std::string MachineChannel::place() const {
 
 void MachineChannel::cleared(const std::string& why) {
   standing_ = {};
+  moved_on_ = agenda_.now();
   history_.add(ProgramMoved{key_, why + ", both states are 0"});
 }
 
@@ -168,6 +174,10 @@ void MachineChannel::power_up() {
   }
   kernel_ = std::make_shared<Kernel>(key_, rules_, agenda_, programs_);
   standing_ = {};
+  at(Variable::response_state).on_write([this](sim::Writer) {
+    const std::uint32_t now = state(Variable::response_state);
+    released_ = released_ || (now != 0 && !is_interim(now));
+  });
   at(Variable::response).on_write([this](sim::Writer writer) {
     if (writer == sim::Writer::program) {
       history_.add(ResponseEmptied{key_});
@@ -184,6 +194,9 @@ void MachineChannel::power_up() {
                                           text(Variable::request) != standing_.text)) {
         // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts,
         // and until one of them differs nobody can see that.
+        if (crossed || !std::exchange(released_, false)) {
+          moved_on_ = agenda_.now();
+        }
         standing_ = {};
         crossed = false;
         history_.add(ProgramMoved{key_, "program begins its next request", false});

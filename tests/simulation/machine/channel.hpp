@@ -49,6 +49,9 @@ class MachineChannel {
   /// What stands in the channel as a request; state 0 = nothing. A gateway's own writes change
   /// nothing of it.
   [[nodiscard]] const gateway::PendingRequest& standing() const { return standing_; }
+  /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it:
+  /// what was asked for earlier meets another request.
+  [[nodiscard]] bool moved_on_since(Time time) const { return moved_on_ > time; }
   /// Something was written for another request than the one that stands: it was on its way when the
   /// program asked anew, and nobody can help that.
   bool crossed = false;
@@ -83,6 +86,9 @@ class MachineChannel {
   struct Kernel;
   std::shared_ptr<Kernel> kernel_;
   gateway::PendingRequest standing_;
+  /// RESPONSE_STATE has told the program to go on.
+  bool released_ = false;
+  Time moved_on_{-1};
 };
 
 }  // namespace millrace::tests::simulation
