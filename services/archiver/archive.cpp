@@ -18,6 +18,8 @@ using fabric::Time;
 
 constexpr std::string_view name_start = "archive-";
 constexpr std::string_view name_end = ".db";
+/// A file a second for 30,000 years.
+constexpr std::uint64_t max_number = 999'999'999'999;
 
 /// "archive-000017.db" → 17; nothing for other files.
 std::optional<std::uint64_t> number_of(const fs::path& file) {
@@ -26,12 +28,31 @@ std::optional<std::uint64_t> number_of(const fs::path& file) {
     return std::nullopt;
   }
   const std::size_t digits = name.size() - name_start.size() - name_end.size();
-  return base::text::parse_number<std::uint64_t>(
+  const auto number = base::text::parse_number<std::uint64_t>(
       std::string_view(name).substr(name_start.size(), digits));
+  return number && *number <= max_number ? number : std::nullopt;
 }
 
 fs::path name_of(const fs::path& folder, std::uint64_t number) {
   return folder / fmt::format("{}{:06}{}", name_start, number, name_end);
+}
+
+/// The id after those in `file`, which is damaged, if that can be read of it.
+std::optional<std::int64_t> readable_next_put(const fs::path& file) {
+  try {
+    // No row of ours has one beyond, not even after next_put_without.
+    constexpr std::int64_t most = std::int64_t{1} << 53;
+    const std::int64_t next = ClosedSegment(file).next_put();
+    return next > 0 && next < most ? std::optional(next) : std::nullopt;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+/// One that no put has, where nothing can be read: the microseconds since 1970. No archive has had
+/// as many puts by then.
+std::int64_t next_put_without(Time now) {
+  return std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count();
 }
 
 std::optional<Time> written_at(const fs::path& file) {
@@ -86,18 +107,25 @@ void Archive::open_current(Time now) {
     last_written_ = written_at(files.back());
     files.pop_back();
   }
-  const Beginning beginning{.begun = now, .first_put = look_at(files)};
+  Beginning beginning{.begun = now, .first_put = look_at(files, now)};
   try {
     current_ = std::make_unique<Segment>(file(), beginning);
   } catch (const Foreign& why) {
     leave(file(), why.what());
+    if (dynamic_cast<const Damaged*>(&why) != nullptr) {
+      const auto next_put = readable_next_put(file());
+      beginning.first_put = std::max(beginning.first_put, next_put.value_or(next_put_without(now)));
+      // The calls in it are known as far as they can be read.
+      previous_file_ = next_put ? file() : previous_file_;
+    }
     ++number_;
     current_ = std::make_unique<Segment>(file(), beginning);
   }
 }
 
-std::int64_t Archive::look_at(const std::vector<fs::path>& older) {
+std::int64_t Archive::look_at(const std::vector<fs::path>& older, Time now) {
   std::int64_t next_put = 1;
+  fs::path damaged;
   for (const fs::path& file : older) {
     try {
       const ClosedSegment segment(file);
@@ -106,11 +134,19 @@ std::int64_t Archive::look_at(const std::vector<fs::path>& older) {
         unclosed_.push_back(file);
       }
       previous_file_ = file;
+      // Its first id was chosen beyond those of the files before.
+      damaged.clear();
+    } catch (const Damaged& why) {
+      leave(file, why.what());
+      damaged = file;
     } catch (const std::exception& why) {
       leave(file, why.what());
     }
   }
-  return next_put;
+  if (damaged.empty()) {
+    return next_put;
+  }
+  return std::max(next_put, readable_next_put(damaged).value_or(next_put_without(now)));
 }
 
 void Archive::leave(const fs::path& file, const std::string& why) {
@@ -120,7 +156,25 @@ void Archive::leave(const fs::path& file, const std::string& why) {
   }
 }
 
-std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
+std::vector<std::int64_t> Archive::append(const std::vector<Row>& rows, Time now) {
+  try {
+    auto ids = append_to_current(rows, now);
+    sound_ = true;
+    return ids;
+  } catch (const Damaged& why) {
+    if (!sound_) {
+      // The disk damages what is new, too: that makes no heap of files.
+      throw;
+    }
+    auto next = begin_next(now);
+    leave(file(), why.what());
+    go_on_in(std::move(next));
+    sound_ = false;
+  }
+  return append(rows, now);
+}
+
+std::vector<std::int64_t> Archive::append_to_current(const std::vector<Row>& rows, Time now) {
   if (current_->ended() || must_rotate(policy_, current_->begun(), current_->size(), now)) {
     rotate(now);
   }
@@ -132,7 +186,7 @@ std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
     if (earlier) {
       known[i] = *earlier;
     } else {
-      fresh.push_back(std::move(rows[i]));
+      fresh.push_back(rows[i]);
     }
   }
   const auto added = current_->append(fresh);
@@ -145,6 +199,11 @@ std::vector<std::int64_t> Archive::append(std::vector<Row> rows, Time now) {
 
 std::optional<std::int64_t> Archive::earlier_id(fabric::CallId call) {
   if (previous_file_.empty()) {
+    return std::nullopt;
+  }
+  if (!previous_ && !fs::exists(previous_file_)) {
+    // Somebody has put it away: a repeated call of its is a new row, as after it was expired.
+    previous_file_.clear();
     return std::nullopt;
   }
   try {
@@ -165,26 +224,37 @@ fs::path Archive::file() const {
 }
 
 void Archive::rotate(Time now) {
-  const fs::path next_file = name_of(folder_, number_ + 1);
   std::unique_ptr<Segment> next;
   try {
-    next = std::make_unique<Segment>(next_file,
-                                     Beginning{.begun = now, .first_put = current_->next_put()});
+    next = begin_next(now);
   } catch (const std::exception& why) {
     if (current_->ended()) {
       throw;
     }
     if (!rotation_failed_) {
-      report_(fmt::format("{} cannot be begun; {} is written on and grows: {}", next_file.string(),
-                          file().string(), why.what()));
+      report_(fmt::format("{} cannot be begun; {} is written on and grows: {}",
+                          name_of(folder_, number_ + 1).string(), file().string(), why.what()));
     }
     rotation_failed_ = true;
     return;
   }
-  // Nothing from here on fails half way: what is written no more is closed when nobody waits.
+  // What is written no more is closed when nobody waits.
+  unclosed_.push_back(file());
+  go_on_in(std::move(next));
+}
+
+std::unique_ptr<Segment> Archive::begin_next(Time now) const {
+  if (number_ == max_number) {
+    throw std::runtime_error(
+        fmt::format("{} has the last number there is; move it away", file().string()));
+  }
+  return std::make_unique<Segment>(name_of(folder_, number_ + 1),
+                                   Beginning{.begun = now, .first_put = current_->next_put()});
+}
+
+void Archive::go_on_in(std::unique_ptr<Segment> next) {
   previous_.reset();
   previous_file_ = file();
-  unclosed_.push_back(previous_file_);
   ++number_;
   current_ = std::move(next);
   begun_a_file_ = true;

@@ -37,10 +37,10 @@ class Archive {
       std::filesystem::path folder, const Policy& policy, fabric::Time now,
       Report report = [](const std::string&) {});
 
-  /// Adds all rows or none, durably; begins a new file before if it is time and that is possible.
-  /// Returns the id of each put, 0 for other rows. A put whose call is in this file or the one
-  /// before has the id it had.
-  std::vector<std::int64_t> append(std::vector<Row> rows, fabric::Time now);
+  /// Adds all rows or none, durably; begins a new file before if it is time and that is possible,
+  /// or if this one turns out to be damaged. Returns the id of each put, 0 for other rows. A put
+  /// whose call is in this file or the one before has the id it had.
+  std::vector<std::int64_t> append(const std::vector<Row>& rows, fabric::Time now);
 
   /// Closes files that are written no more, unless somebody reads them, and removes those whose
   /// time is over if a file was begun since.
@@ -58,12 +58,16 @@ class Archive {
 
  private:
   /// What there is of older files. Returns the id of the next put.
-  std::int64_t look_at(const std::vector<std::filesystem::path>& older);
+  std::int64_t look_at(const std::vector<std::filesystem::path>& older, fabric::Time now);
   void open_current(fabric::Time now);
+  std::vector<std::int64_t> append_to_current(const std::vector<Row>& rows, fabric::Time now);
   /// The id that a call has in the file before.
   std::optional<std::int64_t> earlier_id(fabric::CallId call);
   /// Begins the next file; without one, this one goes on.
   void rotate(fabric::Time now);
+  [[nodiscard]] std::unique_ptr<Segment> begin_next(fabric::Time now) const;
+  /// Nothing in it fails half way.
+  void go_on_in(std::unique_ptr<Segment> next);
   void close_files(fabric::Time now);
   void remove_expired(fabric::Time now, Ages ages);
   /// Reports `file` as one that is not ours, once.
@@ -87,9 +91,11 @@ class Archive {
   std::set<std::filesystem::path> told_unclosed_;
   bool begun_a_file_ = true;
   bool rotation_failed_ = false;
+  /// Rows were written to the current file, or it was looked through as it was opened.
+  bool sound_ = true;
 };
 
-/// The files of an archive, in the order of their numbers.
+/// The files of an archive, in the order of their numbers, which have up to twelve digits.
 std::vector<std::filesystem::path> archive_files(const std::filesystem::path& folder);
 
 }  // namespace millrace::services::archiver

@@ -81,6 +81,9 @@ Samples::Samples(SQLite::Database& database)
       database_(database) {}
 
 void Samples::forget() {
+  for (SQLite::Statement* const statement : {&find_, &name_, &insert_}) {
+    statement->tryReset();
+  }
   groups_.clear();
 }
 

@@ -1,10 +1,12 @@
 #include "services/archiver/segment.hpp"
 
+#include <array>
 #include <optional>
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <sqlite3.h>
 
+#include "base/posix/file_identity.hpp"
 #include "base/text/cp1252.hpp"
 #include "fabric/words.hpp"
 #include "services/archiver/samples.hpp"
@@ -47,21 +49,37 @@ void refuse_foreign(SQLite::Database& database) {
   }
 }
 
-/// What SQLite says of a file that is damaged, or none of its own.
-bool is_damage(const SQLite::Exception& error) {
-  const int code = error.getErrorCode();
-  return code == SQLITE_NOTADB || code == SQLITE_CORRUPT || code == SQLITE_ERROR;
-}
-
 template <typename Work>
 auto naming_damage(Work work) {
   try {
     return work();
   } catch (const SQLite::Exception& error) {
-    if (is_damage(error)) {
+    const int code = error.getErrorCode();
+    if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) {
+      throw Damaged(error.what());
+    }
+    throw;
+  }
+}
+
+/// The same, where a table that is missing says that the file is somebody else's.
+template <typename Work>
+auto naming_strangers(Work work) {
+  try {
+    return naming_damage(work);
+  } catch (const SQLite::Exception& error) {
+    if (error.getErrorCode() == SQLITE_ERROR) {
       throw Foreign(error.what());
     }
     throw;
+  }
+}
+
+/// A page that is damaged shows now, and not in the middle of a row that somebody waits for.
+void refuse_damaged(SQLite::Database& database) {
+  const std::string found = database.execAndGet("PRAGMA quick_check(1)").getString();
+  if (found != "ok") {
+    throw Damaged(found);
   }
 }
 
@@ -70,6 +88,7 @@ SQLite::Database open(const std::filesystem::path& file, const Beginning& beginn
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                             busy_timeout_ms);
   refuse_foreign(database);
+  refuse_damaged(database);
   database.exec("PRAGMA journal_mode = WAL");
   // Each commit is on the disk when it returns: an acknowledged row survives a power cut.
   database.exec("PRAGMA synchronous = FULL");
@@ -87,6 +106,13 @@ void bind(SQLite::Statement& statement, int index, const std::optional<Value>& v
 template <typename Value>
 void bind(SQLite::Statement& statement, int index, const Value& value) {
   statement.bind(index, value);
+}
+
+/// Of a file and its write-ahead log, which has what is not in the file yet.
+using Identities = std::array<base::posix::FileIdentity, 2>;
+
+Identities identities_of(const std::filesystem::path& file) {
+  return {base::posix::identity_of(file), base::posix::identity_of(file.string() + "-wal")};
 }
 
 /// Binds `values` in their order and runs the statement; returns the number of rows it changed.
@@ -112,6 +138,9 @@ struct Segment::Impl {
   std::int64_t add(const fabric::DataSample& sample);
   std::int64_t add(const fabric::ProgramEvent& event);
   std::int64_t id_of(const std::string& call);
+  /// After a failure. A statement that was refused half way, as by another process's lock, keeps
+  /// its view of the database as it was, and SQLite lets nobody write on top of an old view.
+  void reset();
 
   std::filesystem::path file;
   SQLite::Database database;
@@ -123,6 +152,7 @@ struct Segment::Impl {
   SQLite::Statement program;
   Samples samples;
   std::int64_t next_put = 1;
+  Identities opened;
 };
 
 Segment::Impl::Impl(const std::filesystem::path& path, const Beginning& beginning)
@@ -144,7 +174,8 @@ Segment::Impl::Impl(const std::filesystem::path& path, const Beginning& beginnin
               " mode, detail, replayed) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
               " ON CONFLICT DO NOTHING"),
       samples(database),
-      next_put(database.execAndGet(next_put_of).getInt64()) {}
+      next_put(database.execAndGet(next_put_of).getInt64()),
+      opened(identities_of(path)) {}
 
 std::int64_t Segment::Impl::add(const Put& row) {
   const std::string call = row.call.to_string();
@@ -199,25 +230,41 @@ std::int64_t Segment::Impl::id_of(const std::string& call) {
   return id;
 }
 
+void Segment::Impl::reset() {
+  for (SQLite::Statement* const statement : {&put, &field, &find, &event, &channel, &program}) {
+    statement->tryReset();
+  }
+  samples.forget();
+}
+
 Segment::Segment(const std::filesystem::path& file, const Beginning& beginning)
-    : impl_(naming_damage([&] { return std::make_unique<Impl>(file, beginning); })) {}
+    : impl_(naming_strangers([&] { return std::make_unique<Impl>(file, beginning); })) {}
 Segment::~Segment() = default;
 Segment::Segment(Segment&&) noexcept = default;
 Segment& Segment::operator=(Segment&&) noexcept = default;
 
 std::vector<std::int64_t> Segment::append(const std::vector<Row>& rows) {
+  if (identities_of(impl_->file) != impl_->opened) {
+    // SQLite would write on, into what nobody finds again.
+    throw std::runtime_error(
+        "it was moved or removed while the archiver was using it; put it back, or start the "
+        "archiver anew");
+  }
   const std::int64_t next_put = impl_->next_put;
   std::vector<std::int64_t> ids;
   ids.reserve(rows.size());
   try {
-    SQLite::Transaction transaction(impl_->database);
-    for (const Row& row : rows) {
-      ids.push_back(std::visit([&](const auto& value) { return impl_->add(value); }, row));
-    }
-    transaction.commit();
+    naming_damage([&] {
+      // The lock first: where another process has it, no statement begins.
+      SQLite::Transaction transaction(impl_->database, SQLite::TransactionBehavior::IMMEDIATE);
+      for (const Row& row : rows) {
+        ids.push_back(std::visit([&](const auto& value) { return impl_->add(value); }, row));
+      }
+      transaction.commit();
+    });
   } catch (...) {
     impl_->next_put = next_put;
-    impl_->samples.forget();
+    impl_->reset();
     throw;
   }
   return ids;
@@ -228,12 +275,16 @@ std::int64_t Segment::next_put() const {
 }
 
 Time Segment::begun() const {
-  const std::int64_t begun = impl_->database.execAndGet("SELECT begun FROM archive").getInt64();
-  return Time(std::chrono::nanoseconds(begun));
+  return naming_damage([&] {
+    const std::int64_t begun = impl_->database.execAndGet("SELECT begun FROM archive").getInt64();
+    return Time(std::chrono::nanoseconds(begun));
+  });
 }
 
 bool Segment::ended() const {
-  return impl_->database.execAndGet("SELECT ended IS NOT NULL FROM archive").getInt() != 0;
+  return naming_damage([&] {
+    return impl_->database.execAndGet("SELECT ended IS NOT NULL FROM archive").getInt() != 0;
+  });
 }
 
 std::uintmax_t Segment::size() const {
@@ -246,7 +297,7 @@ std::uintmax_t Segment::size() const {
 bool close(const std::filesystem::path& file, Time now) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
   try {
-    return naming_damage([&] {
+    return naming_strangers([&] {
       SQLite::Statement update(database, "UPDATE archive SET ended = ? WHERE ended IS NULL");
       update.bind(1, count(now));
       update.exec();
@@ -270,13 +321,13 @@ struct ClosedSegment::Impl {
 };
 
 ClosedSegment::ClosedSegment(const std::filesystem::path& file)
-    : impl_(naming_damage([&] { return std::make_unique<Impl>(file); })) {}
+    : impl_(naming_strangers([&] { return std::make_unique<Impl>(file); })) {}
 ClosedSegment::~ClosedSegment() = default;
 ClosedSegment::ClosedSegment(ClosedSegment&&) noexcept = default;
 ClosedSegment& ClosedSegment::operator=(ClosedSegment&&) noexcept = default;
 
 std::optional<std::int64_t> ClosedSegment::find(fabric::CallId call) {
-  return naming_damage([&] {
+  return naming_strangers([&] {
     SQLite::Statement& find = impl_->find;
     find.tryReset();
     find.bind(1, call.to_string());
@@ -288,11 +339,11 @@ std::optional<std::int64_t> ClosedSegment::find(fabric::CallId call) {
 }
 
 std::int64_t ClosedSegment::next_put() const {
-  return naming_damage([&] { return impl_->database.execAndGet(next_put_of).getInt64(); });
+  return naming_strangers([&] { return impl_->database.execAndGet(next_put_of).getInt64(); });
 }
 
 std::optional<Time> ClosedSegment::ended() const {
-  return naming_damage([&] {
+  return naming_strangers([&] {
     SQLite::Statement ask(impl_->database, "SELECT ended FROM archive");
     const bool known = ask.executeStep() && !ask.getColumn(0).isNull();
     return known ? std::optional(Time(std::chrono::nanoseconds(ask.getColumn(0).getInt64())))

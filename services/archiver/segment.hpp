@@ -4,8 +4,8 @@
 //   Segment segment(folder / "archive-000001.db", {.begun = now, .first_put = 1});
 //   const auto ids = segment.append(rows);    // durable when it returns
 //
-// All functions throw SQLite::Exception when the file cannot be read or written, and Foreign when
-// it is none of ours.
+// All functions throw SQLite::Exception when the file cannot be read or written, Damaged when it is
+// damaged, and Foreign when it is none of ours.
 #pragma once
 
 #include <cstdint>
@@ -34,17 +34,25 @@ class Foreign : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// It may have been ours.
+class Damaged : public Foreign {
+ public:
+  using Foreign::Foreign;
+};
+
 class Segment {
  public:
   /// Opens `file` and makes it if it is not there, or empty; an older one gets the tables of today.
-  /// Throws std::runtime_error for a file of a newer millrace.
+  /// What it has is looked through before anything is written. Throws std::runtime_error for a file
+  /// of a newer millrace.
   Segment(const std::filesystem::path& file, const Beginning& beginning);
   ~Segment();
   Segment(Segment&&) noexcept;
   Segment& operator=(Segment&&) noexcept;
 
   /// Adds all rows or none, in one transaction. Returns the id of each put, 0 for the other rows; a
-  /// put whose call is here already has the id it had.
+  /// put whose call is here already has the id it had. Throws std::runtime_error while the file is
+  /// not where it was opened.
   std::vector<std::int64_t> append(const std::vector<Row>& rows);
   /// What the next new put will have.
   [[nodiscard]] std::int64_t next_put() const;

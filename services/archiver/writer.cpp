@@ -157,7 +157,7 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
     lost_ += static_cast<std::uint64_t>(rows.end() - recorded) + recorded_.size();
     recorded_.clear();
     weight_ = 0;
-  } else {
+  } else if (recorded != rows.end()) {
     for (auto row = recorded; row != rows.end(); ++row) {
       weight_ += weight_of(*row);
     }

@@ -6,9 +6,9 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
-#include <sys/stat.h>
 
 #include "base/posix/fd.hpp"
+#include "base/posix/file_identity.hpp"
 #include "base/posix/folder_lock.hpp"
 #include "services/mail/old_spool.hpp"
 #include "services/mail/spool_schema.hpp"
@@ -41,13 +41,6 @@ fs::path made(fs::path folder) {
   return folder;
 }
 
-/// Which file it is, whatever its name.
-std::pair<dev_t, ino_t> identity(const fs::path& file) {
-  struct stat status {};
-  return ::stat(file.c_str(), &status) == 0 ? std::pair(status.st_dev, status.st_ino)
-                                            : std::pair(dev_t{}, ino_t{});
-}
-
 }  // namespace
 
 struct Spool::Impl {
@@ -57,7 +50,7 @@ struct Spool::Impl {
             base::posix::lock_folder(folder, "spool.lock", "another mail service uses this spool")),
         file(folder / "spool.db"),
         database(open()),
-        opened(identity(file)) {
+        opened(base::posix::identity_of(file)) {
     take_over();
   }
 
@@ -73,7 +66,7 @@ struct Spool::Impl {
   fs::path file;
   std::mutex mutex;
   SQLite::Database database;
-  std::pair<dev_t, ino_t> opened;
+  base::posix::FileIdentity opened;
   std::vector<std::string> mistakes;
 };
 
@@ -122,7 +115,7 @@ void Spool::Impl::write(const char* statement, const Entry& entry) {
 template <typename Work>
 auto Spool::Impl::guarded(Work work) -> Result<decltype(work())> {
   const std::lock_guard guard(mutex);
-  if (identity(file) != opened) {
+  if (base::posix::identity_of(file) != opened) {
     return tl::unexpected(file.string() +
                           ": it was moved or removed while the service was using it; start the "
                           "service anew");

@@ -173,6 +173,62 @@ TEST_F(Archiver, AnswersCallsWhileItsOldFilesAreRead) {
   EXPECT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(++number));
 }
 
+TEST_F(Archiver, AnswersAgainAsSoonAsAnotherProcessLetsGoOfItsLock) {
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "PUT a=1").text, "OK 1");
+  SQLite::Database other((folder.path() / "archive/archive-000001.db").string(),
+                         SQLite::OPEN_READWRITE);
+  other.exec("BEGIN IMMEDIATE");
+  // What is recorded finds the file locked, too.
+  caller.publish(fabric::Event{.key = {"cnc", 1},
+                               .call = {.epoch = 9, .number = 1},
+                               .kind = fabric::EventKind::written,
+                               .at = fabric::Time(std::chrono::hours(1))});
+  EXPECT_THAT(caller.call(uuid, "PUT a=2").text, HasSubstr("database is locked"));
+  other.exec("DELETE FROM field");
+  other.exec("COMMIT");
+  // Puts that never leave it a second of peace.
+  EXPECT_EQ(caller.call(uuid, "PUT a=3").text, "OK 2");
+  await_row("event", "written");
+}
+
+TEST_F(Archiver, AcknowledgesNothingIntoAFolderThatIsNotThere) {
+  const Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "PUT a=1").text, "OK 1");
+  std::filesystem::rename(folder.path() / "archive", folder.path() / "yesterday");
+  const fabric::Reply refused = caller.call(uuid, "PUT a=2");
+  EXPECT_EQ(refused.state, 11U);
+  EXPECT_THAT(refused.text, HasSubstr("it was moved or removed"));
+  std::filesystem::rename(folder.path() / "yesterday", folder.path() / "archive");
+  EXPECT_EQ(caller.call(uuid, "PUT a=2").text, "OK 2");
+}
+
+TEST_F(Archiver, KeepsADamagedFileAndAnswersFromTheNext) {
+  const auto first = folder.path() / "archive/archive-000001.db";
+  {
+    const Process earlier = start();
+    ASSERT_TRUE(caller.await_instance(uuid));
+    const std::string text = "PUT a=\"" + std::string(110, 'x') + '"';
+    for (int number = 1; number <= 300; ++number) {
+      ASSERT_EQ(caller.call(uuid, text).text, "OK " + std::to_string(number));
+    }
+  }
+  ASSERT_TRUE(caller.await_no_instance(uuid));
+  SQLite::Database(first.string(), SQLite::OPEN_READWRITE).exec("PRAGMA wal_checkpoint(TRUNCATE)");
+  const auto size = std::filesystem::file_size(first);
+  std::fstream bytes(first, std::ios::in | std::ios::out | std::ios::binary);
+  bytes.seekp(static_cast<std::streamoff>(size / 4));
+  bytes << std::string(size / 2, 'x');
+  bytes.close();
+  Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_THAT(caller.call(uuid, "PUT a=2").text, StartsWith("OK "));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "archive/archive-000002.db"));
+  sut.await_error("archive-000001.db is damaged");
+}
+
 TEST_F(Archiver, IsTheOnlyOneInItsFolder) {
   const Process first = start();
   Process second({binary("millrace-archiver"), "--config", config.string(), "--domain",

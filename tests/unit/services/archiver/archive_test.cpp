@@ -18,6 +18,7 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
+using testing::ThrowsMessage;
 
 class ArchiveTest : public testing::Test {
  protected:
@@ -34,6 +35,22 @@ class ArchiveTest : public testing::Test {
   }
   [[nodiscard]] std::filesystem::path numbered(int number) const {
     return folder.path() / fmt::format("archive-{:06}.db", number);
+  }
+  /// A file with so many puts that its middle has pages of theirs.
+  void fill(Archive& archive, std::uint64_t puts) {
+    std::vector<Row> rows;
+    for (std::uint64_t number = 1; number <= puts; ++number) {
+      rows.emplace_back(put(number));
+    }
+    archive.append(rows, morning);
+  }
+  /// As a disk does that fails. The write-ahead log has a copy of nothing any more.
+  void damage(const std::filesystem::path& file) {
+    SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec("PRAGMA wal_checkpoint(TRUNCATE)");
+    const auto size = std::filesystem::file_size(file);
+    std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(static_cast<std::streamoff>(size / 4));
+    bytes << std::string(size / 2, 'x');
   }
   [[nodiscard]] std::int64_t count(const Archive& archive, const std::string& table) const {
     SQLite::Database database(archive.file().string());
@@ -282,6 +299,114 @@ TEST_F(ArchiveTest, AddsAllRowsOrNone) {
   EXPECT_THROW(sut.append({put(2), broken}, morning), SQLite::Exception);
   EXPECT_EQ(count(sut, "put"), 1);
   EXPECT_THAT(sut.append({put(4)}, morning), ElementsAre(2));
+}
+
+TEST_F(ArchiveTest, GoesOnAsSoonAsAnotherProcessLetsGoOfItsLock) {
+  Archive sut = open();
+  sut.append({put(1), event(1)}, morning);
+  SQLite::Database other(sut.file().string(), SQLite::OPEN_READWRITE);
+  other.exec("BEGIN IMMEDIATE");
+  other.exec("DELETE FROM event");
+  EXPECT_THROW(sut.append({event(2)}, morning), SQLite::Exception);
+  other.exec("COMMIT");
+  EXPECT_THAT(sut.append({put(2)}, morning), ElementsAre(2));
+  EXPECT_THAT(sut.append({event(2)}, morning), ElementsAre(0));
+}
+
+TEST_F(ArchiveTest, AcknowledgesNothingWhileItsFolderHasAnotherName) {
+  const auto here = folder.path() / "archive";
+  const auto there = folder.path() / "yesterday";
+  Archive sut(here, {}, morning);
+  sut.append({put(1)}, morning);
+  std::filesystem::rename(here, there);
+  EXPECT_THAT([&] { sut.append({put(2)}, morning); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("it was moved or removed")));
+  std::filesystem::create_directory(here);
+  EXPECT_ANY_THROW(sut.append({put(2)}, morning));
+  std::filesystem::remove(here);
+  std::filesystem::rename(there, here);
+  EXPECT_THAT(sut.append({put(2)}, morning), ElementsAre(2));
+}
+
+TEST_F(ArchiveTest, AcknowledgesNothingIntoAFileThatWasRemoved) {
+  Archive sut = open();
+  sut.append({put(1)}, morning);
+  std::filesystem::remove(sut.file().string() + "-wal");
+  EXPECT_ANY_THROW(sut.append({put(2)}, morning)) << "it is where the rows go first";
+  std::filesystem::remove(sut.file());
+  EXPECT_ANY_THROW(sut.append({put(2)}, morning));
+}
+
+TEST_F(ArchiveTest, GoesOnWhereTheFileBeforeWasPutAway) {
+  Archive sut = open({.rotate_age = 1h});
+  sut.append({put(1)}, morning);
+  append(sut, {put(2)}, morning + 2h);
+  std::filesystem::remove(numbered(1));
+  EXPECT_THAT(sut.append({put(3)}, morning + 2h), ElementsAre(3));
+}
+
+TEST_F(ArchiveTest, BeginsANewFileAtItsStartWhereThePagesOfTheNewestAreDamaged) {
+  {
+    Archive earlier = open();
+    fill(earlier, 2000);
+  }
+  damage(numbered(1));
+  Archive sut = open();
+  EXPECT_EQ(sut.file(), numbered(2));
+  EXPECT_THAT(reported, HasSubstr("archive-000001.db is damaged"));
+  EXPECT_THAT(sut.append({put(2001)}, morning), ElementsAre(testing::Ge(2001)));
+  EXPECT_TRUE(std::filesystem::exists(numbered(1)));
+}
+
+TEST_F(ArchiveTest, BeginsANewFileWhenItFindsPagesOfTheNewestDamaged) {
+  Archive sut = open();
+  fill(sut, 2000);
+  damage(numbered(1));
+  std::vector<std::int64_t> ids;
+  for (std::uint64_t number = 2001; sut.file() == numbered(1); ++number) {
+    const std::vector<std::int64_t> id = sut.append({put(number)}, morning);
+    ids.insert(ids.end(), id.begin(), id.end());
+    ASSERT_LT(number, 10'000U);
+  }
+  EXPECT_EQ(ids.back(), 2000 + static_cast<std::int64_t>(ids.size()));
+  EXPECT_THAT(reported, HasSubstr("archive-000001.db is damaged"));
+  EXPECT_THAT(sut.foreign(), ElementsAre(numbered(1)));
+}
+
+TEST_F(ArchiveTest, GivesNoIdTwiceWhereNothingCanBeReadOfTheFilesBefore) {
+  {
+    Archive earlier = open({.rotate_age = 1h});
+    earlier.append({put(1), put(2)}, morning);
+    append(earlier, {put(3)}, morning + 2h);
+  }
+  std::ofstream(numbered(1)) << "no database";
+  std::ofstream(numbered(2)) << "none either";
+  std::vector<std::int64_t> ids;
+  {
+    Archive sut = open();
+    ids = sut.append({put(4)}, morning);
+    EXPECT_THAT(ids, ElementsAre(testing::Gt(3)));
+    EXPECT_LT(ids.front(), std::int64_t{1} << 53) << "NC programs count in REAL64";
+  }
+  Archive sut = open();
+  EXPECT_THAT(sut.append({put(5)}, morning), ElementsAre(ids.front() + 1));
+}
+
+TEST_F(ArchiveTest, CountsNoFileWithANumberThatHasNoNext) {
+  std::ofstream(folder.path() / "archive-18446744073709551615.db") << "x";
+  { open().append({put(1)}, morning); }
+  Archive sut = open({.rotate_age = 1h});
+  EXPECT_EQ(sut.file(), numbered(1));
+  append(sut, {put(2)}, morning + 2h);
+  EXPECT_EQ(sut.file(), numbered(2));
+}
+
+TEST_F(ArchiveTest, WritesOnInTheFileOfTheLastNumber) {
+  { open().append({put(1)}, morning); }
+  std::filesystem::rename(numbered(1), folder.path() / "archive-999999999999.db");
+  Archive sut = open({.rotate_age = 1h});
+  EXPECT_THAT(append(sut, {put(2)}, morning + 2h), ElementsAre(2));
+  EXPECT_THAT(reported, HasSubstr("has the last number there is; move it away"));
 }
 
 TEST_F(ArchiveTest, IgnoresFilesOfOthers) {
