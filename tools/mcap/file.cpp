@@ -101,19 +101,27 @@ FileSink::~FileSink() {
 }
 
 FileSink::FileSink(FileSink&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)), path_(std::move(other.path_)) {}
+    : descriptor_(std::exchange(other.descriptor_, -1)),
+      path_(std::move(other.path_)),
+      size_(other.size_) {}
 
 tl::expected<void, std::string> FileSink::write(Bytes bytes) {
+  const std::uint64_t whole = size_ + bytes.size();
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) {
       continue;
     }
     if (written < 0) {
-      return failure("write", part_of(path_));
+      auto why = failure("write", part_of(path_));
+      // Half of it is nothing that a reader could use, and takes room.
+      static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_)));
+      ::lseek(descriptor_, static_cast<off_t>(size_), SEEK_SET);
+      return why;
     }
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
+  size_ = whole;
   return {};
 }
 

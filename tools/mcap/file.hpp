@@ -1,6 +1,7 @@
 // MCAP files on disk.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -61,6 +62,8 @@ class FileSink : public Sink {
 
   int descriptor_;
   std::filesystem::path path_;
+  /// Of what was taken whole.
+  std::uint64_t size_ = 0;
 };
 
 /// Whether somebody still writes this ".part" file.

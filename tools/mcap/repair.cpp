@@ -25,6 +25,7 @@ class Copier : public Visitor {
   void on_metadata(const Metadata& metadata) override { metadata_.push_back(metadata); }
   void on_problem(const Problem& problem) override { problems_.push_back(problem); }
 
+  [[nodiscard]] bool has_metadata() const { return !metadata_.empty(); }
   void write_metadata(const Revise& revise) {
     revise(metadata_);
     for (const Metadata& metadata : metadata_) {
@@ -49,6 +50,17 @@ class Copier : public Visitor {
   std::vector<Metadata> metadata_;
 };
 
+/// As far as it goes: one may have been cut off anywhere.
+bool begins_as_one(Source& source) {
+  std::string bytes;
+  source.read(0, magic.size(), bytes);
+  return magic.starts_with(bytes);
+}
+
+bool is_nothing(const Statistics& saved) {
+  return saved.schemas == 0 && saved.channels == 0 && saved.messages == 0 && saved.attachments == 0;
+}
+
 }  // namespace
 
 tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
@@ -58,6 +70,9 @@ tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
   Writer writer(repaired, {.profile = header ? header->profile : "", .library = library});
   Copier copier(writer);
   const bool closed = scan(damaged, summary ? summary->definitions : Definitions{}, copier);
+  if (!begins_as_one(damaged) && is_nothing(writer.statistics()) && !copier.has_metadata()) {
+    return tl::unexpected(std::string("it is no recording, nor a part of one: nothing is in it"));
+  }
   copier.write_metadata(revise);
   if (closed && !summary) {
     copier.problems().push_back(summary.error());

@@ -23,7 +23,8 @@ struct RepairReport {
 using Revise = std::function<void(std::vector<Metadata>&)>;
 
 /// Writes everything that can be read from `damaged` to `repaired`, with new indexes and summary.
-/// `library` says who repaired. The error is the sink's.
+/// `library` says who repaired. The error is the sink's, or says that nothing in it is of a
+/// recording.
 tl::expected<RepairReport, std::string> repair(
     Source& damaged, Sink& repaired, const std::string& library,
     const Revise& revise = [](std::vector<Metadata>&) {});

@@ -1,5 +1,7 @@
 #include "tools/mcap/repair_file.hpp"
 
+#include <fmt/format.h>
+
 #include "tools/mcap/file.hpp"
 
 namespace millrace::tools::mcap {
@@ -11,6 +13,17 @@ std::filesystem::path repaired_name(const std::filesystem::path& damaged) {
   }
   const std::string extension = name.extension().string();
   return name.replace_extension(".repaired" + extension);
+}
+
+std::filesystem::path free_repaired_name(const std::filesystem::path& damaged) {
+  const std::filesystem::path first = repaired_name(damaged);
+  std::filesystem::path name = first;
+  for (unsigned number = 2; std::filesystem::exists(name) || std::filesystem::exists(part_of(name));
+       ++number) {
+    name.replace_filename(
+        fmt::format("{}-{}{}", first.stem().string(), number, first.extension().string()));
+  }
+  return name;
 }
 
 tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path& damaged,
@@ -28,7 +41,7 @@ tl::expected<RepairReport, std::string> repair_file(const std::filesystem::path&
   auto report = repair(*source, *sink, library, revise);
   if (!report) {
     sink->discard();
-    return report;
+    return tl::unexpected(damaged.string() + ": " + report.error());
   }
   if (auto finished = sink->finish(); !finished) {
     sink->discard();

@@ -11,6 +11,9 @@ namespace millrace::tools::mcap {
 /// "run.repaired.mcap".
 std::filesystem::path repaired_name(const std::filesystem::path& damaged);
 
+/// The same where that is taken, also by a repair that ended half way: "run.repaired-2.mcap", …
+std::filesystem::path free_repaired_name(const std::filesystem::path& damaged);
+
 /// Repairs `damaged` into the new file `repaired`. The error names the file that cannot be read or
 /// written; then nothing is left of `repaired`.
 tl::expected<RepairReport, std::string> repair_file(

@@ -14,7 +14,7 @@ namespace millrace::tools::mcap {
 class Sink {
  public:
   virtual ~Sink() = default;
-  /// All of `bytes` or an error that says why not. After an error nothing more is written.
+  /// All of `bytes`, or none and an error that says why not. The same may be tried again.
   virtual tl::expected<void, std::string> write(Bytes bytes) = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <utility>
 
 #include "tools/mcap/crc32.hpp"
 #include "tools/mcap/encode.hpp"
@@ -81,28 +82,43 @@ Writer::Result Writer::write(const Metadata& metadata) {
 }
 
 Writer::Result Writer::close_chunk() {
+  end_chunk();
+  return flush();
+}
+
+void Writer::end_chunk() {
   if (!chunk_.empty()) {
     chunks_.push_back(chunk_.finish(pending_, written_, options_.compression));
     ++statistics_.chunks;
+    messages_chunked_ = statistics_.messages;
   }
-  return flush();
 }
 
 Writer::Result Writer::close() {
-  if (auto closed = close_chunk(); !closed) {
-    return closed;
+  if (!std::exchange(closed_, true)) {
+    end_chunk();
+    count();
+    append(pending_, DataEnd{data_crc_});
+    append_summary();
+    pending_ += magic;
   }
-  append(pending_, DataEnd{data_crc_});
-  append_summary();
-  pending_ += magic;
   return flush();
 }
 
+void Writer::count() {
+  data_crc_ = crc32(Bytes(pending_).substr(counted_), data_crc_);
+  counted_ = pending_.size();
+}
+
 Writer::Result Writer::flush() {
-  data_crc_ = crc32(pending_, data_crc_);
+  count();
   auto result = sink_.write(pending_);
-  written_ += pending_.size();
-  pending_.clear();
+  if (result) {
+    written_ += pending_.size();
+    pending_.clear();
+    counted_ = 0;
+    messages_taken_ = messages_chunked_;
+  }
   return result;
 }
 

@@ -7,7 +7,8 @@
 //   writer.close_chunk();        // now what came before is safe from a cut
 //   writer.close();
 //
-// Bytes reach the sink chunk by chunk, each with its indexes in one write.
+// Bytes reach the sink chunk by chunk, each with its indexes in one write. What it refuses is kept
+// and goes before the rest the next time.
 #pragma once
 
 #include <map>
@@ -54,16 +55,21 @@ class Writer {
 
   /// Ends the chunk if there is one, and hands everything to the sink.
   Result close_chunk();
-  /// The rest of the file. Nothing may be written afterwards.
+  /// The rest of the file. Nothing may be written afterwards; what the sink refuses is tried again.
   Result close();
 
   [[nodiscard]] const Statistics& statistics() const { return statistics_; }
+  /// The messages that the sink has.
+  [[nodiscard]] std::uint64_t messages_taken() const { return messages_taken_; }
   /// Bytes of the file so far, those of the open chunk included as they will be without
   /// compression.
   [[nodiscard]] std::uint64_t size() const { return written_ + pending_.size() + chunk_.size(); }
 
  private:
+  void end_chunk();
   Result flush();
+  /// What of `pending_` is not in the CRC yet.
+  void count();
   void append_summary();
   template <typename Records>
   void append_group(Opcode opcode, const Records& records);
@@ -75,6 +81,12 @@ class Writer {
   std::string pending_;
   std::uint64_t written_ = 0;
   std::uint32_t data_crc_ = 0;
+  /// So many bytes of `pending_` are in it.
+  std::size_t counted_ = 0;
+  std::uint64_t messages_taken_ = 0;
+  /// Of those in closed chunks.
+  std::uint64_t messages_chunked_ = 0;
+  bool closed_ = false;
 
   std::map<SchemaId, Schema> schemas_;
   std::map<ChannelId, Channel> channels_;

@@ -30,10 +30,40 @@ Recorder::Result Recorder::start(Moment now) {
     look_at_disk();
     waits_for_room_ = disk_is_full_;
   }
-  return ring_ || waits_for_room_ ? Result{} : begin_file(now);
+  return ring_ || waits_for_room_ ? Result{} : unless_full(begin_file(now), now);
 }
 
 Recorder::Result Recorder::on_entry(recording::Entry entry, Moment now) {
+  return unless_full(keep(std::move(entry), now), now);
+}
+
+Recorder::Result Recorder::tick(Moment now) {
+  return unless_full(do_what_is_due(now), now);
+}
+
+Recorder::Result Recorder::unless_full(Result result, Moment now) {
+  if (result) {
+    return result;
+  }
+  look_at_disk();
+  if (disk_is_full_) {
+    waits_for_room_ = has_many_files();
+    return {};
+  }
+  // Files may have been removed for it.
+  return file_ ? go_on(now) : result;
+}
+
+Recorder::Result Recorder::go_on(Moment now) {
+  if (file_ && !file_->is_ending()) {
+    return close_chunk(options_.sync != Sync::none);
+  }
+  return (file_ ? end_file({}) : Result{}).and_then([&] {
+    return ring_ ? Result{} : begin_file(now);
+  });
+}
+
+Recorder::Result Recorder::keep(recording::Entry entry, Moment now) {
   ++tally_.received;
   const bool wanted = options_.filter.takes(entry);
   completeness_.add(entry, wanted);
@@ -71,12 +101,11 @@ Recorder::Result Recorder::write(const recording::Entry& entry, Moment now) {
   if (waits_for_room_) {
     return {};
   }
-  if (auto written = file_->write(entry); !written) {
-    return written;
-  }
-  ++tally_.written;
   if (!dirty_since_) {
     dirty_since_ = now;
+  }
+  if (auto written = file_->write(entry); !written) {
+    return written;
   }
   if (recording::is_failure(entry) && now >= write_until_) {
     return close_chunk(options_.sync != Sync::none);
@@ -87,8 +116,8 @@ Recorder::Result Recorder::write(const recording::Entry& entry, Moment now) {
   return rotate_if_due(now);
 }
 
-Recorder::Result Recorder::tick(Moment now) {
-  if (!file_) {
+Recorder::Result Recorder::do_what_is_due(Moment now) {
+  if (waits_for_room_ || !file_) {
     return waits_for_room_ ? wait_for_room(now) : Result{};
   }
   if (dirty_since_ && now - *dirty_since_ >= options_.chunk_period) {
@@ -112,7 +141,7 @@ Recorder::Result Recorder::wait_for_room(Moment now) {
   if (waits_for_room_) {
     return file_ ? end_file({}) : Result{};
   }
-  return ring_ ? Result{} : begin_file(now);
+  return go_on(now);
 }
 
 Recorder::Result Recorder::close_chunk(bool sync) {
@@ -163,6 +192,7 @@ Recorder::Result Recorder::end_file(const std::map<std::string, std::string>& mo
     return finished;
   }
   files_.push_back(file_->path());
+  written_ += file_->messages();
   file_.reset();
   keep_to_size();
   return {};
@@ -218,6 +248,7 @@ void Recorder::look_at_disk() {
 
 Tally Recorder::tally() const {
   Tally tally = tally_;
+  tally.written = written_ + (file_ ? file_->messages_taken() : 0);
   tally.let_go = tally.received - tally.filtered - tally.written;
   return tally;
 }

@@ -7,6 +7,8 @@
 //   recorder.finish(delivered, lost, now);
 //
 // After an error nothing more can be written; what is in the file's closed chunks can be repaired.
+// A disk that is full is none: what was not taken is kept in memory until there is room, or the
+// end.
 #pragma once
 
 #include <chrono>
@@ -28,7 +30,8 @@
 
 namespace millrace::tools::recorder {
 
-/// What became of the entries that came in: written, filtered out, or (with a window) let go.
+/// What became of the entries that came in: written to a file, filtered out, or let go: by a
+/// window, or for want of room.
 struct Tally {
   std::uint64_t received = 0;
   std::uint64_t written = 0;
@@ -67,7 +70,7 @@ class Recorder {
   [[nodiscard]] std::optional<std::uint64_t> free_space() const { return free_; }
   /// The file that is written; nothing while there is none.
   [[nodiscard]] std::optional<std::filesystem::path> writes() const {
-    return file_ ? std::optional(file_->path()) : std::nullopt;
+    return file_ && !waits_for_room_ ? std::optional(file_->path()) : std::nullopt;
   }
   /// Files that were removed to have room for newer ones, since the last time this was asked.
   [[nodiscard]] std::vector<std::filesystem::path> take_removed() {
@@ -80,6 +83,12 @@ class Recorder {
   static std::uint64_t disk_space(const std::filesystem::path& path);
 
  private:
+  Result keep(recording::Entry entry, Moment now);
+  Result do_what_is_due(Moment now);
+  /// What failed for want of room is no failure: it is waited for, or what is here goes on.
+  Result unless_full(Result result, Moment now);
+  /// With the file that there is, or else the next.
+  Result go_on(Moment now);
   Result begin_file(Moment now);
   Result end_file(const std::map<std::string, std::string>& more);
   Result write(const recording::Entry& entry, Moment now);
@@ -112,6 +121,8 @@ class Recorder {
   bool waits_for_room_ = false;
   Tally tally_;
   recording::Completeness completeness_;
+  /// In the finished files.
+  std::uint64_t written_ = 0;
   std::vector<std::filesystem::path> files_;
   std::vector<std::filesystem::path> removed_;
 };

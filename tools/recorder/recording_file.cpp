@@ -1,5 +1,7 @@
 #include "tools/recorder/recording_file.hpp"
 
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "tools/print/hops_metadata.hpp"
@@ -31,16 +33,14 @@ RecordingFile::Result RecordingFile::close_chunk(bool sync) {
 }
 
 RecordingFile::Result RecordingFile::finish(const std::map<std::string, std::string>& metadata) {
-  hops_.close();
-  return file_.close_chunk()
-      .and_then([&] {
-        return file_.write(mcap::Metadata{recorder_metadata, metadata});
-      })
-      .and_then([&] {
-        return file_.write(mcap::Metadata{hops_metadata, print::hops_metadata(hops_)});
-      })
-      .and_then([&] { return file_.close(); })
-      .and_then([&] { return sink_.finish(); });
+  if (!std::exchange(ending_, true)) {
+    hops_.close();
+    // What the file does not take here is kept, and close() says so.
+    static_cast<void>(file_.close_chunk());
+    static_cast<void>(file_.write(mcap::Metadata{recorder_metadata, metadata}));
+    static_cast<void>(file_.write(mcap::Metadata{hops_metadata, print::hops_metadata(hops_)}));
+  }
+  return file_.close().and_then([&] { return sink_.finish(); });
 }
 
 }  // namespace millrace::tools::recorder

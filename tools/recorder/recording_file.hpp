@@ -34,18 +34,24 @@ class RecordingFile {
   Result attach(const AttachedFile& file);
   /// Closes the chunk if there is one; `sync` has the disk hold it.
   Result close_chunk(bool sync);
-  /// Adds `metadata` and the times of hops, closes and renames the file.
+  /// Adds `metadata` and the times of hops, closes and renames the file. May be tried again, with
+  /// what was added the first time.
   Result finish(const std::map<std::string, std::string>& metadata);
+  /// finish() was tried: nothing more can be written.
+  [[nodiscard]] bool is_ending() const { return ending_; }
 
   [[nodiscard]] const std::filesystem::path& path() const { return sink_.path(); }
   [[nodiscard]] std::uint64_t size() const { return file_.size(); }
   [[nodiscard]] std::uint64_t messages() const { return file_.statistics().messages; }
+  /// Those of them that are in the file, and not still in memory.
+  [[nodiscard]] std::uint64_t messages_taken() const { return file_.messages_taken(); }
 
  private:
   mcap::FileSink sink_;
   mcap::Writer file_;
   recording::RecordingWriter entries_;
   recording::HopStatistics hops_;
+  bool ending_ = false;
 };
 
 }  // namespace millrace::tools::recorder

@@ -13,6 +13,21 @@ namespace millrace::tools::recorder {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// ".repaired" or ".repaired-2".
+bool says_repaired(std::string_view extension) {
+  constexpr std::string_view repaired = ".repaired";
+  if (!extension.starts_with(repaired)) {
+    return false;
+  }
+  extension.remove_prefix(repaired.size());
+  return extension.empty() ||
+         (extension.front() == '-' && base::text::parse_number<unsigned>(extension.substr(1)));
+}
+
+}  // namespace
+
 Series::Series(fs::path file, Files files, std::string prefix)
     : file_(std::move(file)), files_(files), prefix_(std::move(prefix)) {}
 
@@ -36,7 +51,7 @@ std::optional<Series::Member> Series::member(const fs::path& file) const {
     return std::nullopt;
   }
   name.replace_extension();
-  if (name.extension() == ".repaired") {
+  if (says_repaired(name.extension().string())) {
     name.replace_extension();
   }
   const std::string stem = name.string();

@@ -94,13 +94,14 @@ void repair_leftovers(const recorder::Options& settings) {
                                 many ? recorder::Series::Files::many : recorder::Series::Files::one,
                                 settings.prefix);
   for (const std::filesystem::path& part : series.leftovers()) {
-    const auto repaired = mcap::repaired_name(part);
+    const auto repaired = mcap::free_repaired_name(part);
     const auto report = recorder::repair_recording(part, repaired, library_name());
     if (report) {
       std::filesystem::remove(part);
       fmt::print(stderr, "millrace: {} was not closed; its {} messages are in {} now\n",
                  part.string(), report->saved.messages, repaired.string());
-    } else if (part == mcap::part_of(settings.file)) {
+    } else if (std::error_code none;
+               std::filesystem::equivalent(part, mcap::part_of(settings.file), none)) {
       throw program::UsageError(
           fmt::format("{} was left by an earlier recording and cannot be repaired: {}",
                       part.string(), report.error()));

@@ -72,5 +72,16 @@ TEST(McapRepair, ReportsTheSinksError) {
   EXPECT_EQ(repair(damaged, full, "test").error(), "the disk is full");
 }
 
+TEST(McapRepair, MakesNoRecordingOfWhatIsNone) {
+  for (const char* const text : {"no recording", "id,at,machine\r\n1,2,3\r\n"}) {
+    Memory foreign{std::string(text)};
+    Memory repaired;
+    const auto report = repair(foreign, repaired, "test");
+    ASSERT_FALSE(report) << text;
+    EXPECT_NE(report.error().find("it is no recording"), std::string::npos);
+    EXPECT_EQ(repaired.size(), 0U);
+  }
+}
+
 }  // namespace
 }  // namespace millrace::tools::mcap

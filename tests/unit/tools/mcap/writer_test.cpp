@@ -103,5 +103,38 @@ TEST(McapWriter, PassesOnWhatTheSinkRefuses) {
   EXPECT_EQ(sut.close_chunk().error(), "the disk is full");
 }
 
+TEST(McapWriter, KeepsWhatTheSinkRefusesUntilItIsTaken) {
+  class Narrow : public Memory {
+   public:
+    bool full = false;
+    tl::expected<void, std::string> write(Bytes bytes) override {
+      return full ? tl::unexpected<std::string>("the disk is full") : Memory::write(bytes);
+    }
+  } sink;
+  Writer sut(sink, {});
+  sut.define(Channel{1, 0, "topic", "json", {}});
+  const auto write = [&](std::uint32_t number) {
+    return sut.write(Message{1, number, 10 * number, 10 * number, "{}"});
+  };
+  ASSERT_TRUE(write(1));
+  ASSERT_TRUE(sut.close_chunk());
+  sink.full = true;
+  ASSERT_TRUE(write(2));
+  EXPECT_FALSE(sut.close_chunk());
+  ASSERT_TRUE(write(3));
+  EXPECT_FALSE(sut.close_chunk());
+  EXPECT_EQ(sut.messages_taken(), 1U);
+  EXPECT_FALSE(sut.close());
+  sink.full = false;
+  ASSERT_TRUE(sut.close());
+  EXPECT_EQ(sut.messages_taken(), 3U);
+  const Survey found = survey(sink);
+  EXPECT_TRUE(found.problems.empty());
+  EXPECT_EQ(found.summary.statistics.messages, 3U);
+  const auto scanned = scan_all(sink);
+  EXPECT_EQ(scanned.messages.size(), 3U);
+  EXPECT_EQ(scanned.problems, Problems{});
+}
+
 }  // namespace
 }  // namespace millrace::tools::mcap

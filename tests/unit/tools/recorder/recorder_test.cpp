@@ -1,6 +1,9 @@
 #include "tools/recorder/recorder.hpp"
 
+#include <csignal>
+
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
@@ -366,6 +369,107 @@ TEST_F(RecorderTest, BeginsNoFileOfManyOnADiskThatIsFull) {
   ASSERT_TRUE(sut.tick(now));
   ASSERT_TRUE(sut.finish(7, 0, at(10'000)));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+/// A disk that takes no byte beyond those that each file has, as long as it is full.
+class FullDisk {
+ public:
+  FullDisk() {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    handler_ = std::signal(SIGXFSZ, SIG_IGN);
+  }
+  ~FullDisk() {
+    make_room();
+    static_cast<void>(std::signal(SIGXFSZ, handler_));
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+  /// With `left` bytes for a file as large as this one.
+  void fill(const std::filesystem::path& file, std::uint64_t left = 0) {
+    rlimit limit = before_;
+    limit.rlim_cur = std::filesystem::file_size(file) + left;
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    full_ = true;
+  }
+  void make_room() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    full_ = false;
+  }
+  Recorder::FreeSpace space() {
+    return [this](const std::filesystem::path&) -> std::uint64_t {
+      return full_ ? 0 : std::uint64_t{1} << 30;
+    };
+  }
+
+ private:
+  rlimit before_{};
+  bool full_ = false;
+  void (*handler_)(int) = nullptr;
+};
+
+TEST_F(RecorderTest, SurvivesADiskThatIsFullAllAtOnceWhereItHasManyFiles) {
+  FullDisk disk;
+  Options daily = options();
+  daily.rotate_time = std::chrono::hours(24);
+  Recorder sut(daily, disk.space());
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.tick(now += 1s));
+  // Half a chunk.
+  disk.fill(folder.path() / "run-0001.mcap.part", 300);
+  record(sut, 2, 10);
+  ASSERT_TRUE(sut.tick(now += 1s));
+  EXPECT_TRUE(sut.waits_for_room());
+  EXPECT_EQ(sut.writes(), std::nullopt);
+  record(sut, 3, 20);
+  ASSERT_TRUE(sut.tick(now += 1s));
+  disk.make_room();
+  ASSERT_TRUE(sut.tick(now += 1s));
+  EXPECT_FALSE(sut.waits_for_room());
+  record(sut, 4, 30);
+  ASSERT_TRUE(sut.finish(28, 0, at(10'000)));
+  EXPECT_EQ(read(folder.path() / "run-0001.mcap").size(), 21U) << "all but call 3";
+  EXPECT_EQ(sut.tally().let_go, 7U);
+}
+
+TEST_F(RecorderTest, EndsAFileLaterThatItCouldNotEndOnAFullDisk) {
+  FullDisk disk;
+  Options daily = options();
+  daily.rotate_time = std::chrono::hours(24);
+  Recorder sut(daily, disk.space());
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.tick(now += 1s));
+  disk.fill(folder.path() / "run-0001.mcap.part");
+  ASSERT_TRUE(sut.tick(now += 1s)) << "nothing is to be written but the end of the file";
+  EXPECT_TRUE(sut.waits_for_room());
+  disk.make_room();
+  ASSERT_TRUE(sut.tick(now += 1s));
+  record(sut, 2, 10);
+  ASSERT_TRUE(sut.finish(14, 0, at(10'000)));
+  EXPECT_EQ(read(folder.path() / "run-0001.mcap").size(), 7U);
+  EXPECT_EQ(read(folder.path() / "run-0002.mcap").size(), 7U);
+}
+
+TEST_F(RecorderTest, CountsWhatIsInItsFileAndNotWhatTheDiskRefused) {
+  const auto part = folder.path() / "run.mcap.part";
+  const auto repaired = folder.path() / "repaired.mcap";
+  {
+    FullDisk disk;
+    Recorder sut(options(), disk.space());
+    ASSERT_TRUE(sut.start(now));
+    record(sut, 1, 0);
+    ASSERT_TRUE(sut.tick(now += 1s));
+    disk.fill(part, 300);
+    record(sut, 2, 10);
+    ASSERT_TRUE(sut.tick(now += 1s));
+    EXPECT_TRUE(sut.disk_is_full());
+    EXPECT_FALSE(sut.finish(14, 0, at(10'000)));
+    EXPECT_EQ(sut.tally().written, 7U);
+  }
+  ASSERT_TRUE(repair_recording(part, repaired, "test"));
+  EXPECT_EQ(read(repaired).size(), 7U);
 }
 
 TEST_F(RecorderTest, DoesNotOverwriteARecording) {

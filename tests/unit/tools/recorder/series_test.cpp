@@ -7,6 +7,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 #include "tools/mcap/file.hpp"
+#include "tools/mcap/repair_file.hpp"
 
 namespace millrace::tools::recorder {
 namespace {
@@ -43,6 +44,15 @@ TEST_F(SeriesTest, KnowsItsOwnFiles) {
   EXPECT_EQ(sut.last_number(), 11U);
   EXPECT_EQ(sut.closed().size(), 2U);
   EXPECT_THAT(sut.leftovers(), ElementsAre(path("run-0011.mcap.part")));
+}
+
+TEST_F(SeriesTest, KnowsWhatWasRepairedHoweverOften) {
+  for (const char* name :
+       {"run.repaired.mcap", "run.repaired-2.mcap", "run.repaired-x.mcap", "run.repairedly.mcap"}) {
+    make(name);
+  }
+  EXPECT_EQ(Series(path("run.mcap"), Series::Files::one).closed().size(), 2U);
+  EXPECT_EQ(mcap::free_repaired_name(path("run.mcap.part")), path("run.repaired-3.mcap"));
 }
 
 TEST_F(SeriesTest, HasTheOldestFirst) {
