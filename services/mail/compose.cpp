@@ -1,5 +1,7 @@
 #include "services/mail/compose.hpp"
 
+#include <algorithm>
+
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
@@ -36,6 +38,15 @@ std::set<std::string> wanted_keys(const MailTemplate& made) {
   return keys;
 }
 
+/// Each mailbox once, however often and under whatever names it is asked for.
+void add(std::vector<Address>& to, const std::vector<Address>& more) {
+  for (const Address& address : more) {
+    if (std::ranges::find(to, address.mailbox, &Address::mailbox) == to.end()) {
+      to.push_back(address);
+    }
+  }
+}
+
 tl::expected<std::vector<Address>, Response> recipients(const Config& config,
                                                         const Request& request,
                                                         const MailTemplate& made) {
@@ -54,7 +65,7 @@ tl::expected<std::vector<Address>, Response> recipients(const Config& config,
                       fmt::format("no recipient {}; there is {}", text::in_quotes(name),
                                   names_of(config.recipients))));
     }
-    to.insert(to.end(), found->second.begin(), found->second.end());
+    add(to, found->second);
   }
   return to;
 }
@@ -151,8 +162,7 @@ Mail compose(const Config& config, const Rule& rule, const Values& values, fabri
              fabric::Time now) {
   std::vector<Address> to;
   for (const std::string& name : rule.to) {
-    const auto& addresses = config.recipients.find(name)->second;
-    to.insert(to.end(), addresses.begin(), addresses.end());
+    add(to, config.recipients.find(name)->second);
   }
   return make_mail(config, std::move(to), id, rule.subject.fill(values).value(),
                    rule.text.fill(values).value(), now);

@@ -31,9 +31,12 @@ Outcome outcome_of(const Exchange& exchange) {
   if (permanent) {
     return {.verdict = Verdict::refused, .reply = exchange.reply};
   }
+  // One that says not even its name in time may as well not be there.
+  const bool silent = exchange.trouble == Trouble::timeout && exchange.code == 0;
   return {.verdict = Verdict::later,
           .reply = words(exchange),
-          .contact = exchange.trouble != Trouble::no_contact};
+          .contact = exchange.trouble != Trouble::no_contact && !silent,
+          .stalled = exchange.trouble == Trouble::timeout && !silent};
 }
 
 }  // namespace millrace::services::mail

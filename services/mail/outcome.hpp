@@ -27,11 +27,13 @@ struct Outcome {
   std::string reply{};
   /// Whether the server was there at all.
   bool contact = true;
+  /// It was, and then let the time run out.
+  bool stalled = false;
   bool operator==(const Outcome&) const = default;
 };
 
 /// What went wrong below SMTP.
-enum class Trouble : std::uint8_t { none, no_contact, broken, tls, login };
+enum class Trouble : std::uint8_t { none, no_contact, timeout, broken, tls, login };
 
 /// What is known when an attempt has ended.
 struct Exchange {

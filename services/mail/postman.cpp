@@ -31,7 +31,8 @@ Postman::Postman(Config config, Spool spool, Transport& transport, base::program
       condition_(fmt::format("{}:{}", config_.server.host, config_.server.port)) {
   read_spool();
   tell_condition();
-  thread_ = std::thread([this] { run(); });
+  thread_ = std::thread([this] { run(Lane::ordinary); });
+  stalled_thread_ = std::thread([this] { run(Lane::stalled); });
 }
 
 Postman::~Postman() {
@@ -41,6 +42,7 @@ Postman::~Postman() {
   }
   changed_.notify_all();
   thread_.join();
+  stalled_thread_.join();
 }
 
 void Postman::read_spool() {
@@ -184,6 +186,11 @@ Outcome Postman::attempt(Lock& lock, const Entry& entry, bool program_waits) {
   } else {
     drop(lock, entry.call);
   }
+  if (outcome.stalled && waiting_.contains(entry.call)) {
+    stalled_.insert(entry.call);
+  } else {
+    stalled_.erase(entry.call);
+  }
   condition_.tried(outcome, result ? std::optional(result->stage) : std::nullopt, program_waits);
   tell_condition();
   if (!outcome.contact) {
@@ -260,13 +267,17 @@ void Postman::tell(const Entry& entry, const Outcome& outcome) const {
   }
 }
 
-void Postman::run() {
+void Postman::run(Lane lane) {
   Lock lock(lock_);
   while (!stopping_) {
     const fabric::Time time = std::chrono::system_clock::now();
     fabric::Time wake = time + look_around;
-    if (const auto call = due(time, wake)) {
+    if (const auto call = due(lane, time, wake)) {
       try_again(lock, *call, time);
+      continue;
+    }
+    if (lane == Lane::stalled) {
+      changed_.wait_for(lock, wake - time);
       continue;
     }
     const auto steady = std::chrono::steady_clock::now();
@@ -320,20 +331,24 @@ bool Postman::believes_clock() {
   return believes;
 }
 
-std::optional<fabric::CallId> Postman::due(fabric::Time now, fabric::Time& wake) const {
+std::optional<fabric::CallId> Postman::due(Lane lane, fabric::Time now, fabric::Time& wake) const {
+  std::optional<fabric::CallId> longest;
+  fabric::Time since = fabric::Time::max();
   for (const auto& [call, wanted] : waiting_) {
-    if (busy_.contains(call)) {
+    if (busy_.contains(call) || stalled_.contains(call) != (lane == Lane::stalled)) {
       continue;
     }
     // A clock that was put back must not make a mail wait for days.
     const fabric::Time latest = now + config_.retry.longest;
     const fabric::Time next = std::max(std::min(wanted, latest), pause_until_);
-    if (next <= now || (wanted > latest && pause_until_ <= now)) {
-      return call;
+    if (next > now && (wanted <= latest || pause_until_ > now)) {
+      wake = std::min(wake, next);
+    } else if (wanted < since) {
+      longest = call;
+      since = wanted;
     }
-    wake = std::min(wake, next);
   }
-  return std::nullopt;
+  return longest;
 }
 
 void Postman::forget_old(Lock& lock, fabric::Time now) {

@@ -45,6 +45,9 @@ class Postman {
 
  private:
   using Lock = std::unique_lock<std::mutex>;
+  /// Mails over which the server has let the time run out are tried one after the other, beside the
+  /// rest, which would wait for them.
+  enum class Lane : std::uint8_t { ordinary, stalled };
 
   void read_spool();
   /// What became of the call, as far as it is known.
@@ -67,9 +70,9 @@ class Postman {
   template <typename Value>
   void note_spool(const Spool::Result<Value>& result);
 
-  void run();
-  /// The call whose mail to try next, if it is time; otherwise `wake` is when to look again.
-  std::optional<fabric::CallId> due(fabric::Time now, fabric::Time& wake) const;
+  void run(Lane lane);
+  /// The call whose mail is due the longest, if it is time; otherwise `wake` is when to look again.
+  std::optional<fabric::CallId> due(Lane lane, fabric::Time now, fabric::Time& wake) const;
   void try_again(Lock& lock, fabric::CallId call, fabric::Time now);
   /// What could not be written down.
   void write_again(Lock& lock);
@@ -86,6 +89,8 @@ class Postman {
   std::condition_variable changed_;
   /// The mails that wait, and when each is to be tried again.
   std::map<fabric::CallId, fabric::Time> waiting_;
+  /// Those of them over which the server has let the time run out the last time.
+  std::set<fabric::CallId> stalled_;
   /// What became of these could not be written to the spool, which says less than is known.
   std::map<fabric::CallId, Entry> unwritten_;
   /// Calls with an attempt under way.
@@ -99,6 +104,7 @@ class Postman {
   std::chrono::steady_clock::time_point next_tidying_{};
   bool stopping_ = false;
   std::thread thread_;
+  std::thread stalled_thread_;
 };
 
 }  // namespace millrace::services::mail

@@ -113,6 +113,8 @@ Trouble trouble_of(CURLcode code) {
     case CURLE_COULDNT_RESOLVE_HOST:
     case CURLE_COULDNT_CONNECT:
       return Trouble::no_contact;
+    case CURLE_OPERATION_TIMEDOUT:
+      return Trouble::timeout;
     case CURLE_USE_SSL_FAILED:
     case CURLE_SSL_CONNECT_ERROR:
     case CURLE_PEER_FAILED_VERIFICATION:

@@ -41,6 +41,15 @@ TEST(MailCompose, WritesToTheRecipientsOfTheRequest) {
       ElementsAre("boss@example.com"));
 }
 
+TEST(MailCompose, WritesToEachMailboxOnceHoweverOftenItIsNamed) {
+  Config config = sample_config();
+  config.recipients["all"] = {{"The boss", "boss@example.com"}, {"", "bob@example.com"}};
+  const auto sut = compose(config, sample_call("alarm to=boss,boss,all,boss"), that_morning);
+  ASSERT_TRUE(sut) << sut.error().text;
+  EXPECT_THAT(sut->to, ElementsAre("boss@example.com", "bob@example.com"));
+  EXPECT_THAT(sut->message, HasSubstr("\r\nTo: boss@example.com,"));
+}
+
 struct Case {
   std::string request;
   std::uint32_t state;

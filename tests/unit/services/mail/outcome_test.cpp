@@ -58,5 +58,16 @@ TEST(MailOutcome, CarriesTheServersWordsOrTheTrouble) {
   EXPECT_FALSE(gone.contact);
 }
 
+TEST(MailOutcome, TellsAServerThatStallsFromOneThatIsNotThere) {
+  const Outcome stalled = outcome_of({.trouble = Trouble::timeout, .code = 250});
+  EXPECT_EQ(stalled.verdict, Verdict::later);
+  EXPECT_TRUE(stalled.contact);
+  EXPECT_TRUE(stalled.stalled);
+  const Outcome silent = outcome_of({.trouble = Trouble::timeout});
+  EXPECT_EQ(silent.verdict, Verdict::later);
+  EXPECT_FALSE(silent.contact);
+  EXPECT_FALSE(silent.stalled);
+}
+
 }  // namespace
 }  // namespace millrace::services::mail

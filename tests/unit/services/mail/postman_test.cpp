@@ -3,7 +3,9 @@
 #include <deque>
 #include <filesystem>
 #include <future>
+#include <set>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include <gmock/gmock.h>
@@ -308,6 +310,82 @@ TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {
   server.hold(false);
   EXPECT_EQ(first.get().state, 1U);
   EXPECT_EQ(second.get().state, 1U);
+}
+
+/// A mail server that keeps the mails for one recipient waiting for as long as it likes.
+class TarPit : public Transport {
+ public:
+  Outcome send(const Mail& mail, const Watch& watch) override {
+    const Outcome stalled{.verdict = Verdict::later, .reply = "timed out", .stalled = true};
+    std::unique_lock lock(lock_);
+    if (mail.to.front() == "tar@example.com") {
+      if (!tried_.insert(mail.message).second) {
+        changed_.wait(lock, [&] { return watch.cancelled(); });
+      }
+      return stalled;
+    }
+    lock.unlock();
+    static_cast<void>(watch.handing_over());
+    lock.lock();
+    taken_.push_back(mail.message);
+    return {.verdict = Verdict::accepted, .reply = "250 OK"};
+  }
+  std::vector<std::string> taken() {
+    const std::lock_guard guard(lock_);
+    return taken_;
+  }
+  void let_go() { changed_.notify_all(); }
+
+ private:
+  std::mutex lock_;
+  std::condition_variable changed_;
+  std::set<std::string> tried_;
+  std::vector<std::string> taken_;
+};
+
+class MailPostmanAfterAWhile : public MailPostman {
+ protected:
+  /// A mail that waits since so long ago.
+  void wait_for(const std::string& to, std::uint64_t number, std::chrono::seconds since) {
+    const fabric::Time now = std::chrono::system_clock::now();
+    ASSERT_TRUE(Spool(spool).put(
+        {.call = {.epoch = 0x5f, .number = number},
+         .mail = {.from = "a@example.com", .to = {to}, .message = std::to_string(number)},
+         .made = now - since,
+         .next = now - since}));
+  }
+
+  TarPit pit;
+};
+
+TEST_F(MailPostmanAfterAWhile, TriesFirstWhatIsDueTheLongest) {
+  wait_for("b@example.com", 1, 10s);
+  wait_for("b@example.com", 2, 30s);
+  wait_for("b@example.com", 3, 20s);
+  Postman postman(sample_config(), Spool(spool), pit, base::program::no_log(), notices);
+  tests::await("all mails", [&] { return pit.taken().size() == 3; });
+  EXPECT_THAT(pit.taken(), testing::ElementsAre("2", "3", "1"));
+}
+
+TEST_F(MailPostmanAfterAWhile, SendsTheOthersWhileTheServerStallsOverSome) {
+  for (std::uint64_t number = 1; number <= 3; ++number) {
+    wait_for("tar@example.com", number, 600s);
+  }
+  for (std::uint64_t number = 4; number <= 20; ++number) {
+    wait_for("b@example.com", number, 10s);
+  }
+  Config config = sample_config();
+  config.retry = {.first = 1ms, .longest = 4ms};
+  std::optional<Postman> postman;
+  postman.emplace(config, Spool(spool), pit, base::program::no_log(), notices);
+  tests::await("all that can be sent", [&] { return pit.taken().size() == 17; });
+  const std::jthread releasing([&](const std::stop_token& end) {
+    tests::await("an end", [&] {
+      pit.let_go();
+      return end.stop_requested();
+    });
+  });
+  postman.reset();
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 // is in tests/integration/mail.
 #include "services/mail/smtp.hpp"
 
+#include <future>
 #include <stdexcept>
+#include <string_view>
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -34,6 +36,14 @@ class SilentServer {
   [[nodiscard]] bool is_connected() const {
     pollfd waiting{.fd = socket_.get(), .events = POLLIN, .revents = 0};
     return ::poll(&waiting, 1, 0) > 0;
+  }
+  /// Says who it is, and then nothing more.
+  [[nodiscard]] base::posix::Fd greet() const {
+    base::posix::Fd connection(::accept(socket_.get(), nullptr, nullptr));
+    const std::string_view greeting = "220 test\r\n";
+    EXPECT_EQ(::send(connection.get(), greeting.data(), greeting.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(greeting.size()));
+    return connection;
   }
   /// Waits for the end of the first connection.
   [[nodiscard]] bool sees_the_end() const {
@@ -69,6 +79,39 @@ TEST(Smtp, ThrowsWhatItsWatchThrowsBehindLibcurl) {
     EXPECT_STREQ(error.what(), "on purpose, by a test");
   }
   EXPECT_TRUE(server.sees_the_end());
+}
+
+TEST(Smtp, TakesAServerThatSaysNothingForOneThatIsNotThere) {
+  const SilentServer server;
+  Smtp sut({.host = "127.0.0.1",
+            .port = server.port(),
+            .security = Security::none,
+            .hello = "test",
+            .timeout = std::chrono::milliseconds(200)});
+  const Transport::Watch watch{.handing_over = [] { return true; },
+                               .cancelled = [] { return false; }};
+  const Mail mail{.from = "a@example.com", .to = {"b@example.com"}, .message = "text\r\n"};
+  const Outcome outcome = sut.send(mail, watch);
+  EXPECT_EQ(outcome.verdict, Verdict::later);
+  EXPECT_FALSE(outcome.contact);
+}
+
+TEST(Smtp, TellsThatAServerStalls) {
+  const SilentServer server;
+  Smtp sut({.host = "127.0.0.1",
+            .port = server.port(),
+            .security = Security::none,
+            .hello = "test",
+            .timeout = std::chrono::milliseconds(500)});
+  const Transport::Watch watch{.handing_over = [] { return true; },
+                               .cancelled = [] { return false; }};
+  const Mail mail{.from = "a@example.com", .to = {"b@example.com"}, .message = "text\r\n"};
+  auto sending = std::async(std::launch::async, [&] { return sut.send(mail, watch); });
+  const base::posix::Fd connection = server.greet();
+  const Outcome outcome = sending.get();
+  EXPECT_EQ(outcome.verdict, Verdict::later) << outcome.reply;
+  EXPECT_TRUE(outcome.contact);
+  EXPECT_TRUE(outcome.stalled);
 }
 
 }  // namespace
