@@ -1,5 +1,6 @@
 #include "base/text/quoted.hpp"
 
+#include <charconv>
 #include <cstdint>
 
 #include <fmt/format.h>
@@ -14,6 +15,19 @@ namespace {
 bool is_undefined(char c) {
   const auto byte = static_cast<std::uint8_t>(c);
   return byte == 0x81 || byte == 0x8d || byte == 0x8f || byte == 0x90 || byte == 0x9d;
+}
+
+bool is_number(std::string_view text) {
+  double number = 0;
+  const char* const last = text.data() + text.size();
+  const auto [end, error] = std::from_chars(text.data(), last, number);
+  return error == std::errc{} && end == last;
+}
+
+/// As spreadsheets see it.
+bool is_formula(std::string_view text) {
+  constexpr std::string_view marks = "=+-@";
+  return !text.empty() && marks.find(text.front()) != std::string_view::npos && !is_number(text);
 }
 
 std::string escaped(char c) {
@@ -57,8 +71,9 @@ std::string safe(std::string_view utf8, std::string_view kept) {
   return out;
 }
 
-std::string csv_cell(std::string text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) {
+std::string csv_cell(std::string_view utf8) {
+  const std::string text = (is_formula(utf8) ? "'" : "") + safe(utf8);
+  if (text.find_first_of(",\"") == std::string::npos) {
     return text;
   }
   std::string cell = "\"";

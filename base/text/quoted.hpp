@@ -18,8 +18,9 @@ std::string quoted(std::string_view cp1252);
 /// characters in `kept` stay.
 std::string safe(std::string_view utf8, std::string_view kept = "");
 
-/// A cell of comma-separated values (RFC 4180): in quotes where it must be.
-std::string csv_cell(std::string text);
+/// A cell of comma-separated values (RFC 4180): safe(), in quotes where it must be. A text that a
+/// spreadsheet would take for a formula (= + - @ in front, and no number) has a ' before it.
+std::string csv_cell(std::string_view utf8);
 
 /// Text of an XML element or attribute.
 std::string xml_text(std::string_view utf8);

@@ -37,7 +37,23 @@ TEST(Safe, KeepsTheControlsItIsToldTo) {
 TEST(CsvCell, IsQuotedWhereItMustBe) {
   EXPECT_EQ(csv_cell("plain text; 1.5"), "plain text; 1.5");
   EXPECT_EQ(csv_cell("a,b"), "\"a,b\"");
-  EXPECT_EQ(csv_cell("say \"a\"\r\n"), "\"say \"\"a\"\"\r\n\"");
+  EXPECT_EQ(csv_cell("say \"a\""), "\"say \"\"a\"\"\"");
+}
+
+TEST(CsvCell, HasNoControlCharacter) {
+  EXPECT_EQ(csv_cell("one\r\ntwo\x1b[2J"), "one\\x0d\\x0atwo\\x1b[2J");
+  EXPECT_EQ(csv_cell("Ma\xc3\x9f"), "Ma\xc3\x9f");
+}
+
+TEST(CsvCell, IsNoFormula) {
+  EXPECT_EQ(csv_cell("=HYPERLINK(\"http://x\",\"y\")"),
+            "\"'=HYPERLINK(\"\"http://x\"\",\"\"y\"\")\"");
+  EXPECT_EQ(csv_cell("+1+cmd|' /C calc'!A0"), "'+1+cmd|' /C calc'!A0");
+  EXPECT_EQ(csv_cell("@SUM(A1)"), "'@SUM(A1)");
+  EXPECT_EQ(csv_cell("-2-3"), "'-2-3");
+  for (const char* const number : {"-12.5", "-3", "-1e-05", "7"}) {
+    EXPECT_EQ(csv_cell(number), number);
+  }
 }
 
 TEST(XmlText, HoldsNothingThatXmlTakesForItsOwn) {

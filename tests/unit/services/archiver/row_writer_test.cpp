@@ -34,7 +34,14 @@ TEST(RowWriter, AsTextLetsNothingControlTheTerminal) {
 
 TEST(RowWriter, AsCsvQuotesWhatNeedsIt) {
   EXPECT_EQ(written(Format::csv),
-            "id,text,none,fields\r\n7,\"a,\"\"b\"\"\r\nc\td\",,\"{\"\"k\"\":1}\"\r\n");
+            "id,text,none,fields\r\n7,\"a,\"\"b\"\"\\x0d\\x0ac\\x09d\",,\"{\"\"k\"\":1}\"\r\n");
+}
+
+TEST(RowWriter, AsCsvHasNoFormula) {
+  std::ostringstream out;
+  RowWriter(Format::csv, {"id", "text"}, out)
+      .write({{Cell::Type::number, "-7"}, {Cell::Type::text, "=1+1"}});
+  EXPECT_EQ(out.str(), "id,text\r\n-7,'=1+1\r\n");
 }
 
 TEST(RowWriter, AsJsonLinesKeepsTypes) {
