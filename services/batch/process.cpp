@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "services/batch/session.hpp"
 #include "services/batch/spawn.hpp"
 
 namespace millrace::services::batch {
@@ -55,8 +56,8 @@ class Run {
   Ended finish() {
     while (!wait()) {
     }
-    // The zombie keeps its number, so the group is still ours to end.
-    ::kill(-child_.pid, SIGKILL);
+    // The zombie keeps its number, so the session is still ours to end.
+    kill_session(child_.pid);
     drain(child_.output, ended_.output, limits_.max_output);
     drain(child_.errors, ended_.errors, limits_.max_errors);
     reap();
@@ -99,12 +100,12 @@ class Run {
       early_ = end;
       phase_ = Phase::asked_to_end;
       next_ = Clock::now() + limits_.kill_after;
-      ::kill(-child_.pid, SIGTERM);
+      signal_session(child_.pid, SIGTERM);
       // A stopped (SIGSTOP) program could not obey.
-      ::kill(-child_.pid, SIGCONT);
+      signal_session(child_.pid, SIGCONT);
     } else {
       phase_ = Phase::killed;
-      ::kill(-child_.pid, SIGKILL);
+      kill_session(child_.pid);
     }
   }
 

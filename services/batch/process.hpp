@@ -1,11 +1,12 @@
-// Runs one program to its end: no shell, nothing inherited, a process group of its own.
+// Runs one program to its end: no shell, nothing inherited, a session of its own.
 //
 //   Ended ended = run({.program = "/opt/cell/measure", .arguments = {"WELLE7"}, .input =
 //   "WELLE7\n"},
 //                     {.time_limit = 5s});
 //
-// The program's end is the end of its main process. What that leaves running in its group is ended
-// with it; only a process that opened a session of its own (setsid) stays.
+// The program's end is the end of its main process. What that leaves running in its session is
+// ended with it, in whatever process group; only a process that opened a session of its own
+// (setsid) stays.
 #pragma once
 
 #include <chrono>
@@ -21,7 +22,7 @@ struct Command {
   /// Absolute; executed as it is. A file without "#!" that is no program does not start.
   std::filesystem::path program;
   std::vector<std::string> arguments{};
-  /// "NAME=value", besides what this process has; a name that is there already is replaced.
+  /// "NAME=value", besides the few that are passed on of this process's own.
   std::vector<std::string> environment{};
   /// Where it runs; absolute.
   std::filesystem::path folder{};

@@ -1,6 +1,7 @@
 #include "services/batch/spawn.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cerrno>
 #include <csignal>
@@ -49,9 +50,8 @@ class Instructions {
     sigfillset(&all);
     posix_spawnattr_setsigmask(&attributes_, &none);
     posix_spawnattr_setsigdefault(&attributes_, &all);
-    posix_spawnattr_setpgroup(&attributes_, 0);
-    posix_spawnattr_setflags(
-        &attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+    posix_spawnattr_setflags(&attributes_,
+                             POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
   }
   ~Instructions() {
     posix_spawn_file_actions_destroy(&actions_);
@@ -84,14 +84,19 @@ std::string_view name_of(std::string_view assignment) {
   return assignment.substr(0, assignment.find('='));
 }
 
-/// This process's environment with `added` over it.
+/// What programs need to find others, folders and the words of their user. Whatever else this
+/// service was given, a secret perhaps, is its own (docs/services.md).
+bool is_passed_on(std::string_view name) {
+  constexpr std::array<std::string_view, 8> names{"PATH",  "HOME", "USER", "LOGNAME",
+                                                  "SHELL", "LANG", "TZ",   "TMPDIR"};
+  return name.starts_with("LC_") || std::ranges::find(names, name) != names.end();
+}
+
+/// What is passed on of this process's environment, and `added`.
 std::vector<std::string> environment(const std::vector<std::string>& added) {
   std::vector<std::string> all = added;
   for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
-    const bool replaced = std::any_of(added.begin(), added.end(), [&](const std::string& other) {
-      return name_of(other) == name_of(*entry);
-    });
-    if (!replaced) {
+    if (is_passed_on(name_of(*entry))) {
       all.emplace_back(*entry);
     }
   }

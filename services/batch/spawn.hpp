@@ -11,7 +11,7 @@
 
 namespace millrace::services::batch {
 
-/// A started process, leader of its own process group. The caller must reap it.
+/// A started process, leader of its own session. The caller must reap it.
 struct Child {
   pid_t pid = -1;
   /// Becomes readable when it has ended (pidfd).

@@ -110,11 +110,24 @@ TEST(Process, DoesNotWaitForWhatAProgramLeavesBehind) {
   wait_until_over(std::stoi(sut.output.text));
 }
 
+TEST(Process, HasNothingOfTheServicesEnvironmentButWhatIsListed) {
+  ::setenv("MILLRACE_TEST_SECRET", "hunter2", 1);
+  ::setenv("LC_TIME", "C", 1);
+  Command command = program("say_whole_environment.sh");
+  command.environment = {"MILLRACE_CALL=5f-1"};
+  const Ended sut = run(command, generous);
+  ::unsetenv("MILLRACE_TEST_SECRET");
+  EXPECT_THAT(sut.output.text, Not(HasSubstr("hunter2")));
+  EXPECT_THAT(sut.output.text, HasSubstr("MILLRACE_CALL=5f-1\n"));
+  EXPECT_THAT(sut.output.text, HasSubstr("LC_TIME=C\n"));
+  EXPECT_THAT(sut.output.text, HasSubstr("PATH="));
+}
+
 class OutlivingProcess : public testing::Test {
  protected:
   OutlivingProcess() : file_(folder_.path() / "pids") {}
 
-  Command command() { return program("outlive.sh", {file_}); }
+  Command command(const std::string& name = "outlive.sh") { return program(name, {file_}); }
   /// Waits until program and helper say their process ids.
   std::pair<pid_t, pid_t> pids() {
     std::pair<pid_t, pid_t> pids{0, 0};
@@ -135,6 +148,26 @@ TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenTheTimeIsOver) {
   const auto [leader, helper] = pids();
   EXPECT_TRUE(is_over(leader));
   wait_until_over(helper);
+}
+
+TEST_F(OutlivingProcess, IsEndedInAnotherProcessGroupWhenTheTimeIsOver) {
+  const Ended sut = run(command("change_group.sh"), {.time_limit = 300ms, .kill_after = 50ms});
+  EXPECT_EQ(sut.end, End::time_limit);
+  wait_until_over(pids().second);
+}
+
+TEST_F(OutlivingProcess, IsEndedInAnotherProcessGroupThatIsLeftBehind) {
+  const Ended sut = run(command("leave_group_behind.sh"), generous);
+  EXPECT_EQ(sut.end, End::exited);
+  wait_until_over(pids().second);
+}
+
+TEST_F(OutlivingProcess, StaysInASessionOfItsOwn) {
+  const Ended sut = run(command("leave_session_behind.sh"), generous);
+  EXPECT_EQ(sut.end, End::exited);
+  const pid_t helper = pids().second;
+  EXPECT_FALSE(is_over(helper));
+  ::kill(helper, SIGKILL);
 }
 
 TEST_F(OutlivingProcess, IsEndedWithItsGroupWhenNobodyWantsItAnyMore) {

@@ -1,0 +1,20 @@
+// The processes of a session, whatever process groups they have moved to.
+#pragma once
+
+#include <vector>
+
+#include <sys/types.h>
+
+namespace millrace::services::batch {
+
+/// Those that run; not those that only wait to be reaped. The number stays the session's own until
+/// its leader is reaped.
+std::vector<pid_t> processes_of(pid_t session);
+
+/// Sends `signal` to all of them.
+void signal_session(pid_t session, int signal);
+
+/// Ends all of them (SIGKILL), also those that are started meanwhile.
+void kill_session(pid_t session);
+
+}  // namespace millrace::services::batch
