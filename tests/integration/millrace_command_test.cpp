@@ -4,9 +4,12 @@
 #include <csignal>
 #include <fstream>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "base/posix/fd.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
@@ -178,7 +181,7 @@ TEST_F(TheCommand, AnswersACallWhoseServiceIsStuck) {
   const Process answer = run({"answer", "cnc/1", "1.5", "--state", "7"});
   EXPECT_THAT(answer.output(), HasSubstr("of cnc/1: ")) << answer.error_output();
   EXPECT_EQ(exit_code, 0);
-  run({"answer", "cnc/9", "1.5"});
+  run({"answer", "cnc/9", "1.5", "--state", "7"});
   EXPECT_EQ(exit_code, 1);
   service.signal(SIGCONT);
 }
@@ -243,6 +246,33 @@ TEST_F(TheCommand, CallsAServiceWithoutAController) {
   // Its scope takes no call of another channel.
   EXPECT_THAT(run({"call", square_root, "16"}).error_output(), HasSubstr("no answer: "));
   EXPECT_EQ(exit_code, 1);
+}
+
+TEST_F(TheCommand, WaitsForACallThatRunsWhileItsServiceDrains) {
+  Process service = chain.slow_service({"--work", "2500"});
+  Process call = chain.millrace({"call", "c0ffee00-0000-4000-8000-000000000001", "7", "--raw"});
+  await("the handler", [&] {
+    return std::filesystem::exists(chain.record()) &&
+           std::filesystem::file_size(chain.record()) > 0;
+  });
+  service.terminate();
+  EXPECT_EQ(call.wait(), 0) << call.error_output();
+  EXPECT_EQ(call.output(), "7\n");
+  EXPECT_EQ(service.wait(), 0);
+}
+
+TEST_F(TheCommand, AsksForTheStateOfAnAnswer) {
+  EXPECT_THAT(run({"answer", "cnc/1", "1.5"}).error_output(), HasSubstr("--state"));
+  EXPECT_EQ(exit_code, 2);
+}
+
+TEST_F(TheCommand, RepairsNothingThatIsNoRecording) {
+  const auto file = chain.folder() / "puts.csv";
+  std::ofstream(file) << "id,at,machine\r\n";
+  EXPECT_THAT(run({"log", "repair", file.string()}).error_output(),
+              HasSubstr(file.string() + ": it is no recording"));
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_FALSE(std::filesystem::exists(chain.folder() / "puts.repaired.csv"));
 }
 
 TEST_F(TheCommand, SaysWhyNobodyAnswersACall) {
@@ -328,6 +358,69 @@ TEST_F(TheCommand, SavesWhatAKilledRecorderHadWritten) {
   next.terminate();
   EXPECT_EQ(next.wait(), 0);
   run({"log", "info", (chain.folder() / "run.repaired.mcap").string()});
+  EXPECT_EQ(exit_code, 0);
+}
+
+TEST_F(TheCommand, RecordsAgainHoweverOftenItWasKilled) {
+  // As people type it, in the folder.
+  const auto record = [&](const std::string& file) {
+    Flags command{"/usr/bin/env", "-C", chain.folder().string()};
+    const Flags rest = chain.command({"record", "-o", file});
+    command.insert(command.end(), rest.begin(), rest.end());
+    return Process(command);
+  };
+  for (int kill = 0; kill < 3; ++kill) {
+    Process recorder = record("run.mcap");
+    recorder.await("^ready: ");
+    recorder.kill();
+  }
+  std::ofstream(chain.folder() / "run.mcap.part") << "no recording at all";
+  Process refused = record("./run.mcap");
+  EXPECT_EQ(refused.wait(), 2) << refused.error_output();
+  EXPECT_THAT(refused.error_output(),
+              HasSubstr("run.mcap.part was left by an earlier recording and cannot be repaired"));
+  EXPECT_TRUE(std::filesystem::exists(chain.folder() / "run.repaired.mcap"));
+  EXPECT_TRUE(std::filesystem::exists(chain.folder() / "run.repaired-2.mcap"));
+}
+
+TEST_F(TheCommand, RecordsOnWhenADiskThatWasFullAllAtOnceHasRoomAgain) {
+  const std::string disk = (chain.folder() / "disk").string();
+  std::filesystem::create_directory(disk);
+  // A disk of its own, which only it sees; so does whoever looks through its /proc.
+  Flags command{"/usr/bin/unshare",
+                "--mount",
+                "--map-root-user",
+                "/bin/sh",
+                "-c",
+                "mount -t tmpfs -o size=2m tmpfs " + disk + R"( && exec "$@")",
+                "sh"};
+  const Flags rest = chain.command(
+      {"record", "-o", disk + "/run.mcap", "--rotate-time", "24h", "--min-free", "64KiB"});
+  command.insert(command.end(), rest.begin(), rest.end());
+  Process sut(command);
+  sut.await("^ready: ");
+  const std::filesystem::path seen = "/proc/" + std::to_string(sut.pid()) + "/root" + disk;
+  const Process service = chain.square_root();
+  const auto call = [&] { run({"call", "--timeout", "10s", square_root, "4"}); };
+  call();
+  {
+    std::ofstream filler(seen / "filler", std::ios::binary);
+    filler << std::string(std::size_t{4} << 20U, 'x') << std::flush;
+    ASSERT_FALSE(filler) << "the disk is not full";
+  }
+  call();
+  sut.await_error("nothing is recorded until there is room");
+  std::filesystem::remove(seen / "filler");
+  sut.await_error("there is room on the disk again");
+  call();
+  // The disk is there as long as somebody has it open.
+  const base::posix::Fd open(::open(seen.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_TRUE(open);
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0) << sut.error_output();
+  run({"log", "info",
+       "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(open.get()) +
+           "/run-0001.mcap"});
   EXPECT_EQ(exit_code, 0);
 }
 

@@ -167,6 +167,10 @@ std::optional<std::string> Caller::why_unserved(const std::string& uuid,
   return impl_->calls.why_unserved(uuid, key);
 }
 
+bool Caller::is_given_out(const fabric::CallId& call) const {
+  return impl_->calls.is_given_out(call);
+}
+
 std::size_t Caller::pending() const {
   return impl_->calls.pending();
 }

@@ -52,6 +52,8 @@ class Caller {
   /// Why nobody that has shown up yet serves this UUID for this channel; nothing if somebody does.
   [[nodiscard]] std::optional<std::string> why_unserved(const std::string& uuid,
                                                         const fabric::ChannelKey& key) const;
+  /// Whether an instance has the call now.
+  [[nodiscard]] bool is_given_out(const fabric::CallId& call) const;
   /// Calls that have not ended.
   [[nodiscard]] std::size_t pending() const;
 

@@ -120,6 +120,11 @@ std::optional<SteadyTime> Calls::next_time() const {
   return next;
 }
 
+bool Calls::is_given_out(const fabric::CallId& call) const {
+  const auto open = open_.find(call);
+  return open != open_.end() && open->second.published;
+}
+
 std::vector<fabric::CallId> Calls::pending_calls() const {
   std::vector<fabric::CallId> calls;
   calls.reserve(open_.size());
@@ -156,6 +161,7 @@ void Calls::give(const gateway::dispatch::Give& give, Moment now) {
     open.standing.push_back(attempt.instance);
   }
   open.published = true;
+  open.given = open.given.value_or(now.steady);
   dispatcher_.on_published(give.call, now.steady);
   out_.emplace_back(Publish{{.key = open.order.key,
                              .call = give.call,
@@ -219,7 +225,11 @@ void Calls::end(const fabric::CallId& call, std::optional<fabric::Reply> reply,
   while (!open.standing.empty()) {
     withdraw(open, open.standing.back());
   }
-  out_.emplace_back(Ended{call, open.order.key, std::move(reply), reason});
+  out_.emplace_back(Ended{.call = call,
+                          .key = open.order.key,
+                          .reply = std::move(reply),
+                          .reason = reason,
+                          .took = now.steady - open.given.value_or(now.steady)});
   carry_out(dispatcher_.remove(call), now);
 }
 

@@ -73,6 +73,8 @@ class Calls {
                                                         const fabric::ChannelKey& key) const {
     return dispatcher_.why_unserved(uuid, key);
   }
+  /// Whether an instance has the call now.
+  [[nodiscard]] bool is_given_out(const fabric::CallId& call) const;
   /// Calls that have not ended.
   [[nodiscard]] std::size_t pending() const { return open_.size(); }
   [[nodiscard]] std::vector<fabric::CallId> pending_calls() const;
@@ -91,6 +93,8 @@ class Calls {
     /// Those of them in whose mailboxes the request stands.
     std::vector<fabric::InstanceId> standing{};
     bool published = false;
+    /// When it was, the first time.
+    std::optional<SteadyTime> given{};
     /// Why it waits.
     std::string reason{};
   };

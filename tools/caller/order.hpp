@@ -36,6 +36,8 @@ struct Ended {
   std::optional<fabric::Reply> reply{};
   /// Why there is none, in words.
   std::string reason{};
+  /// Since the call was given to an instance for the first time; zero if it never was.
+  std::chrono::nanoseconds took{};
 };
 
 }  // namespace millrace::tools::caller

@@ -10,7 +10,7 @@ struct AnswerOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   fabric::ChannelKey key;
   std::string response;
-  std::uint32_t state = 1;
+  std::uint32_t state = 0;
 };
 
 int answer(const AnswerOptions& options) {
@@ -40,7 +40,7 @@ void add_answer(CLI::App& app, Chosen& chosen) {
       ->required();
   command.add_option("--state", options->state, "V.G.SERVICE.RESPONSE_STATE, not 0")
       ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      ->required();
   command.callback([options, &chosen] { chosen.run = [options] { return answer(*options); }; });
 }
 

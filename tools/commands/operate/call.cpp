@@ -84,7 +84,8 @@ class Errand : public caller::CallerListener {
     grace_.expires_after(grace);
     grace_.async_wait([this, call = *call](const boost::system::error_code& error) {
       const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
-      if (!error && why) {
+      // An instance that drains takes no new call, and ends those that it has.
+      if (!error && why && !caller_.is_given_out(call)) {
         caller_.give_up(call, *why);
       }
     });
@@ -117,8 +118,7 @@ class Errand : public caller::CallerListener {
   caller::Caller caller_;
 };
 
-void show(const CallOptions& options, const caller::Order& order, const caller::Ended& ended,
-          std::chrono::nanoseconds took) {
+void show(const CallOptions& options, const caller::Order& order, const caller::Ended& ended) {
   if (options.json) {
     boost::json::object out{{"uuid", print::utf8(fabric::canonical_uuid(order.uuid))},
                             {"answered", ended.reply.has_value()},
@@ -130,7 +130,7 @@ void show(const CallOptions& options, const caller::Order& order, const caller::
       out["response_state"] = ended.reply->state;
       out["code"] = fabric::name_of(ended.reply->code);
       out["instance"] = ended.reply->instance.to_string();
-      out["after_ms"] = std::chrono::duration<double, std::milli>(took).count();
+      out["after_ms"] = std::chrono::duration<double, std::milli>(ended.took).count();
     } else {
       out["reason"] = print::utf8(ended.reason);
     }
@@ -141,17 +141,16 @@ void show(const CallOptions& options, const caller::Order& order, const caller::
     fmt::print("{}\n", base::text::to_utf8(ended.reply->text));
   } else {
     fmt::print("{} state {}, {} after {}, by {}\n", base::text::quoted(ended.reply->text),
-               ended.reply->state, fabric::name_of(ended.reply->code), print::duration_text(took),
-               ended.reply->instance.to_string());
+               ended.reply->state, fabric::name_of(ended.reply->code),
+               print::duration_text(ended.took), ended.reply->instance.to_string());
   }
 }
 
 int call(const CallOptions& options) {
   const caller::Order order = order_of(options);
   fabric::dds::Participant participant(options.fabric.options());
-  const auto start = std::chrono::steady_clock::now();
   const caller::Ended ended = Errand(participant, order).run();
-  show(options, order, ended, std::chrono::steady_clock::now() - start);
+  show(options, order, ended);
   const bool served = ended.reply && ended.reply->code != fabric::ServiceCode::failed &&
                       ended.reply->code != fabric::ServiceCode::refused;
   return served ? program::exit_done : program::exit_failed;

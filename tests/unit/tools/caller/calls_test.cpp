@@ -92,6 +92,34 @@ TEST(Calls, WaitsForAnInstanceThatComesLater) {
   EXPECT_THAT(words(sut.take_actions()), ElementsAre("1→3#1"));
 }
 
+TEST(Calls, CountsTheTimeSinceACallWasGivenOutAndNotTheSearchForAnInstance) {
+  Calls sut(7);
+  const auto id = sut.add(order(1), at(0ms));
+  ASSERT_TRUE(id.has_value());
+  EXPECT_FALSE(sut.is_given_out(*id));
+  sut.on_instance_ready(instance(3), at(400ms));
+  EXPECT_TRUE(sut.is_given_out(*id));
+  const fabric::Request request = published(sut.take_actions());
+  sut.on_reply(reply_to(request, "1.4"), at(402ms));
+  for (const Action& action : sut.take_actions()) {
+    if (const auto* ended = std::get_if<Ended>(&action)) {
+      EXPECT_EQ(ended->took, 2ms);
+    }
+  }
+  EXPECT_FALSE(sut.is_given_out(*id));
+}
+
+TEST(Calls, StayGivenOutWhileTheirInstanceDrains) {
+  Calls sut(7);
+  sut.on_instance_ready(instance(3), at(0ms));
+  const auto id = sut.add(order(1), at(1ms));
+  auto leaving = instance(3);
+  leaving.draining = true;
+  sut.on_instance_ready(leaving, at(2ms));
+  EXPECT_TRUE(sut.why_unserved(wanted_uuid, order(1).key).has_value());
+  EXPECT_TRUE(sut.is_given_out(*id));
+}
+
 TEST(Calls, ChoosesTheInstanceByTheScopeOfAnotherChannel) {
   Calls sut(7);
   sut.on_instance_ready(instance(3), at(0ms));
