@@ -30,13 +30,18 @@ constexpr std::size_t buffer_size = millrace::fabric::max_text + 1;
 using Function =
     std::function<ISG_SERVICE_CODE(ISG_SERVICE*, char*, ADS_UINT32, char*, size_t, ADS_UINT32*)>;
 
-/// True if the program does not handle the signals that end it.
-bool leaves_signals_alone() {
-  struct sigaction terminate {};
-  struct sigaction interrupt {};
-  ::sigaction(SIGTERM, nullptr, &terminate);
-  ::sigaction(SIGINT, nullptr, &interrupt);
-  return terminate.sa_handler == SIG_DFL && interrupt.sa_handler == SIG_DFL;
+/// Of the signals that end the program, those that it does not handle itself and that nobody has
+/// it ignore: a shell script starts what has an '&' behind it with SIGINT ignored.
+std::vector<int> signals_left_alone() {
+  std::vector<int> alone;
+  for (const int signal : {SIGTERM, SIGINT}) {
+    struct sigaction action {};
+    ::sigaction(signal, nullptr, &action);
+    if (action.sa_handler == SIG_DFL) {
+      alone.push_back(signal);
+    }
+  }
+  return alone;
 }
 
 /// The name that users know the service's process by.
@@ -64,8 +69,8 @@ struct millrace_isg_service {
   millrace_isg_service(const sdk::ServiceOptions& options, Function own_function,
                        program::Log own_log)
       : function(std::move(own_function)), log(std::move(own_log)) {
-    if (leaves_signals_alone()) {
-      signals.emplace(log);
+    if (const std::vector<int> alone = signals_left_alone(); !alone.empty()) {
+      signals.emplace(log, alone);
     }
     instance.emplace(options, log);
     if (signals) {

@@ -107,8 +107,8 @@ ISG_SERVICE_CODE isgServiceCreateWithCode(const char* uuid, const char* descript
 
 /* Documented: runs the service function for one call after the other, for as long as the service
  * lives. Ours: isgServiceStop ends it with ISG_SERVICE_CODE_OK when the calls under way are
- * answered, and the service has left the fabric then. SIGTERM and SIGINT do the same, unless the
- * program handled one of them itself before it created the service. */
+ * answered, and the service has left the fabric then. SIGTERM and SIGINT do the same, each unless
+ * the program handled or ignored it before it created the service. */
 ISG_SERVICE_CODE isgServicePoll(ISG_SERVICE* service);
 
 /* Ours: runs the function for one call if one comes within `timeoutMs`; else

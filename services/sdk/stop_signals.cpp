@@ -1,6 +1,5 @@
 #include "services/sdk/stop_signals.hpp"
 
-#include <csignal>
 #include <cstdlib>
 #include <thread>
 
@@ -17,7 +16,11 @@
 namespace millrace::services::sdk {
 
 struct StopSignals::Impl {
-  explicit Impl(Service::Log own_log) : log(std::move(own_log)), signals(context, SIGTERM, SIGINT) {
+  Impl(Service::Log own_log, const std::vector<int>& numbers)
+      : log(std::move(own_log)), signals(context) {
+    for (const int number : numbers) {
+      signals.add(number);
+    }
     signals.async_wait([this](const boost::system::error_code& error, int signal) {
       if (!error) {
         first(signal);
@@ -55,7 +58,8 @@ struct StopSignals::Impl {
   std::thread thread;
 };
 
-StopSignals::StopSignals(Service::Log log) : impl_(std::make_unique<Impl>(std::move(log))) {}
+StopSignals::StopSignals(Service::Log log, const std::vector<int>& signals)
+    : impl_(std::make_unique<Impl>(std::move(log), signals)) {}
 
 StopSignals::~StopSignals() {
   impl_->context.stop();

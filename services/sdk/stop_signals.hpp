@@ -7,17 +7,19 @@
 //   signals.on_stop([&] { service->stop(); });
 #pragma once
 
+#include <csignal>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "services/sdk/service.hpp"
 
 namespace millrace::services::sdk {
 
-/// Takes both signals while it lives, on a thread of its own.
+/// Takes its signals while it lives, on a thread of its own.
 class StopSignals {
  public:
-  explicit StopSignals(Service::Log log);
+  explicit StopSignals(Service::Log log, const std::vector<int>& signals = {SIGTERM, SIGINT});
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;

@@ -1,6 +1,8 @@
 // A service written for the vendor's SDK, in the form of its manual's sample
 // (IB/tf5200_service_interface/356533387, documented), compiled unchanged as C and as C++, over the
 // fabric.
+#include <csignal>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/caller.hpp"
@@ -39,6 +41,17 @@ TEST_P(IsgSample, LeavesInOrderWhenItIsAskedTo) {
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
   EXPECT_TRUE(caller.await_no_instance(uuid));
+}
+
+TEST_P(IsgSample, LeavesInOrderAlsoWhenAScriptStartedItInTheBackground) {
+  // Where a shell has no job control, what has an '&' behind it starts with SIGINT ignored.
+  tests::Process sut({"/usr/bin/env", "--ignore-signal=INT",
+                      "MILLRACE_DOMAIN=" + std::to_string(domain.number()), GetParam()});
+  ASSERT_TRUE(caller.await_instance(uuid));
+  sut.signal(SIGINT);
+  EXPECT_EQ(caller.call(uuid, "4").text, "2.000000") << "an ignored signal stays ignored";
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
 }
 
 TEST_P(IsgSample, SaysWhatIsWrongWithItsEnvironment) {
