@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -13,6 +14,7 @@
 #include "fabric/dds/trust.hpp"
 #include "fabric/ends/instance_commands.hpp"
 #include "fabric/ends/reply_end.hpp"
+#include "services/sdk/call_summary.hpp"
 #include "services/sdk/member.hpp"
 #include "services/sdk/runner.hpp"
 
@@ -56,6 +58,48 @@ DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceId
           .error_state = options.error_state};
 }
 
+/// Has the log say now and then what became of the calls. On the member's loop, where it may
+/// outlive its instance for as long as a word is under way.
+class Summaries : public std::enable_shared_from_this<Summaries> {
+ public:
+  Summaries(asio::io_context& loop, std::shared_ptr<const Runner> runner, Service::Log log,
+            std::string uuid)
+      : timer_(loop), runner_(std::move(runner)), log_(std::move(log)), uuid_(std::move(uuid)) {}
+
+  void wait() {
+    timer_.expires_after(pause);
+    timer_.async_wait([self = weak_from_this()](const boost::system::error_code& error) {
+      const auto alive = self.lock();
+      if (!error && alive) {
+        alive->tell();
+        alive->wait();
+      }
+    });
+  }
+
+  /// Since the last one.
+  void tell() {
+    const auto now = std::chrono::steady_clock::now();
+    const fabric::InstanceStatus status = runner_->load().status;
+    const auto span = std::chrono::ceil<std::chrono::seconds>(now - told_at_);
+    if (const auto line = call_summary(told_, status, span)) {
+      log_->info("{}: {}", uuid_, *line);
+    }
+    told_ = status;
+    told_at_ = now;
+  }
+
+ private:
+  static constexpr std::chrono::minutes pause{1};
+
+  asio::steady_timer timer_;
+  std::shared_ptr<const Runner> runner_;
+  Service::Log log_;
+  std::string uuid_;
+  fabric::InstanceStatus told_;
+  std::chrono::steady_clock::time_point told_at_ = std::chrono::steady_clock::now();
+};
+
 }  // namespace
 
 fabric::dds::ParticipantOptions join_options(const ServiceOptions& options) {
@@ -77,6 +121,7 @@ struct Instance::Impl final : Hosted {
         draining(std::move(tell_draining)),
         runner(std::make_shared<Runner>(desk_options(options, identity), log, std::move(prompt))),
         end(std::in_place, member->participant(), identity, *runner),
+        summaries(std::make_shared<Summaries>(member->loop(), runner, log, identity.uuid)),
         grace(member->loop()) {}
   ~Impl() override { leave(); }
   Impl(const Impl&) = delete;
@@ -93,7 +138,8 @@ struct Instance::Impl final : Hosted {
   const std::function<void(const std::string& issuer)> draining;
   const std::shared_ptr<Runner> runner;
   std::optional<fabric::ends::ReplyEnd> end;
-  /// On the member's loop.
+  /// On the member's loop, both.
+  std::shared_ptr<Summaries> summaries;
   asio::steady_timer grace;
   const fabric::Time started = std::chrono::system_clock::now();
   bool there = false;
@@ -102,6 +148,7 @@ struct Instance::Impl final : Hosted {
 void Instance::Impl::start() {
   runner->set_end(&*end);
   member->enter(identity.id, *this);
+  asio::post(member->loop(), [begun = summaries] { begun->wait(); });
   there = true;
 }
 
@@ -110,6 +157,8 @@ void Instance::Impl::leave() {
   if (std::exchange(there, false)) {
     member->leave(identity.id, [this] {
       grace.cancel();
+      summaries->tell();
+      summaries.reset();
       runner->set_end(nullptr);
       end.reset();
     });

@@ -56,9 +56,12 @@ void log_reply(spdlog::logger& log, const fabric::Reply& reply) {
       reply.code == fabric::ServiceCode::ok || reply.code == fabric::ServiceCode::repeated;
   const char* what =
       reply.kind == fabric::ReplyKind::interim ? "is in progress" : describe(reply.code);
-  log.log(good ? spdlog::level::info : spdlog::level::warn,
-          "call {} {}: {:?}, state {}, after {:.3f} ms", reply.call.to_string(), what, reply.text,
-          reply.state, milliseconds(reply.answered - reply.received));
+  const auto level = good ? spdlog::level::debug : spdlog::level::warn;
+  if (!log.should_log(level)) {
+    return;
+  }
+  log.log(level, "call {} {}: {:?}, state {}, after {:.3f} ms", reply.call.to_string(), what,
+          reply.text, reply.state, milliseconds(reply.answered - reply.received));
 }
 
 }  // namespace
@@ -233,8 +236,10 @@ void Runner::run_here(const std::shared_ptr<const Call>& call) {
 }
 
 void Runner::announce(const Call& call) const {
-  log_->info("call {} from {}: {:?}, state {}, attempt {}", call.id().to_string(),
-             call.channel().to_string(), call.text(), call.state(), call.attempt());
+  if (log_->should_log(spdlog::level::debug)) {
+    log_->debug("call {} from {}: {:?}, state {}, attempt {}", call.id().to_string(),
+                call.channel().to_string(), call.text(), call.state(), call.attempt());
+  }
 }
 
 void Runner::perform(const Start& start) {
@@ -262,14 +267,14 @@ void Runner::perform(const Cancel& cancel) {
 void Runner::log(const Action& action) const {
   const auto* const send = std::get_if<Send>(&action);
   if (send != nullptr && send->reply.kind == fabric::ReplyKind::declined) {
-    log_->info("call {} is declined: {}", send->reply.call.to_string(), send->reply.text);
+    log_->debug("call {} is declined: {}", send->reply.call.to_string(), send->reply.text);
   } else if (send != nullptr) {
     log_reply(*log_, send->reply);
   } else if (const auto* cancel = std::get_if<Cancel>(&action)) {
-    log_->info("call {} is withdrawn", cancel->call.to_string());
+    log_->debug("call {} is withdrawn", cancel->call.to_string());
   } else if (const auto* drop = std::get_if<Drop>(&action)) {
-    log_->info("call {} was answered after it was withdrawn; nothing is sent",
-               drop->call.to_string());
+    log_->debug("call {} was answered after it was withdrawn; nothing is sent",
+                drop->call.to_string());
   }
 }
 

@@ -1,5 +1,5 @@
 // Carries out what the call desk decides: calls to a prompt handler or into a queue of work,
-// replies to the fabric, one log line for each.
+// replies to the fabric, at debug a log line for each; what fails is a warning.
 #pragma once
 
 #include <atomic>

@@ -177,7 +177,8 @@ Task& Plant::gateway(const Flags& flags) {
 Flags Plant::of_service(const std::string& host, const std::string& name,
                         const Flags& flags) const {
   Flags all = joining(host, "millrace-slow-service");
-  all.insert(all.end(), {"--name", name, "--record", hosts_->folder() / "executions"});
+  all.insert(all.end(),
+             {"--name", name, "--record", hosts_->folder() / "executions", "--log-level", "debug"});
   all.insert(all.end(), flags.begin(), flags.end());
   return all;
 }

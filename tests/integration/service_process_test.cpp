@@ -13,6 +13,7 @@ namespace millrace {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using tests::Process;
 
 const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
@@ -31,7 +32,7 @@ class ServiceProcess : public testing::Test {
 };
 
 TEST_F(ServiceProcess, SaysOnceThatItIsReadyAndAnswers) {
-  Process sut = start();
+  Process sut = start({"--log-level", "debug"});
   const std::string instance =
       sut.await("^ready: square_root serves " + uuid + " as (\\S+) on domain \\d+$").at(1);
   ASSERT_TRUE(caller.await_instance(uuid));
@@ -41,6 +42,18 @@ TEST_F(ServiceProcess, SaysOnceThatItIsReadyAndAnswers) {
   const std::string call =
       sut.await_error("call (\\S+) from \\S+: \"2\", state \\d+, attempt 1").at(1);
   sut.await_error("call " + call + " answered: \"1.414214\", state 1, after ");
+}
+
+TEST_F(ServiceProcess, HasALineForManyCallsUnlessToldOtherwise) {
+  Process sut = start();
+  ASSERT_TRUE(caller.await_instance(uuid));
+  for (int number = 0; number < 20; ++number) {
+    ASSERT_EQ(caller.call(uuid, "4").text, "2.000000");
+  }
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), 0);
+  EXPECT_THAT(sut.error_output(), HasSubstr(uuid + ": 20 calls answered in "));
+  EXPECT_THAT(sut.error_output(), Not(HasSubstr("info  call ")));
 }
 
 TEST_F(ServiceProcess, TellsWhatItsCommandLineSays) {

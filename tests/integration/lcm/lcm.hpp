@@ -38,7 +38,8 @@ class Lcm : public testing::Test {
   }
 
   void start(const std::string& configuration = {}, const Flags& flags = {}) {
-    Flags command{binary("millrace-lcm"), "--domain", std::to_string(chain.domain())};
+    Flags command{binary("millrace-lcm"), "--domain", std::to_string(chain.domain()), "--log-level",
+                  "debug"};
     if (!configuration.empty()) {
       std::ofstream(config) << configuration;
       command.insert(command.end(), {"--config", config.string()});
