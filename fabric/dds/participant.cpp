@@ -10,6 +10,7 @@
 #include "base/program/barrier.hpp"
 #include "fabric/dds/badges.hpp"
 #include "fabric/dds/configuration.hpp"
+#include "fabric/dds/cyclone_log.hpp"
 #include "fabric/dds/entity.hpp"
 
 namespace millrace::fabric::dds {
@@ -30,7 +31,7 @@ std::mutex& process_lock() {
 class LogCapture {
  public:
   LogCapture() { dds_set_log_sink(&LogCapture::write, this); }
-  ~LogCapture() { dds_set_log_sink(nullptr, nullptr); }
+  ~LogCapture() { take_cyclone_log(); }
   LogCapture(const LogCapture&) = delete;
   LogCapture& operator=(const LogCapture&) = delete;
 

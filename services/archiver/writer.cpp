@@ -13,6 +13,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// The kind of error that ends with the first batch that is written.
+constexpr const char* unwritable = "write";
 constexpr std::size_t max_batch = 4096;
 constexpr std::size_t max_recorded = 100'000;
 constexpr std::chrono::seconds retry_after{1};
@@ -94,7 +96,8 @@ void Writer::tidy_up() {
   try {
     archive_.tidy_up(now.wall, ages);
   } catch (const std::exception& error) {
-    log_->error("the archive {} cannot be tidied up: {}", archive_.file().string(), error.what());
+    complain("tidy", fmt::format("the archive {} cannot be tidied up: {}", archive_.file().string(),
+                                 error.what()));
   }
   notice_foreign_files();
 }
@@ -136,7 +139,8 @@ void Writer::write(Batch batch) {
   try {
     ids = archive_.append(batch.rows, std::chrono::system_clock::now());
   } catch (const std::exception& error) {
-    log_->error("the archive {} cannot be written: {}", archive_.file().string(), error.what());
+    complain(unwritable, fmt::format("the archive {} cannot be written: {}",
+                                     archive_.file().string(), error.what()));
     notice_failure(error.what());
     for (const Done& done : batch.done) {
       done(tl::unexpected(std::string(error.what())));
@@ -168,7 +172,7 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
   const std::uint64_t lost = lost_;
   guard.unlock();
   if (lost != 0) {
-    log_->error("{} recorded rows are lost so far", lost);
+    complain("lost", fmt::format("{} recorded rows are lost so far", lost));
     notices_.raise(
         {.key = {.kind = "lost_rows"},
          .level = fabric::NoticeLevel::warning,
@@ -176,6 +180,12 @@ void Writer::keep(std::vector<Row> rows, std::size_t first_recorded) {
                              "could not be written for too long",
                              lost),
          .advice = "what is there is whole; a recording of that time may have the rest"});
+  }
+}
+
+void Writer::complain(const std::string& kind, const std::string& text) {
+  if (const auto line = repeats_.note(kind, text, Clock::now())) {
+    log_->error("{}", *line);
   }
 }
 
@@ -192,6 +202,8 @@ void Writer::notice_failure(const std::string& reason) {
 void Writer::notice_success() {
   if (std::exchange(failing_, false)) {
     notices_.clear("archive", "");
+    log_->info("the archive {} can be written again; {} attempts have failed",
+               archive_.file().string(), repeats_.over(unwritable));
   }
 }
 

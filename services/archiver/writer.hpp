@@ -21,6 +21,7 @@
 #include <tl/expected.hpp>
 
 #include "base/loop/clock_watch.hpp"
+#include "base/program/repeats.hpp"
 #include "fabric/notice_sink.hpp"
 #include "services/archiver/archive.hpp"
 
@@ -71,6 +72,8 @@ class Writer {
   void write(Batch batch);
   /// Puts the recorded rows back, to be tried again.
   void keep(std::vector<Row> rows, std::size_t first_recorded);
+  /// An error that may come with each batch.
+  void complain(const std::string& kind, const std::string& text);
   void notice_failure(const std::string& reason);
   void notice_success();
   void notice_foreign_files();
@@ -90,6 +93,7 @@ class Writer {
   std::chrono::steady_clock::time_point due_{};
   std::uint64_t lost_ = 0;
   bool failing_ = false;
+  base::program::Repeats repeats_;
   std::size_t foreign_files_ = 0;
   /// After a failure: recorded rows wait until then; puts are tried at once.
   std::chrono::steady_clock::time_point retry_{};

@@ -3,10 +3,13 @@
 #include <atomic>
 #include <fstream>
 #include <future>
+#include <sstream>
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/logger.h>
+#include <spdlog/sinks/ostream_sink.h>
 
 #include "base/program/log.hpp"
 #include "tests/support/await.hpp"
@@ -89,6 +92,51 @@ TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
   EXPECT_EQ(written.get_future().get(), 1);
   tests::await("the recorded row", [&] { return count("event") > 0; });
   EXPECT_TRUE(notices.empty());
+}
+
+/// The lines of a log.
+class Lines {
+ public:
+  Lines() : sink_(std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)) {}
+  [[nodiscard]] base::program::Log log() const {
+    return std::make_shared<spdlog::logger>("test", sink_);
+  }
+  /// Once nobody logs any more.
+  [[nodiscard]] std::size_t with(const std::string& part) const {
+    const std::string all = text_.str();
+    std::size_t count = 0;
+    for (auto at = all.find(part); at != std::string::npos; at = all.find(part, at + 1)) {
+      ++count;
+    }
+    return count;
+  }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::sinks::sink> sink_;
+};
+
+TEST_F(WriterTest, SaysAFaultThatLastsOnceAndThenItsEnd) {
+  const Lines lines;
+  {
+    Writer sut(archive(), lines.log(), notices);
+    SQLite::Database database((folder.path() / "archive-000001.db").string(),
+                              SQLite::OPEN_READWRITE);
+    database.exec(
+        "CREATE TRIGGER full BEFORE INSERT ON put BEGIN SELECT RAISE(ABORT, 'disk full'); END");
+    const auto put_one = [&](std::uint64_t number) {
+      std::promise<Written> done;
+      sut.put(put(number), [&](const Written& id) { done.set_value(id); });
+      return done.get_future().get();
+    };
+    for (std::uint64_t number = 1; number <= 20; ++number) {
+      ASSERT_FALSE(put_one(number));
+    }
+    database.exec("DROP TRIGGER full");
+    ASSERT_TRUE(put_one(21));
+  }
+  EXPECT_EQ(lines.with("cannot be written"), 1U);
+  EXPECT_EQ(lines.with("can be written again; 20 attempts have failed"), 1U);
 }
 
 TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
