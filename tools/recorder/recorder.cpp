@@ -46,7 +46,7 @@ Recorder::Result Recorder::unless_full(Result result, Moment now) {
     return result;
   }
   look_at_disk();
-  if (disk_is_full_) {
+  if (disk_is_full_ && (file_ || has_many_files())) {
     waits_for_room_ = has_many_files();
     return {};
   }
@@ -76,7 +76,7 @@ Recorder::Result Recorder::keep(recording::Entry entry, Moment now) {
     recording::withhold_text(entry);
   }
   tally_.failures += failure ? 1 : 0;
-  if (!ring_ || now < write_until_) {
+  if (!ring_ || (file_ && now < write_until_)) {
     return write(entry, now);
   }
   ring_->add(std::move(entry));

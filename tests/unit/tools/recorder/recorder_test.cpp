@@ -360,6 +360,29 @@ TEST_F(RecorderTest, WaitsForRoomWhereItHasManyFilesAndGoesOnWithTheNext) {
   EXPECT_EQ(read(folder.path() / "run-0002.mcap").size(), 7U);
 }
 
+TEST_F(RecorderTest, KeepsItsWindowInMemoryWhereRoomComesBackInTheMidstOfAFailure) {
+  std::uint64_t left = 1 << 30;
+  Options window = options();
+  window.minimum_free = 1 << 20;
+  window.rotate_time = std::chrono::hours(24);
+  window.window = Window{.length = 10s, .after = 1s};
+  Recorder sut(window, [&](const std::filesystem::path&) { return left; });
+  ASSERT_TRUE(sut.start(now));
+  Entry failed = one_call(1, 0)[3];
+  std::get<fabric::Reply>(failed.sample).code = fabric::ServiceCode::failed;
+  ASSERT_TRUE(sut.on_entry(failed, now));
+  left = 1000;
+  ASSERT_TRUE(sut.tick(now));
+  EXPECT_TRUE(sut.waits_for_room());
+  left = 1 << 30;
+  ASSERT_TRUE(sut.tick(now));
+  record(sut, 2, 10);
+  ASSERT_TRUE(sut.on_entry(failed, now));
+  ASSERT_TRUE(sut.finish(9, 0, at(10'000)));
+  EXPECT_EQ(read(folder.path() / "run-0001.mcap").size(), 1U);
+  EXPECT_EQ(read(folder.path() / "run-0002.mcap").size(), 8U);
+}
+
 TEST_F(RecorderTest, BeginsNoFileOfManyOnADiskThatIsFull) {
   Options careful = options();
   careful.rotate_time = std::chrono::hours(24);
