@@ -203,6 +203,25 @@ TEST_F(Mail, SendsWhatTheServerRefusesForNowOnceItTakesIt) {
   EXPECT_EQ(accepted(), 2U);
 }
 
+TEST_F(Mail, SendsTheOthersWhileTheServerStallsOverSome) {
+  open_server();
+  configure("user: 'press' password_file: 'password' timeout_ms: 1000");
+  std::ofstream(config, std::ios::app) << "recipient { name: 'tar' address: 'tar@example.com' }\n";
+  start_service();
+  answer("data 451 4.7.1 greylisted");
+  // Those that will stall come first, and are due first.
+  for (int number = 0; number < 3; ++number) {
+    EXPECT_EQ(call("done to=tar program=A parts=1").state, 2U);
+  }
+  for (int number = 0; number < 10; ++number) {
+    EXPECT_EQ(call("done program=B parts=2").state, 2U);
+  }
+  answer("stall tar@example.com");
+  await_mail(10);
+  answer("");
+  await_mail(13);
+}
+
 TEST_F(Mail, KeepsMailsWhileTheServerIsNotThereAlsoOverARestart) {
   start();
   server->kill();

@@ -7,6 +7,7 @@ Prints "ready: PORT". Accepted mails are FOLDER/1.mail, 2.mail ...: the envelope
 an empty line, the message. FOLDER/answer, read whenever a mail arrives, says what happens instead:
 
     rcpt 550 5.1.1 nobody     this reply to each recipient
+    stall eva@example.com     no reply when this recipient is named
     data 451 4.7.1 later      this reply to the end of the message
     hold                      keeps the mail and says nothing more
     drop                      keeps the mail and closes the connection
@@ -36,6 +37,8 @@ class Handler:
         answer = self.answer()
         if answer.startswith("rcpt "):
             return answer[5:]
+        if answer == f"stall {address}":
+            await asyncio.Event().wait()
         envelope.rcpt_tos.append(address)
         return "250 OK"
 
