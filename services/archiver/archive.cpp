@@ -202,7 +202,7 @@ std::optional<std::int64_t> Archive::earlier_id(fabric::CallId call) {
     return std::nullopt;
   }
   if (!previous_ && !fs::exists(previous_file_)) {
-    // Somebody has put it away: a repeated call of its is a new row, as after it was expired.
+    // It was moved or removed: a repeated call of it makes a new row, as after its expiry.
     previous_file_.clear();
     return std::nullopt;
   }
@@ -245,8 +245,8 @@ void Archive::rotate(Time now) {
 
 std::unique_ptr<Segment> Archive::begin_next(Time now) const {
   if (number_ == max_number) {
-    throw std::runtime_error(
-        fmt::format("{} has the last number there is; move it away", file().string()));
+    throw std::runtime_error(fmt::format(
+        "{} has the highest number possible; move it to another folder", file().string()));
   }
   return std::make_unique<Segment>(name_of(folder_, number_ + 1),
                                    Beginning{.begun = now, .first_put = current_->next_put()});

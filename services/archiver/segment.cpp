@@ -139,7 +139,7 @@ struct Segment::Impl {
   std::int64_t add(const fabric::ProgramEvent& event);
   std::int64_t id_of(const std::string& call);
   /// After a failure. A statement that was refused half way, as by another process's lock, keeps
-  /// its view of the database as it was, and SQLite lets nobody write on top of an old view.
+  /// its view of the database as it was, and SQLite refuses all writing on top of an old view.
   void reset();
 
   std::filesystem::path file;
@@ -245,10 +245,10 @@ Segment& Segment::operator=(Segment&&) noexcept = default;
 
 std::vector<std::int64_t> Segment::append(const std::vector<Row>& rows) {
   if (identities_of(impl_->file) != impl_->opened) {
-    // SQLite would write on, into what nobody finds again.
+    // SQLite would go on writing to a file that has no name any more.
     throw std::runtime_error(
-        "it was moved or removed while the archiver was using it; put it back, or start the "
-        "archiver anew");
+        "it was moved or removed while the archiver was using it; put it back, or restart the "
+        "archiver");
   }
   const std::int64_t next_put = impl_->next_put;
   std::vector<std::int64_t> ids;

@@ -270,7 +270,7 @@ TEST_F(TheCommand, RepairsNothingThatIsNoRecording) {
   const auto file = chain.folder() / "puts.csv";
   std::ofstream(file) << "id,at,machine\r\n";
   EXPECT_THAT(run({"log", "repair", file.string()}).error_output(),
-              HasSubstr(file.string() + ": it is no recording"));
+              HasSubstr(file.string() + ": it is not a recording"));
   EXPECT_EQ(exit_code, 1);
   EXPECT_FALSE(std::filesystem::exists(chain.folder() / "puts.repaired.csv"));
 }

@@ -71,7 +71,7 @@ tl::expected<RepairReport, std::string> repair(Source& damaged, Sink& repaired,
   Copier copier(writer);
   const bool closed = scan(damaged, summary ? summary->definitions : Definitions{}, copier);
   if (!begins_as_one(damaged) && is_nothing(writer.statistics()) && !copier.has_metadata()) {
-    return tl::unexpected(std::string("it is no recording, nor a part of one: nothing is in it"));
+    return tl::unexpected(std::string("it is not a recording: it contains no MCAP record"));
   }
   copier.write_metadata(revise);
   if (closed && !summary) {

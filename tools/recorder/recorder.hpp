@@ -62,8 +62,7 @@ class Recorder {
   /// What is not there of the calls that are over, as far as the others tell of it.
   [[nodiscard]] const recording::Missing& missing() const { return completeness_.missing(); }
   /// True when the disk has too little space left. A recording of one file should be finished then;
-  /// one of many has closed its file, lets go what comes, and begins the next file when there is
-  /// room.
+  /// one of many closes its file if it can, lets go what comes, and goes on when there is room.
   [[nodiscard]] bool disk_is_full() const { return disk_is_full_; }
   [[nodiscard]] bool waits_for_room() const { return waits_for_room_; }
   /// What was left on the disk when it was last looked at; nothing before that.

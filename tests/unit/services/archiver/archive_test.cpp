@@ -406,7 +406,7 @@ TEST_F(ArchiveTest, WritesOnInTheFileOfTheLastNumber) {
   std::filesystem::rename(numbered(1), folder.path() / "archive-999999999999.db");
   Archive sut = open({.rotate_age = 1h});
   EXPECT_THAT(append(sut, {put(2)}, morning + 2h), ElementsAre(2));
-  EXPECT_THAT(reported, HasSubstr("has the last number there is; move it away"));
+  EXPECT_THAT(reported, HasSubstr("has the highest number possible"));
 }
 
 TEST_F(ArchiveTest, IgnoresFilesOfOthers) {

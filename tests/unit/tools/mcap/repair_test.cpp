@@ -78,7 +78,7 @@ TEST(McapRepair, MakesNoRecordingOfWhatIsNone) {
     Memory repaired;
     const auto report = repair(foreign, repaired, "test");
     ASSERT_FALSE(report) << text;
-    EXPECT_NE(report.error().find("it is no recording"), std::string::npos);
+    EXPECT_NE(report.error().find("it is not a recording"), std::string::npos);
     EXPECT_EQ(repaired.size(), 0U);
   }
 }
