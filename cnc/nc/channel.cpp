@@ -259,7 +259,7 @@ VariableDirectory& Channel::variables() {
 
 std::vector<Diagnostic> check(const std::string& file, const std::string& text) {
   auto program = syntax::parse_program(file, text);
-  return program ? std::vector<Diagnostic>{} : std::move(program.error());
+  return program ? std::move(program->doubts) : std::move(program.error());
 }
 
 }  // namespace millrace::cnc::nc

@@ -128,6 +128,12 @@ void Cursor::report(Place place, std::string text, int id) {
   }
 }
 
+void Cursor::doubt_at(const Token& token, std::string text) {
+  if (doubts_.size() < most_mistakes) {
+    doubts_.push_back({{file_, token.line, token.column, block_number_}, 0, std::move(text)});
+  }
+}
+
 void Cursor::next_block() {
   if (!at_block_end()) {
     fail(describe(token_) +

@@ -47,6 +47,9 @@ class Cursor {
   void report(int line, int column, std::string text, int id = 0);
   void report(Place place, std::string text, int id = 0);
   [[nodiscard]] bool failed() const { return failed_; }
+  /// A mistake of the program that keeps nobody from reading it.
+  void doubt_at(const Token& token, std::string text);
+  [[nodiscard]] std::vector<Diagnostic> take_doubts() { return std::exchange(doubts_, {}); }
 
   /// Goes to the start of the next block; a rest of the current one is a mistake.
   void next_block();
@@ -73,6 +76,7 @@ class Cursor {
   int depth_ = 0;
   bool failed_ = false;
   std::vector<ExternalUse> externals_;
+  std::vector<Diagnostic> doubts_;
 };
 
 /// What a token looks like in a message: `"X" `, "the end of the block".

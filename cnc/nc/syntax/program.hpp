@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cnc/nc/diagnostic.hpp"
 #include "cnc/nc/syntax/statement.hpp"
 
 namespace millrace::cnc::nc::syntax {
@@ -47,6 +48,8 @@ struct Program {
   Routine main;
   /// Local subprograms by name.
   std::map<std::string, Routine, std::less<>> subprograms;
+  /// What can be read and will fail where it is executed: unknown members of V.G.SERVICE.
+  std::vector<Diagnostic> doubts;
 };
 
 }  // namespace millrace::cnc::nc::syntax

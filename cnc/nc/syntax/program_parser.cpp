@@ -49,9 +49,11 @@ class ProgramParser {
     }
     end_routine();
     check_calls();
+    program_.doubts = cursor_.take_doubts();
     if (mistakes_.empty()) {
       return std::move(program_);
     }
+    mistakes_.insert(mistakes_.end(), program_.doubts.begin(), program_.doubts.end());
     std::stable_sort(
         mistakes_.begin(), mistakes_.end(), [](const Diagnostic& a, const Diagnostic& b) {
           return std::tie(a.place.line, a.place.column) < std::tie(b.place.line, b.place.column);

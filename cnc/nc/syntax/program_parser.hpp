@@ -15,7 +15,8 @@
 
 namespace millrace::cnc::nc::syntax {
 
-/// A program without mistakes, or all of them (at most 100), in the order of the text.
+/// A program that can be read (`Program::doubts` may be wrong all the same), or all of its mistakes
+/// (at most 200), in the order of the text.
 [[nodiscard]] tl::expected<Program, std::vector<Diagnostic>> parse_program(const std::string& file,
                                                                            std::string_view text);
 

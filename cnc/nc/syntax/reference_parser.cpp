@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "cnc/nc/characters.hpp"
 #include "cnc/nc/syntax/expression_parser.hpp"
@@ -63,8 +64,36 @@ void note_external(Cursor& cursor, const Variable& variable, bool synchronous) {
   cursor.note_external({std::move(name), synchronous});
 }
 
+// The members of the Service Interface are fixed (IB/tf5200_service_interface/356533387,
+// documented): another one aborts the program where it is executed.
+void check_service_member(Cursor& cursor, const Token& first, const Variable& variable) {
+  constexpr std::array<std::string_view, 5> members{"UUID", "REQUEST", "REQUEST_STATE",
+                                                    "RESPONSE_STATE", "RESPONSE"};
+  const auto& parts = variable.parts;
+  if (parts.size() < 3 || !same_word(parts[1].name, "G") || !same_word(parts[2].name, "SERVICE")) {
+    return;
+  }
+  std::string name = "V";
+  bool plain = parts.size() == 4;
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    name += '.' + parts[i].name + (parts[i].elements.empty() ? "" : "[…]");
+    plain = plain && parts[i].elements.empty();
+  }
+  const auto meant = std::find_if(members.begin(), members.end(), [&](std::string_view member) {
+    return plain && same_word(parts[3].name, member);
+  });
+  if (meant == members.end()) {
+    cursor.doubt_at(first, name +
+                               " does not exist; V.G.SERVICE has UUID, REQUEST, REQUEST_STATE, "
+                               "RESPONSE_STATE and RESPONSE");
+  } else if (const std::string right = "V.G.SERVICE." + std::string(*meant); name != right) {
+    cursor.doubt_at(first, name + " does not exist; write " + right + ", in upper case");
+  }
+}
+
 Variable parse_variable(Cursor& cursor) {
   Variable variable;
+  const Token first = cursor.peek();
   const bool system_data = cursor.at_word("SD");
   const bool synchronous = cursor.take().text.size() == 2;  // Vs.E.NAME
   variable.parts.push_back({system_data ? "SD" : "V", {}});
@@ -86,6 +115,7 @@ Variable parse_variable(Cursor& cursor) {
         "V.E.NAME or V.A.NAME");
   }
   note_external(cursor, variable, synchronous);
+  check_service_member(cursor, first, variable);
   return variable;
 }
 

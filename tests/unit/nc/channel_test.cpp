@@ -90,6 +90,27 @@ TEST_F(NcChannel, StaysIdleIfTheProgramHasMistakes) {
   EXPECT_EQ(check("test.nc", "$ENDIF\n#NOSUCH\n").size(), 2U);
 }
 
+TEST(Check, FindsMembersThatTheServiceInterfaceDoesNotHave) {
+  const auto found = check("test.nc",
+                           "N10 V.G.SERVICE.REQ = \"3\"\n"
+                           "N20 P1 = V.G.SERVICE.Response_State\n"
+                           "N30 V.G.SERVICE.REQUEST = \"3\"\n"
+                           "N40 V.G.SERVICE.REQUEST[1] = \"3\"\n"
+                           "M30\n");
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_EQ(found[0].to_string(),
+            "test.nc:1:5: N10: error: V.G.SERVICE.REQ does not exist; V.G.SERVICE has UUID, "
+            "REQUEST, REQUEST_STATE, RESPONSE_STATE and RESPONSE");
+  EXPECT_EQ(found[1].to_string(),
+            "test.nc:2:10: N20: error: V.G.SERVICE.Response_State does not exist; write "
+            "V.G.SERVICE.RESPONSE_STATE, in upper case");
+  EXPECT_EQ(found[2].place.line, 4);
+}
+
+TEST(Check, FindsUnknownMembersBesideOtherMistakes) {
+  EXPECT_EQ(check("test.nc", "V.G.SERVICE.REQ = 3\n$ENDIF\n").size(), 2U);
+}
+
 TEST_F(NcChannel, GoesOnAfterItIsMoved) {
   Channel first;
   start(first, "G01 X100 F6000\n#FLUSH WAIT\n#MSG [\"there\"]\nM30\n");
