@@ -75,6 +75,10 @@ ControlFlow::ControlFlow(const syntax::Routine& routine) {
   behind_.reserve(routine.operations.size());
   for (std::size_t at = 0; at < routine.operations.size(); ++at) {
     behind_.push_back(successors(routine, at));
+    const syntax::Statement& statement = routine.operations[at].statement;
+    jumps_.push_back(behind_.back().size() == 1 &&
+                     (std::holds_alternative<syntax::Jump>(statement) ||
+                      std::holds_alternative<syntax::Goto>(statement)));
     for (const std::size_t target : behind_.back()) {
       if (target <= at) {
         loops_.push_back({target, at});
@@ -82,6 +86,14 @@ ControlFlow::ControlFlow(const syntax::Routine& routine) {
     }
   }
   std::ranges::stable_sort(loops_, {}, [](const Loop& loop) { return loop.last - loop.first; });
+}
+
+bool ControlFlow::leaves(const Loop& loop, std::size_t operation) const {
+  // A jump backwards begins another turn, so this ends.
+  while (loop.has(operation) && jumps_[operation] && behind_[operation].front() > operation) {
+    operation = behind_[operation].front();
+  }
+  return !loop.has(operation);
 }
 
 const Loop* ControlFlow::innermost(std::size_t operation) const {

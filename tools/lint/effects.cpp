@@ -7,6 +7,7 @@
 #include "base/text/characters.hpp"
 #include "cnc/nc/characters.hpp"
 #include "fabric/cases.hpp"
+#include "tools/lint/conditions.hpp"
 
 namespace millrace::tools::lint {
 
@@ -15,13 +16,6 @@ namespace {
 using Kind = Effect::Kind;
 using cnc::nc::values::BinaryOperator;
 using fabric::Cases;
-
-/// "REQUEST" for V.G.SERVICE.REQUEST; empty for every other variable.
-std::string_view service_part(const syntax::Variable& variable) {
-  const auto& parts = variable.parts;
-  const bool is_service = parts.size() == 4 && parts[1].name == "G" && parts[2].name == "SERVICE";
-  return is_service ? std::string_view(parts[3].name) : std::string_view();
-}
 
 bool is_state(const syntax::Expression& expression) {
   const auto* const variable = std::get_if<syntax::Variable>(&expression.node);
@@ -70,9 +64,11 @@ class Reader {
   void read(const syntax::Variable& variable) {
     const std::string_view part = service_part(variable);
     if (part == "RESPONSE_STATE") {
-      effects_.push_back({.kind = Kind::response_state_read});
+      effects_.push_back({.kind = Kind::response_state_read, .shown = shown_});
     } else if (part == "RESPONSE") {
-      effects_.push_back({.kind = Kind::response_read});
+      effects_.push_back({.kind = Kind::response_read, .shown = shown_});
+    } else if (!part.empty()) {
+      reads_request_ = true;
     }
     for (const syntax::VariablePart& each : variable.parts) {
       read(each.elements);
@@ -93,7 +89,16 @@ class Reader {
     } else if (part == "REQUEST_STATE") {
       effects_.push_back({.kind = Kind::request_state,
                           .number = plain ? constant_number(assignment.value) : std::nullopt});
+    } else if (!part.empty()) {
+      effects_.push_back({.kind = Kind::response_written, .text = std::string(part)});
     }
+  }
+
+  /// What a message shows.
+  void show(const std::vector<syntax::Expression>& values) {
+    shown_ = true;
+    read(values);
+    shown_ = false;
   }
 
   void word(const syntax::Word& word) {
@@ -133,10 +138,13 @@ class Reader {
     const bool for_state = reads(Kind::response_state_read);
     // Its service has no states that mean anything.
     const bool for_text = !for_state && reads(Kind::response_read);
+    effects_.resize(before);
     if (for_state || for_text) {
-      effects_.resize(before);
-      effects_.push_back(
-          {.kind = Kind::wait, .judged = for_text || asks_for_one_state(wait.condition)});
+      effects_.push_back({.kind = Kind::wait,
+                          .judged = for_text || asks_for_one_state(wait.condition),
+                          .flaw = flaw_of(wait.condition)});
+    } else if (reads_request_ || flaw_of(wait.condition) != Effect::Flaw::none) {
+      effects_.push_back({.kind = Kind::wait, .flaw = Effect::Flaw::other_variable});
     }
   }
 
@@ -152,7 +160,17 @@ class Reader {
   }
 
  private:
+  static Effect::Flaw flaw_of(const syntax::Expression& condition) {
+    constexpr auto rule = syntax::Truth::above_half;
+    if (truth_at(condition, rule, 0).value_or(false)) {
+      return Effect::Flaw::over_at_once;
+    }
+    return can_be_true(condition, rule) ? Effect::Flaw::none : Effect::Flaw::never_over;
+  }
+
   std::vector<Effect>& effects_;
+  bool shown_ = false;
+  bool reads_request_ = false;
 };
 
 }  // namespace
@@ -176,8 +194,8 @@ std::vector<Effect> effects_of(const syntax::Statement& statement) {
             [&](const syntax::Switch& one) { reader.read(one.selector); },
             [&](const syntax::Flush&) { effects.push_back({.kind = Kind::flush}); },
             [&](const syntax::WaitFor& wait) { reader.wait(wait); },
-            [&](const syntax::Message& message) { reader.read(message.text.values); },
-            [&](const syntax::SaveMessage& message) { reader.read(message.text.values); },
+            [&](const syntax::Message& message) { reader.show(message.text.values); },
+            [&](const syntax::SaveMessage& message) { reader.show(message.text.values); },
             [&](const syntax::CycleCall& call) {
               for (const syntax::CycleArgument& argument : call.arguments) {
                 reader.read(argument.value);

@@ -24,6 +24,8 @@ struct Effect {
     /// RESPONSE_STATE, RESPONSE is read.
     response_state_read,
     response_read,
+    /// The program writes RESPONSE_STATE or RESPONSE itself.
+    response_written,
     /// The program waits until RESPONSE_STATE says that there is an answer.
     wait,
     /// An axis is told to move.
@@ -35,6 +37,17 @@ struct Effect {
     end_of_subprogram,
   };
 
+  /// Why a wait does not wait for the answer.
+  enum class Flaw : std::uint8_t {
+    none,
+    /// It looks at neither RESPONSE_STATE nor RESPONSE.
+    other_variable,
+    /// Its condition is true before there is an answer.
+    over_at_once,
+    /// No answer makes it true.
+    never_over,
+  };
+
   Kind kind{};
   /// uuid, request: what is written, if it is a constant.
   std::optional<std::string> text{};
@@ -44,6 +57,9 @@ struct Effect {
   bool judged = false;
   /// wait: not for ever.
   bool limited = false;
+  Flaw flaw = Flaw::none;
+  /// response_state_read, response_read: people are shown it, the program does nothing with it.
+  bool shown = false;
 };
 
 std::vector<Effect> effects_of(const syntax::Statement& statement);

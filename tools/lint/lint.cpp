@@ -1,18 +1,21 @@
 #include "tools/lint/lint.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "base/text/characters.hpp"
 #include "base/text/cp1252.hpp"
 #include "cnc/nc/cycles.hpp"
 #include "cnc/nc/syntax/program_parser.hpp"
 #include "fabric/messages.hpp"
 #include "gateway/dispatch/near_miss.hpp"
 #include "tools/lint/suppressions.hpp"
+#include "tools/lint/types.hpp"
 #include "tools/lint/walk.hpp"
 
 namespace millrace::tools::lint {
@@ -26,6 +29,15 @@ using cnc::nc::syntax::Routine;
 /// The vendor's strings have 128 bytes, the last a NUL.
 constexpr std::size_t longest_text = fabric::max_text;
 
+constexpr int skip_levels = 10;
+
+bool lacks_dashes(std::string_view uuid) {
+  constexpr std::size_t digits = 32;
+  return uuid.size() == digits && std::ranges::all_of(uuid, [](char c) {
+           return base::text::is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+         });
+}
+
 class Linter {
  public:
   explicit Linter(const LintOptions& options) : options_(options) {}
@@ -38,6 +50,11 @@ class Linter {
     Walk walk([this](const std::string& name) { return called(name); },
               [this](Finding finding) { note(std::move(finding)); });
     walk.follow(*program);
+    for (int level = 1; level <= skip_levels; ++level) {
+      if (skipped_.contains(level)) {
+        check_without(*program, level);
+      }
+    }
     for (const TimerUse& use : walk.timers()) {
       timers_[use.timer].emplace_back(use.place, source.name);
     }
@@ -71,6 +88,24 @@ class Linter {
   }
 
  private:
+  /// What is wrong only if the blocks of a level are skipped.
+  void check_without(const Program& program, int level) {
+    const std::string why =
+        fmt::format(" (where the blocks with / of level {} are skipped)", level);
+    Walk walk([this](const std::string& name) { return called(name); },
+              [&](Finding finding) {
+                const bool known = std::ranges::any_of(findings_, [&](const Finding& other) {
+                  return other.place == finding.place && other.rule == finding.rule;
+                });
+                if (!known) {
+                  finding.text += why;
+                  note(std::move(finding));
+                }
+              },
+              level);
+    walk.follow(program);
+  }
+
   struct File {
     std::optional<Program> program;
     std::optional<Suppressions> off;
@@ -99,7 +134,10 @@ class Linter {
       return nullptr;
     }
     file.program = *std::move(parsed);
-    check_texts(*file.program);
+    for (const cnc::nc::Diagnostic& doubt : file.program->doubts) {
+      note({{source.name, doubt.place.line, doubt.place.column}, Rule::unknown_member, doubt.text});
+    }
+    check_routines(*file.program);
     return &*file.program;
   }
 
@@ -117,37 +155,57 @@ class Linter {
     return called_[name] = source ? read(*source) : nullptr;
   }
 
-  void check_texts(const Program& program) {
-    check_texts(program, program.main);
+  void check_routines(const Program& program) {
+    const Types types(program);
+    check_routine(program, program.main, types);
     for (const auto& [name, routine] : program.subprograms) {
-      check_texts(program, routine);
+      check_routine(program, routine, types);
     }
   }
 
-  void check_texts(const Program& program, const Routine& routine) {
+  void check_routine(const Program& program, const Routine& routine, const Types& types) {
     for (const Operation& operation : routine.operations) {
+      const Place place{program.file, operation.line, operation.column};
+      if (operation.skip_level > 0) {
+        skipped_.insert(operation.skip_level);
+      }
       const auto* const words = std::get_if<cnc::nc::syntax::Words>(&operation.statement);
       if (words != nullptr && words->misprinted_end) {
-        note({{program.file, operation.line, operation.column},
-              Rule::misprinted_end,
+        note({place, Rule::misprinted_end,
               "M30/ is a misprint of the manual's sample; the virtual CNC reads it as M30, and "
               "what a controller does "
               "with it is not documented: remove the /"});
       }
+      for (std::string& mistake : types.mistakes(operation.statement)) {
+        note({place, Rule::wrong_type, std::move(mistake)});
+      }
       for (const Effect& effect : effects_of(operation.statement)) {
-        if (effect.text) {
-          const Place place{program.file, operation.line, operation.column};
-          if (effect.kind == Effect::Kind::uuid) {
-            check_uuid(place, *effect.text);
-          }
-          check_text(place, *effect.text);
-        }
+        check_constants(place, effect);
       }
     }
   }
 
+  void check_constants(const Place& place, const Effect& effect) {
+    if (effect.kind == Effect::Kind::uuid && effect.text) {
+      check_uuid(place, *effect.text);
+    }
+    if ((effect.kind == Effect::Kind::uuid || effect.kind == Effect::Kind::request) &&
+        effect.text) {
+      check_text(place, *effect.text);
+    }
+    constexpr double greatest_state = 4294967295.0;
+    if (effect.number && (*effect.number < 0 || *effect.number > greatest_state ||
+                          *effect.number != std::floor(*effect.number))) {
+      note({place, Rule::state_range,
+            fmt::format("REQUEST_STATE is a whole number from 0 to {}, and {} is none",
+                        greatest_state, *effect.number)});
+    }
+  }
+
   void check_uuid(const Place& place, const std::string& uuid) {
-    const std::string wrong = gateway::dispatch::malformed(uuid);
+    const std::string wrong = lacks_dashes(uuid)
+                                  ? "its dashes are missing; it is written 8-4-4-4-12"
+                                  : gateway::dispatch::malformed(uuid);
     if (options_.uuids && std::ranges::count(*options_.uuids, fabric::canonical_uuid(uuid)) == 0) {
       note({place, Rule::unknown_uuid, gateway::dispatch::explain_unserved(uuid, *options_.uuids)});
     } else if (!wrong.empty()) {
@@ -188,6 +246,8 @@ class Linter {
   std::map<std::string, const Program*> called_;
   /// Cycles that come with millrace: nobody who gets a finding in them could mend it.
   std::set<std::string> shipped_;
+  /// Levels of blocks that may be skipped.
+  std::set<int> skipped_;
   std::map<int, std::vector<std::pair<Place, std::string>>> timers_;
   std::vector<Finding> findings_;
 };

@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <deque>
+#include <optional>
+#include <set>
 
 #include <fmt/format.h>
+
+#include "cnc/nc/characters.hpp"
+#include "tools/lint/conditions.hpp"
 
 namespace millrace::tools::lint {
 
@@ -16,16 +21,6 @@ using Kind = Effect::Kind;
 
 /// As deep as the controller goes (docs/nc-language.md).
 constexpr int most_levels = 20;
-constexpr std::size_t stages = 5;
-constexpr std::string_view wait_cycle_name = "SysServiceWait.cyc";
-
-std::size_t index_of(State state) {
-  return static_cast<std::size_t>(state.stage) + (state.moves ? stages : 0);
-}
-
-State state_of(std::size_t index) {
-  return {static_cast<Stage>(index % stages), index >= stages};
-}
 
 States only(State state) {
   return States().set(index_of(state));
@@ -54,6 +49,8 @@ const std::string* written_name(const syntax::Name& name) {
   return std::get_if<std::string>(&name);
 }
 
+}  // namespace
+
 const syntax::Expression* argument(const syntax::CycleCall& cycle, double number) {
   for (const syntax::CycleArgument& each : cycle.arguments) {
     if (constant_number(each.number) == number) {
@@ -63,11 +60,28 @@ const syntax::Expression* argument(const syntax::CycleCall& cycle, double number
   return nullptr;
 }
 
-}  // namespace
+bool is_wait_cycle(const syntax::CycleCall& cycle) {
+  const std::string* const name = written_name(cycle.name);
+  return name != nullptr && cnc::nc::same_word(*name, "SysServiceWait.cyc");
+}
 
 void Walk::follow(const Program& program) {
-  const State before{is_subprogram(program.main) ? Stage::unknown : Stage::idle};
-  run({&program, &program.main}, only(before), 0);
+  const bool is_part = is_subprogram(program.main);
+  const States behind =
+      run({&program, &program.main},
+          only({.stage = is_part ? Stage::unknown : Stage::idle, .named = is_part}), 0);
+  if (!is_part) {
+    look_at_last({&program, &program.main}, behind);
+  }
+  for (const TimerUse& limit : limits_) {
+    const auto own = std::ranges::find(started_, limit.timer, &TimerUse::timer);
+    if (own != started_.end()) {
+      note_({limit.place, Rule::shared_timer,
+             fmt::format("SysServiceWait.cyc clears and stops timer {}, which the program starts "
+                         "for itself in line {}; pass another one as @P3",
+                         limit.timer, own->place.line)});
+    }
+  }
 }
 
 States Walk::run(const Where& where, States before, int depth) {
@@ -107,27 +121,31 @@ States Walk::run_from(const Where& where, State before, int depth) {
     }
     const Operation& operation = routine.operations[at];
     const std::vector<Effect> effects = effects_of(operation.statement);
+    if (is_skipped(operation)) {
+      come_to(at + 1, seen[at]);
+      continue;
+    }
     const auto* const branch = std::get_if<syntax::Branch>(&operation.statement);
-    const Loop* const loop =
-        branch != nullptr && reads_state(effects) ? flow.innermost(at) : nullptr;
-    const bool leaves_loop =
-        loop != nullptr &&
-        std::ranges::any_of(flow.behind(at), [&](std::size_t next) { return !loop->has(next); });
+    const bool asks = branch != nullptr && reads_state(effects);
+    std::optional<std::size_t> certain_way;  // $WHILE TRUE
+    if (branch != nullptr && !asks) {
+      if (const auto truth = truth_at(branch->condition, branch->rule, 0)) {
+        certain_way = *truth == branch->when ? branch->target : at + 1;
+      }
+    }
     for (std::size_t index = 0; index < States().size(); ++index) {
       if (!seen[at].test(index)) {
         continue;
       }
       State state = state_of(index);
-      if (leaves_loop && state.stage == Stage::out) {
-        // A loop that asks until there is an answer: a wait, and behind it there is one.
-        const State answered = wait(
-            where, operation,
-            {.kind = Kind::wait, .judged = asks_for_one_state(branch->condition), .limited = true},
-            state);
-        for (const std::size_t next : flow.behind(at)) {
-          come_to(next, only(loop->has(next) ? state : answered));
+      if (asks && state.stage != Stage::unknown && state.stage != Stage::idle) {
+        for (const Way& way : ways_behind(where, at, state)) {
+          come_to(way.to, only(way.state));
         }
         continue;
+      }
+      if (branch != nullptr && (state.stage == Stage::matched || state.stage == Stage::unmatched)) {
+        state.stage = Stage::checked;  // What was found out may have been kept in a variable.
       }
       bool ends = false;
       bool returns = false;
@@ -144,27 +162,132 @@ States Walk::run_from(const Where& where, State before, int depth) {
         continue;
       }
       const States after = call(where, operation, state, depth);
-      for (const std::size_t next : flow.behind(at)) {
+      for (const std::size_t next : certain_way ? std::vector{*certain_way} : flow.behind(at)) {
         come_to(next, after);
       }
+    }
+  }
+  for (std::size_t at = 0; at < routine.operations.size(); ++at) {
+    if (seen[at].any() && !is_skipped(routine.operations[at])) {
+      look_at_all_paths(where, at, seen[at]);
     }
   }
   return known_[{where, index_of(before)}] = behind;
 }
 
+std::vector<Walk::Way> Walk::ways_behind(const Where& where, std::size_t at, State state) {
+  const auto& branch = std::get<syntax::Branch>(where.routine->operations[at].statement);
+  const std::size_t next = at + 1;
+  const auto with = [&](Stage stage) { return State{stage, state.moves, state.named}; };
+  if (state.stage != Stage::out && state.stage != Stage::polled) {
+    return {{next, with(Stage::matched)}, {branch.target, with(Stage::unmatched)}};
+  }
+  if (const Loop* const loop = polling_loop(where, at)) {
+    return ways_behind_poll(where, at, *loop, state);
+  }
+  // A single look: only one way of it is taken while there is no answer.
+  const auto truth = truth_at(branch.condition, branch.rule, 0);
+  if (!truth) {
+    return {{next, with(Stage::checked)}, {branch.target, with(Stage::checked)}};
+  }
+  const bool jumps = *truth == branch.when;
+  return {{next, with(jumps ? Stage::checked : Stage::polled)},
+          {branch.target, with(jumps ? Stage::polled : Stage::checked)}};
+}
+
+std::vector<Walk::Way> Walk::ways_behind_poll(const Where& where, std::size_t at, const Loop& loop,
+                                              State state) {
+  const Operation& operation = where.routine->operations[at];
+  const auto& branch = std::get<syntax::Branch>(operation.statement);
+  const ControlFlow& flow = flow_of(*where.routine);
+  const std::size_t next = at + 1;
+  const auto with = [&](Stage stage) { return State{stage, state.moves, state.named}; };
+  const auto answered = [&](bool limited) {
+    return wait(
+        where, operation,
+        {.kind = Kind::wait, .judged = asks_for_one_state(branch.condition), .limited = limited},
+        state);
+  };
+  const auto truth = truth_at(branch.condition, branch.rule, 0);
+  if (!truth) {
+    // Its time may be limited in the same condition.
+    const bool next_leaves = flow.leaves(loop, next);
+    if (next_leaves == flow.leaves(loop, branch.target)) {
+      return {{next, with(Stage::checked)}, {branch.target, with(Stage::checked)}};
+    }
+    return {{next, next_leaves ? answered(true) : with(Stage::polled)},
+            {branch.target, next_leaves ? with(Stage::polled) : answered(true)}};
+  }
+  const std::size_t without = *truth == branch.when ? branch.target : next;
+  const std::size_t other = without == next ? branch.target : next;
+  if (flow.leaves(loop, without) && !flow.leaves(loop, other)) {
+    note(where, operation, Rule::wait_for_nothing,
+         "the loop is left while RESPONSE_STATE is 0, which it is until there is an answer; it "
+         "should go on for as long");
+    return {{next, with(Stage::checked)}, {branch.target, with(Stage::checked)}};
+  }
+  return {{without, with(Stage::polled)}, {other, answered(is_limited(where, loop))}};
+}
+
+const Loop* Walk::polling_loop(const Where& where, std::size_t at) {
+  const Loop* const loop = flow_of(*where.routine).innermost(at);
+  if (loop == nullptr) {
+    return nullptr;
+  }
+  for (std::size_t i = loop->first; i <= loop->last; ++i) {
+    for (const Effect& effect : effects_of(where.routine->operations[i].statement)) {
+      if (effect.kind == Kind::request_state && effect.number != 0.0) {
+        return nullptr;
+      }
+    }
+  }
+  return loop;
+}
+
+bool Walk::is_limited(const Where& where, const Loop& loop) {
+  const ControlFlow& flow = flow_of(*where.routine);
+  // What leaves it when there is an answer, or never.
+  std::set<std::size_t> by_answer;
+  for (std::size_t at = loop.first; at <= loop.last; ++at) {
+    const syntax::Statement& statement = where.routine->operations[at].statement;
+    const auto* const branch = std::get_if<syntax::Branch>(&statement);
+    const std::vector<Effect> effects = effects_of(statement);
+    if (branch != nullptr && truth_at(branch->condition, branch->rule, 0)) {
+      by_answer.insert(at);
+      for (const std::size_t next : flow.behind(at)) {
+        if (flow.jumps(next)) {
+          by_answer.insert(next);
+        }
+      }
+    }
+    const bool leaves =
+        std::ranges::any_of(flow.behind(at), [&](std::size_t next) { return !loop.has(next); });
+    const bool ends = std::ranges::any_of(effects, [](const Effect& effect) {
+      return effect.kind == Kind::end || effect.kind == Kind::end_of_subprogram;
+    });
+    if (ends || (leaves && !by_answer.contains(at))) {
+      return true;
+    }
+  }
+  return false;
+}
+
 States Walk::call(const Where& where, const Operation& operation, State state, int depth) {
   if (const auto* const timer = std::get_if<syntax::TimerCommand>(&operation.statement)) {
-    note_timer(where, operation, timer->id);
+    note_timer(where, operation, timer->id, timers_);
+    if (timer->action == syntax::TimerAction::start) {
+      note_timer(where, operation, timer->id, started_);
+    }
   } else if (const auto* const sub = std::get_if<syntax::SubprogramCall>(&operation.statement)) {
     const std::string* const name = written_name(sub->name);
-    return name == nullptr ? only({Stage::unknown, state.moves})
+    return name == nullptr ? only({Stage::unknown, state.moves, true})
                            : call_by_name(where, operation, *name, sub->local, state, depth);
   } else if (const auto* const cycle = std::get_if<syntax::CycleCall>(&operation.statement)) {
     const std::string* const name = written_name(cycle->name);
     if (name == nullptr) {
-      return only({Stage::unknown, state.moves});
+      return only({Stage::unknown, state.moves, true});
     }
-    return *name == wait_cycle_name
+    return is_wait_cycle(*cycle)
                ? only(wait_cycle(where, operation, *cycle, state))
                : call_by_name(where, operation, *name, cycle->local, state, depth);
   }
@@ -174,7 +297,7 @@ States Walk::call(const Where& where, const Operation& operation, State state, i
 States Walk::call_by_name(const Where& where, const Operation& operation, const std::string& name,
                           bool local, State state, int depth) {
   if (depth >= most_levels) {
-    return only({Stage::unknown, state.moves});
+    return only({Stage::unknown, state.moves, true});
   }
   if (local) {
     const auto found = where.program->subprograms.find(name);
@@ -188,142 +311,7 @@ States Walk::call_by_name(const Where& where, const Operation& operation, const 
   note(where, operation, Rule::missing_subprogram,
        fmt::format("{} is not here; what it does to a call is not known (--path names folders)",
                    name));
-  return only({Stage::unknown, state.moves});
-}
-
-State Walk::wait_cycle(const Where& where, const Operation& operation,
-                       const syntax::CycleCall& cycle, State state) {
-  const bool limited = argument(cycle, 2) != nullptr;
-  if (const auto* const timer = argument(cycle, 3)) {
-    note_timer(where, operation, *timer);
-  } else if (limited) {
-    note(where, operation, Rule::timer_missing,
-         "@P2 limits the wait, and @P3 must say which timer (0 to 127) it may use for that");
-  }
-  // The cycle has the flush in it.
-  state.moves = false;
-  return wait(where, operation, {.kind = Kind::wait, .limited = limited}, state);
-}
-
-State Walk::apply(const Where& where, const Operation& operation, std::size_t at,
-                  const Effect& effect, State state) {
-  const bool waits = state.stage == Stage::out;
-  switch (effect.kind) {
-    case Kind::uuid:
-    case Kind::request:
-      if (waits) {
-        note(where, operation, Rule::request_after_state,
-             fmt::format("{} is written while REQUEST_STATE says that a request is there; the "
-                         "service may get either text",
-                         effect.kind == Kind::uuid ? "UUID" : "REQUEST"));
-      }
-      break;
-    case Kind::request_state:
-      if (effect.number == 0.0) {
-        state.stage = Stage::idle;
-        break;
-      }
-      if (state.stage == Stage::answered) {
-        note(where, operation, Rule::answer_not_checked,
-             "the next request is made before anything has looked at the RESPONSE_STATE of the "
-             "last answer; it may have been an error");
-      }
-      look_at_repeats(where, at, effect);
-      state.stage = Stage::out;
-      break;
-    case Kind::response_state_read:
-      state.stage = state.stage == Stage::answered ? Stage::checked : state.stage;
-      break;
-    case Kind::response_read:
-      if (state.stage == Stage::answered) {
-        note(where, operation, Rule::answer_not_checked,
-             "RESPONSE is used before anything has looked at RESPONSE_STATE; it may be the text "
-             "of an error");
-        state.stage = Stage::checked;
-      }
-      break;
-    case Kind::wait:
-      return wait(where, operation, effect, state);
-    case Kind::motion:
-      state.moves = true;
-      break;
-    case Kind::flush:
-      state.moves = false;
-      break;
-    case Kind::end:
-      if (state.stage == Stage::answered &&
-          std::holds_alternative<syntax::Words>(operation.statement)) {
-        note(where, operation, Rule::answer_not_checked,
-             "the program ends and nothing has looked at the RESPONSE_STATE of the last answer");
-      }
-      break;
-    case Kind::end_of_subprogram:
-      break;
-  }
-  return state;
-}
-
-State Walk::wait(const Where& where, const Operation& operation, const Effect& effect,
-                 State state) {
-  if (state.stage == Stage::unknown) {
-    return state;
-  }
-  if (state.stage == Stage::idle) {
-    note(where, operation, Rule::wait_before_request,
-         "on one path nothing has written REQUEST_STATE before this wait, so there will be no "
-         "answer");
-  }
-  if (state.moves) {
-    note(
-        where, operation, Rule::wait_without_flush,
-        "an axis moves before this wait, and its last block may be withheld until the program goes "
-        "on, which it does not; #FLUSH CONTINUE before the wait lets it go");
-  }
-  if (!effect.limited) {
-    note(where, operation, Rule::wait_without_timeout,
-         "if no answer comes this waits for ever; SysServiceWait.cyc with @P2 and @P3 does not");
-  }
-  state.stage = effect.judged ? Stage::checked : Stage::answered;
-  return state;
-}
-
-void Walk::look_at_repeats(const Where& where, std::size_t at, const Effect& effect) {
-  if (!effect.number) {
-    return;
-  }
-  const Loop* const loop = flow_of(*where.routine).innermost(at);
-  if (loop == nullptr) {
-    return;
-  }
-  for (std::size_t i = loop->first; i <= loop->last; ++i) {
-    for (const Effect& other : effects_of(where.routine->operations[i].statement)) {
-      const bool writes = other.kind == Kind::request || other.kind == Kind::uuid;
-      if (writes && !other.text) {
-        return;  // Another text each time.
-      }
-    }
-  }
-  note(where, where.routine->operations[at], Rule::same_state_in_loop,
-       fmt::format("each turn of the loop asks the same with REQUEST_STATE {:g}; if the program "
-                   "gives one up and asks again between two looks, nobody sees that it is another "
-                   "one; a number that counts tells them apart",
-                   *effect.number));
-}
-
-void Walk::note(const Where& where, const Operation& operation, Rule rule, std::string text) {
-  note_({{where.program->file, operation.line, operation.column}, rule, std::move(text)});
-}
-
-void Walk::note_timer(const Where& where, const Operation& operation,
-                      const syntax::Expression& id) {
-  const auto number = constant_number(id);
-  if (!number) {
-    return;
-  }
-  const int timer = static_cast<int>(*number);
-  if (std::ranges::find(timers_, timer, &TimerUse::timer) == timers_.end()) {
-    timers_.push_back({timer, {where.program->file, operation.line, operation.column}});
-  }
+  return only({Stage::unknown, state.moves, true});
 }
 
 const ControlFlow& Walk::flow_of(const Routine& routine) {

@@ -2,8 +2,8 @@
 // Pure.
 //
 // What it knows at a place is the set of states in which the program may come there: how far a call
-// is, and whether an axis moves since the last #FLUSH. A rule is broken where one of them breaks
-// it.
+// is, whether an axis moves since the last #FLUSH, and whether UUID was written. A rule is broken
+// where one of them breaks it; what depends on all of them is looked at when a routine is done.
 //
 //   Walk walk(library, note);
 //   walk.follow(program);
@@ -33,20 +33,28 @@ enum class Stage : std::uint8_t {
   idle,
   /// REQUEST_STATE is written.
   out,
+  /// The same, and a loop has looked for the answer: it was not there.
+  polled,
   /// Waited for; nobody has looked at the state yet.
   answered,
   /// Somebody has.
   checked,
+  /// A condition has, and this is one of its two ways …
+  matched,
+  /// … and this the other.
+  unmatched,
 };
 
 struct State {
   Stage stage = Stage::idle;
   /// An axis may still move, and with it the last block may be withheld.
   bool moves = false;
+  /// UUID was written.
+  bool named = false;
 };
 
 /// A set of them.
-using States = std::bitset<10>;
+using States = std::bitset<32>;
 
 /// A timer that a program uses.
 struct TimerUse {
@@ -60,7 +68,9 @@ class Walk {
   using Library = std::function<const cnc::nc::syntax::Program*(const std::string& name)>;
   using Note = std::function<void(Finding finding)>;
 
-  Walk(Library library, Note note) : library_(std::move(library)), note_(std::move(note)) {}
+  /// Blocks of `skipped_level` (/, /2 …) are not executed; 0: all are.
+  Walk(Library library, Note note, int skipped_level = 0)
+      : library_(std::move(library)), note_(std::move(note)), skipped_level_(skipped_level) {}
 
   /// A main program, or a subprogram by itself.
   void follow(const cnc::nc::syntax::Program& program);
@@ -75,6 +85,11 @@ class Walk {
     const cnc::nc::syntax::Routine* routine = nullptr;
     auto operator<=>(const Where&) const = default;
   };
+  /// Where a program goes on, and how.
+  struct Way {
+    std::size_t to = 0;
+    State state;
+  };
 
   States run(const Where& where, States before, int depth);
   States run_from(const Where& where, State before, int depth);
@@ -84,23 +99,66 @@ class Walk {
                       const std::string& name, bool local, State state, int depth);
   State wait_cycle(const Where& where, const cnc::nc::syntax::Operation& operation,
                    const cnc::nc::syntax::CycleCall& cycle, State state);
+  /// Behind a condition that has looked at RESPONSE_STATE.
+  std::vector<Way> ways_behind(const Where& where, std::size_t at, State state);
+  std::vector<Way> ways_behind_poll(const Where& where, std::size_t at, const Loop& loop,
+                                    State state);
+  /// The loop around an operation, if it can be one that waits: it makes no request itself.
+  const Loop* polling_loop(const Where& where, std::size_t at);
+  /// Does it end without an answer, too?
+  bool is_limited(const Where& where, const Loop& loop);
+  [[nodiscard]] bool is_skipped(const cnc::nc::syntax::Operation& operation) const {
+    return skipped_level_ > 0 && operation.skip_level == skipped_level_;
+  }
+
+  // The rules (walk_rules.cpp).
   /// The state behind the effect.
   State apply(const Where& where, const cnc::nc::syntax::Operation& operation, std::size_t at,
               const Effect& effect, State state);
   State wait(const Where& where, const cnc::nc::syntax::Operation& operation, const Effect& effect,
              State state);
   void look_at_repeats(const Where& where, std::size_t at, const Effect& effect);
+  void look_at_limit(const Where& where, const cnc::nc::syntax::Operation& operation,
+                     const cnc::nc::syntax::CycleCall& cycle);
+  /// What is wrong only if every path comes to it in a like state.
+  void look_at_all_paths(const Where& where, std::size_t at, States states);
+  void look_at_unawaited(const Where& where, std::size_t at, const std::vector<Effect>& effects,
+                         States states);
+  /// At the end of a main program that has no M30.
+  void look_at_last(const Where& where, States states);
   void note(const Where& where, const cnc::nc::syntax::Operation& operation, Rule rule,
             std::string text);
   void note_timer(const Where& where, const cnc::nc::syntax::Operation& operation,
-                  const cnc::nc::syntax::Expression& id);
+                  const cnc::nc::syntax::Expression& id, std::vector<TimerUse>& uses);
   const ControlFlow& flow_of(const cnc::nc::syntax::Routine& routine);
 
   Library library_;
   Note note_;
+  int skipped_level_;
   std::vector<TimerUse> timers_;
+  /// Those that #TIMER START starts, and those that limit waits.
+  std::vector<TimerUse> started_;
+  std::vector<TimerUse> limits_;
   std::map<const cnc::nc::syntax::Routine*, ControlFlow> flows_;
   std::map<std::pair<Where, std::size_t>, States> known_;
 };
+
+constexpr std::size_t stage_count = 8;
+
+inline std::size_t index_of(State state) {
+  return static_cast<std::size_t>(state.stage) + (state.moves ? stage_count : 0) +
+         (state.named ? 2 * stage_count : 0);
+}
+
+inline State state_of(std::size_t index) {
+  return {static_cast<Stage>(index % stage_count), (index / stage_count) % 2 == 1,
+          index >= 2 * stage_count};
+}
+
+/// What a cycle is passed as @P`number`; null if it is not.
+const cnc::nc::syntax::Expression* argument(const cnc::nc::syntax::CycleCall& cycle, double number);
+
+/// SysServiceWait.cyc, in any case, as the controller takes file names.
+bool is_wait_cycle(const cnc::nc::syntax::CycleCall& cycle);
 
 }  // namespace millrace::tools::lint

@@ -1,4 +1,5 @@
 %polling_loop
+V.G.SERVICE.UUID = "560AACBF-6335-44a9-895A-8B27F3ED5E47"
 (The loop is left when the answer is there; it stands in another one.)
 P1 = 1
 $WHILE P1 <= 3

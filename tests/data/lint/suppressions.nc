@@ -1,4 +1,5 @@
 %suppressions
+V.G.SERVICE.UUID = "560AACBF-6335-44a9-895A-8B27F3ED5E47"
 ; millrace-lint: off-file answer-not-checked
 V.G.SERVICE.REQUEST_STATE = 1
 G01 X1 F100

@@ -70,6 +70,44 @@ std::vector<std::string> all_programs() {
 INSTANTIATE_TEST_SUITE_P(Lint, Programs, testing::ValuesIn(all_programs()),
                          [](const auto& program) { return program.param; });
 
+std::string read_all(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// Whoever adds a rule sees here what it says of programs that were written without it.
+TEST(Lint, FindsInTheProgramsOfTheRepositoryWhatIsWrongThereAndNothingElse) {
+  const std::filesystem::path top(MILLRACE_SOURCE);
+  std::vector<std::filesystem::path> files;
+  for (const char* const part : {"deploy/nc", "tests/data/nc"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(top / part)) {
+      if (entry.path().extension() == ".nc") {
+        files.push_back(entry.path());
+      }
+    }
+  }
+  ASSERT_GT(files.size(), 100U);
+  std::ranges::sort(files);
+  std::string found;
+  for (const auto& file : files) {
+    const auto beside = [&](const std::string& name) {
+      const std::string text = read_all(file.parent_path() / name);
+      return text.empty() ? std::nullopt : std::optional(Source{name, text});
+    };
+    const std::string name = std::filesystem::relative(file, top).string();
+    const std::vector<Source> programs{{name, read_all(file)}};
+    // Mistakes of the language, of which the programs of the suite are full, are its own tests.
+    for (const Finding& finding :
+         lint(programs, {.load = beside, .off = {Rule::syntax, Rule::wait_without_timeout}})) {
+      found += finding.place.file + ":" + std::to_string(finding.place.line) + " " +
+               std::string(about(finding.rule).name) + "\n";
+    }
+  }
+  EXPECT_EQ(found, read_all(folder / "repository.expected"));
+}
+
 TEST(Lint, NamesTheServiceThatWasMeant) {
   const std::string program = "V.G.SERVICE.UUID = \"560AACBF-6335-44a9-895A-B27F3ED5E47\"\nM30\n";
   const auto findings = lint(program, {.uuids = {{"560aacbf-6335-44a9-895a-8b27f3ed5e47"}}});

@@ -1,0 +1,25 @@
+// What a condition of an NC program is while its request has no answer yet. Pure.
+//
+//   truth_at(condition, syntax::Truth::above_half, 0)    // true: over before there is an answer
+//   can_be_true(condition, rule)                         // false: no answer ever ends this wait
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "cnc/nc/syntax/statement.hpp"
+
+namespace millrace::tools::lint {
+
+namespace syntax = cnc::nc::syntax;
+
+/// Is the condition true while RESPONSE_STATE is `state`? Nothing if that depends on anything else.
+std::optional<bool> truth_at(const syntax::Expression& condition, syntax::Truth rule, double state);
+
+/// False if it is certain that no answer makes it true.
+bool can_be_true(const syntax::Expression& condition, syntax::Truth rule);
+
+/// "REQUEST" for V.G.SERVICE.REQUEST; empty for every other variable.
+std::string_view service_part(const syntax::Variable& variable);
+
+}  // namespace millrace::tools::lint
