@@ -50,6 +50,11 @@ Result<Bytes> within(std::uint32_t room, Bytes answer) {
   return answer;
 }
 
+bool is_upload(std::uint32_t group) {
+  return group == symbol::upload || group == symbol::upload_info || group == symbol::type_upload ||
+         group == symbol::upload_info_2;
+}
+
 bool is_by_name(std::uint32_t group) {
   return group == symbol::handle_by_name || group == symbol::value_by_name ||
          group == symbol::place_by_name || group == symbol::info_by_name;
@@ -60,6 +65,9 @@ bool is_by_name(std::uint32_t group) {
 Result<Bytes> Symbols::read(std::uint16_t port, Index index, std::uint32_t length) {
   if (index.group == symbol::version) {
     return within(length, Bytes{directory_.version(port)});
+  }
+  if (is_upload(index.group)) {
+    return within(length, upload(port, index.group));
   }
   if (index.group != symbol::value_by_handle) {
     return inner().read(port, index, length);
@@ -85,6 +93,12 @@ Result<void> Symbols::write(std::uint16_t port, Index index, BytesView data) {
 
 Result<Bytes> Symbols::read_write(std::uint16_t port, Index index, std::uint32_t read_length,
                                   BytesView data) {
+  if (index.group == symbol::type_by_name) {
+    const Structures structures = structures_of(port);
+    const auto type = data_type(name_in(data), structures);
+    return type ? within(read_length, encode(*type, structures))
+                : tl::make_unexpected(ErrorCode::symbol_not_found);
+  }
   if (!is_by_name(index.group)) {
     return inner().read_write(port, index, read_length, data);
   }
@@ -106,6 +120,68 @@ Result<Bytes> Symbols::read_write(std::uint16_t port, Index index, std::uint32_t
     return tl::make_unexpected(ErrorCode::invalid_size);
   }
   return encode_handle(open(port, *found), *found, read_length);
+}
+
+Bytes Symbols::upload(std::uint16_t port, std::uint32_t group) const {
+  const std::vector<Symbol> symbols = directory_.all(port);
+  ByteWriter entries;
+  for (const Symbol& symbol : symbols) {
+    entries.bytes(encode_entry(symbol));
+  }
+  if (group == symbol::upload) {
+    return entries.take();
+  }
+  ByteWriter info;
+  info.u32(static_cast<std::uint32_t>(symbols.size()));
+  info.u32(static_cast<std::uint32_t>(entries.size()));
+  if (group == symbol::upload_info) {
+    return info.take();
+  }
+  const std::vector<DataType> all = types(port, symbols);
+  ByteWriter type_entries;
+  for (const DataType& type : all) {
+    type_entries.bytes(encode(type, structures_of(port)));
+  }
+  if (group == symbol::type_upload) {
+    return type_entries.take();
+  }
+  info.u32(static_cast<std::uint32_t>(all.size()));
+  info.u32(static_cast<std::uint32_t>(type_entries.size()));
+  return info.u32(0).u32(0).take();  // no dynamic symbols
+}
+
+std::vector<DataType> Symbols::types(std::uint16_t port, const std::vector<Symbol>& symbols) const {
+  std::vector<std::string> names;
+  names.reserve(symbols.size());
+  for (const Symbol& symbol : symbols) {
+    names.push_back(symbol.type_name);
+  }
+  std::map<std::string, DataType> found;
+  while (!names.empty()) {
+    const std::string name = std::move(names.back());
+    names.pop_back();
+    auto type = data_type(name, structures_of(port));
+    if (!type || found.contains(type->name)) {
+      continue;
+    }
+    if (!type->element_type.empty()) {
+      names.push_back(type->element_type);
+    }
+    for (const DataItem& item : type->items) {
+      names.push_back(item.type);
+    }
+    found.emplace(type->name, *std::move(type));
+  }
+  std::vector<DataType> all;
+  all.reserve(found.size());
+  for (auto& [name, type] : found) {
+    all.push_back(std::move(type));
+  }
+  return all;
+}
+
+Structures Symbols::structures_of(std::uint16_t port) const {
+  return [this, port](std::string_view name) { return directory_.structure(port, name); };
 }
 
 std::uint32_t Symbols::open(std::uint16_t port, const Symbol& symbol) {

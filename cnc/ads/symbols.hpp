@@ -4,15 +4,18 @@
 //   Symbols with_symbols(device, directory);
 //   SumCommands with_sums(with_symbols);
 //
-// What a handle or name stands for is read and written at its index group and offset of the inner
-// device. Layouts: Beckhoff's TcAdsDef.h (documented); the long answer to a handle request is
-// inferred from open-source clients.
+// Clients that know no address list the symbols and their types (uploads), and ask for a type by
+// its name. What a handle or name stands for is read and written at its index group and offset of
+// the inner device. Layouts: Beckhoff's TcAdsDef.h (documented); the long answer to a handle
+// request is inferred from open-source clients.
 #pragma once
 
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "cnc/ads/data_types.hpp"
 #include "cnc/ads/forwarding_device.hpp"
 
 namespace millrace::cnc::ads {
@@ -33,6 +36,16 @@ inline constexpr std::uint32_t place_by_name = 0xF007;
 inline constexpr std::uint32_t version = 0xF008;
 /// ReadWrite: name in, everything out.
 inline constexpr std::uint32_t info_by_name = 0xF009;
+/// Read: all symbols, as info_by_name tells of each, one behind the other.
+inline constexpr std::uint32_t upload = 0xF00B;
+/// Read: how many symbols that are, and how many bytes.
+inline constexpr std::uint32_t upload_info = 0xF00C;
+/// Read: the types of all symbols, and those that they are made of.
+inline constexpr std::uint32_t type_upload = 0xF00E;
+/// Read: symbols and bytes, types and bytes, two numbers for dynamic symbols.
+inline constexpr std::uint32_t upload_info_2 = 0xF00F;
+/// ReadWrite: name of a type in, its entry of the upload out.
+inline constexpr std::uint32_t type_by_name = 0xF011;
 }  // namespace symbol
 
 struct Symbol {
@@ -56,6 +69,13 @@ class SymbolDirectory {
   [[nodiscard]] virtual std::optional<Symbol> find(std::uint16_t port,
                                                    std::string_view name) const = 0;
   [[nodiscard]] virtual std::uint8_t version(std::uint16_t port) const = 0;
+  /// All of them, each once; none where a device does not list them.
+  [[nodiscard]] virtual std::vector<Symbol> all(std::uint16_t /*port*/) const { return {}; }
+  /// A structure by the name of its type.
+  [[nodiscard]] virtual std::optional<DataType> structure(std::uint16_t /*port*/,
+                                                          std::string_view /*name*/) const {
+    return std::nullopt;
+  }
 };
 
 /// A handle belongs to an AMS port and stays until it is released as often as it was asked for; the
@@ -80,6 +100,10 @@ class Symbols final : public ForwardingDevice {
     std::uint32_t users = 0;
   };
 
+  [[nodiscard]] Bytes upload(std::uint16_t port, std::uint32_t group) const;
+  [[nodiscard]] std::vector<DataType> types(std::uint16_t port,
+                                            const std::vector<Symbol>& symbols) const;
+  [[nodiscard]] Structures structures_of(std::uint16_t port) const;
   std::uint32_t open(std::uint16_t port, const Symbol& symbol);
   Result<void> release(std::uint16_t port, std::uint32_t handle);
   [[nodiscard]] Result<Symbol> symbol_of(std::uint16_t port, std::uint32_t handle) const;

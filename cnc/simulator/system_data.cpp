@@ -93,7 +93,7 @@ std::optional<SystemData::Place> SystemData::find(std::string_view name) const {
     return std::nullopt;
   }
   const DataDeclaration& declaration = found->declaration;
-  Place place{found->offset, declaration.size()};
+  Place place{.offset = found->offset, .size = declaration.size(), .data = &declaration};
   const bool array = declaration.elements > 0;
   if (parts->index) {
     if (*parts->index < 1 || *parts->index > declaration.elements) {
@@ -103,6 +103,7 @@ std::optional<SystemData::Place> SystemData::find(std::string_view name) const {
     place.offset += (*parts->index - 1) * place.size;
   }
   const bool whole_array = array && !parts->index;
+  place.elements = whole_array ? declaration.elements : 0;
   if (parts->member.empty()) {
     if (!whole_array && !declaration.structure()) {
       place.element = declaration.members.front().element;
@@ -114,11 +115,22 @@ std::optional<SystemData::Place> SystemData::find(std::string_view name) const {
   }
   for (const DataMember& member : declaration.members) {
     if (member.name == parts->member) {
-      return Place{place.offset, member.element.size, member.element};
+      place.size = member.element.size;
+      place.element = member.element;
+      return place;
     }
     place.offset += member.element.size;
   }
   return std::nullopt;
+}
+
+std::vector<const DataDeclaration*> SystemData::all() const {
+  std::vector<const DataDeclaration*> declarations;
+  declarations.reserve(items_.size());
+  for (const Item& item : items_) {
+    declarations.push_back(&item.declaration);
+  }
+  return declarations;
 }
 
 std::uint32_t SystemData::elements(std::string_view name) const {

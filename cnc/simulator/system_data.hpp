@@ -58,9 +58,15 @@ class SystemData {
     std::uint32_t size = 0;
     /// Of a single value; nothing for an array or a structure.
     std::optional<ElementType> element{};
+    /// Of an array that is meant whole; 0 otherwise.
+    std::uint32_t elements = 0;
+    /// The data that it is, or is a part of.
+    const DataDeclaration* data = nullptr;
   };
   /// By name: "SD.CONTROL", "SD.QUEUE[3]", "SD.TABLE[3].TEXT".
   [[nodiscard]] std::optional<Place> find(std::string_view name) const;
+  /// All data, in the order of their declaration.
+  [[nodiscard]] std::vector<const DataDeclaration*> all() const;
   /// Of an array; 0 if there is none of this name.
   [[nodiscard]] std::uint32_t elements(std::string_view name) const;
 

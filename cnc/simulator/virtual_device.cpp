@@ -17,6 +17,11 @@ using objects::Attribute;
 using objects::Target;
 
 constexpr std::uint16_t ads_state_run = 5;
+/// The system service of TwinCAT, which clients ask for its state before anything else.
+constexpr std::uint16_t system_port = 10000;
+/// ReadState as a value that can be watched: ADSIGRP_DEVICE_DATA and ADSIOFFS_DEVDATA_ADSSTATE of
+/// Beckhoff's TcAdsDef.h (documented).
+constexpr ads::Index state_value{0xF100, 0};
 
 /// Documented: 0x705 if the buffer is too small.
 Result<Bytes> fit(Bytes answer, std::uint32_t room) {
@@ -46,11 +51,12 @@ Result<Bytes> exchange_target(const Target& target, BytesView data) {
 VirtualDevice::VirtualDevice(Machine& machine) : machine_(machine) {}
 
 bool VirtualDevice::has_port(std::uint16_t port) const {
-  return port == objects::geo_port || port == variables::sda_port || port == objects::com_port;
+  return port == objects::geo_port || port == variables::sda_port || port == objects::com_port ||
+         port == system_port;
 }
 
-Result<ads::DeviceInfo> VirtualDevice::info(std::uint16_t /*port*/) {
-  return ads::DeviceInfo{0, 1, 0, "millrace CNC"};
+Result<ads::DeviceInfo> VirtualDevice::info(std::uint16_t port) {
+  return ads::DeviceInfo{0, 1, 0, port == system_port ? "millrace System" : "millrace CNC"};
 }
 
 Result<ads::DeviceState> VirtualDevice::state(std::uint16_t /*port*/) {
@@ -63,6 +69,10 @@ Result<void> VirtualDevice::write_control(std::uint16_t /*port*/, ads::DeviceSta
 }
 
 Result<Bytes> VirtualDevice::read(std::uint16_t port, ads::Index index, std::uint32_t length) {
+  if (index == state_value) {
+    const ads::DeviceState now = *state(port);
+    return fit(ads::ByteWriter().u16(now.ads).u16(now.device).take(), length);
+  }
   machine_.apply_writes();
   return catalogue_.find(machine_, port, index, length)
       .and_then([](const Target& target) { return read_target(target); })

@@ -119,7 +119,7 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
   if (group->attribute == Attribute::address) {
     return find_query(machine, *group, index.offset);
   }
-  if (const auto variable = find_variable(machine, *group, index.offset);
+  if (const auto variable = find_variable(machine, *group, index.offset, room);
       variable && port == variables::sda_port) {
     return *variable;
   }
@@ -143,8 +143,8 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
 
 /// Where the symbol of a variable leads (our choice; no documented function reads or writes there):
 /// the variable's handle as offset, whose upper half is no axis's number.
-std::optional<Target> Catalogue::find_variable(Machine& machine, Group group,
-                                               std::uint32_t handle) const {
+std::optional<Target> Catalogue::find_variable(Machine& machine, Group group, std::uint32_t handle,
+                                               std::uint32_t room) const {
   VirtualChannel* const channel = machine.channel(group.channel);
   const bool possible = group.kind == GroupKind::decoder && group.attribute == Attribute::value &&
                         machine.settings().connections.variable_symbols &&
@@ -154,6 +154,7 @@ std::optional<Target> Catalogue::find_variable(Machine& machine, Group group,
   }
   Context at{machine, channel};
   at.offset = handle;
+  at.room = room;
   return Target{&variable_, at, Attribute::value};
 }
 
@@ -172,17 +173,25 @@ ads::Result<Target> Catalogue::find_query(Machine& machine, Group group,
 
 std::optional<Catalogue::Place> Catalogue::find_by_name(std::uint16_t port, Scope scope,
                                                         std::string_view name) const {
+  const std::vector<Place> places = named(port, scope);
+  const auto found = std::ranges::find_if(
+      places, [&](const Place& place) { return nc::same_word(place.object->name, name); });
+  return found == places.end() ? std::nullopt : std::optional(*found);
+}
+
+std::vector<Catalogue::Place> Catalogue::named(std::uint16_t port, Scope scope) const {
+  std::vector<Place> places;
   for (const auto& [key, table] : tables_) {
     if (key.port != port || key.scope != scope) {
       continue;
     }
     for (const auto& [offset, object] : table.all()) {
-      if ((object.read || object.write) && nc::same_word(object.name, name)) {
-        return Place{key.kind, offset, &object};
+      if (object.read || object.write) {
+        places.push_back({key.kind, offset, &object});
       }
     }
   }
-  return std::nullopt;
+  return places;
 }
 
 bool Catalogue::has_kind(std::uint16_t port, GroupKind kind) const {

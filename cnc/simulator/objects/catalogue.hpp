@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "cnc/simulator/objects/group.hpp"
 #include "cnc/simulator/objects/object.hpp"
@@ -55,10 +56,12 @@ class Catalogue {
   /// An object behind a port that can be read or written, by its name in any case.
   [[nodiscard]] std::optional<Place> find_by_name(std::uint16_t port, Scope scope,
                                                   std::string_view name) const;
+  /// All that find_by_name finds.
+  [[nodiscard]] std::vector<Place> named(std::uint16_t port, Scope scope) const;
 
  private:
   [[nodiscard]] std::optional<Target> find_variable(Machine& machine, Group group,
-                                                    std::uint32_t handle) const;
+                                                    std::uint32_t handle, std::uint32_t room) const;
 
   struct TableKey {
     std::uint16_t port = 0;

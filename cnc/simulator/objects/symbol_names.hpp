@@ -9,7 +9,9 @@
 //   structure
 //
 // Behind each AMS port stand its own objects, by the names that the object directory or attribute
-// 0x100 tells; upper and lower case are the same, but for variables.
+// 0x100 tells; upper and lower case are the same, but for variables. Types have the names of IEC
+// 61131-3, which clients know: UDINT where the CNC's own functions say UNS32, STRING(127), ARRAY
+// [0..127] OF UDINT, SD_CONTROL for the structure SD.CONTROL.
 #pragma once
 
 #include "cnc/ads/symbols.hpp"
@@ -27,9 +29,19 @@ class SymbolNames : public ads::SymbolDirectory {
                                                 std::string_view name) const override;
   /// The objects never change.
   [[nodiscard]] std::uint8_t version(std::uint16_t /*port*/) const override { return 1; }
+  [[nodiscard]] std::vector<ads::Symbol> all(std::uint16_t port) const override;
+  [[nodiscard]] std::optional<ads::DataType> structure(std::uint16_t port,
+                                                       std::string_view name) const override;
 
  private:
   [[nodiscard]] std::uint32_t number_of(const Group& group) const;
+  /// With the number of its type.
+  [[nodiscard]] ads::Symbol symbol(std::string name, ads::Index index, std::uint32_t size,
+                                   std::string type, std::string unit = "") const;
+  [[nodiscard]] ads::Symbol symbol_of(const Catalogue::Place& place, std::uint32_t channel,
+                                      std::uint32_t axis) const;
+  void add_objects(std::vector<ads::Symbol>& symbols, std::uint16_t port, std::uint32_t channel,
+                   std::uint32_t axis) const;
   [[nodiscard]] std::optional<ads::Symbol> find_variable(const VirtualChannel& channel,
                                                          std::string_view name) const;
   [[nodiscard]] std::optional<ads::Symbol> find_system_data(std::string_view name) const;

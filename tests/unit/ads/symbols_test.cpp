@@ -23,6 +23,19 @@ class OneSymbol : public SymbolDirectory {
     return Symbol{"MAIN.counter", {1, 2}, 4, 3, 8, "DINT", "counts what was counted"};
   }
   [[nodiscard]] std::uint8_t version(std::uint16_t) const override { return symbols_version; }
+  [[nodiscard]] std::vector<Symbol> all(std::uint16_t port) const override {
+    return {*find(port, "MAIN.counter"),
+            {"MAIN.parts", {1, 6}, 30, 65, 0, "ARRAY [1..2] OF ST_PART", ""}};
+  }
+  [[nodiscard]] std::optional<DataType> structure(std::uint16_t port,
+                                                  std::string_view name) const override {
+    if (port != 552 || name != "ST_PART") {
+      return std::nullopt;
+    }
+    return DataType{.name = "ST_PART",
+                    .size = 15,
+                    .items = {{"number", "DINT", 4, 0}, {"name", "STRING(10)", 11, 4}}};
+  }
 };
 
 Bytes bytes_of(std::string_view text) {
@@ -110,6 +123,39 @@ TEST_F(SymbolsTest, TellsWhereASymbolIsAndAllAboutIt) {
 
 TEST_F(SymbolsTest, TellsTheVersionOfTheSymbols) {
   EXPECT_THAT(*sut.read(552, {symbol::version, 0}, 1), ElementsAre(7));
+}
+
+TEST_F(SymbolsTest, UploadsAllSymbolsAndWhatTheirTypesAreMadeOf) {
+  const auto read = [&](std::uint32_t group, std::uint32_t room) {
+    return sut.read(552, {group, 0}, room);
+  };
+  EXPECT_EQ(*read(symbol::upload_info, 8), vector("upload_info"));
+  EXPECT_EQ(*read(symbol::upload_info_2, 64), vector("upload_info_2"));
+  EXPECT_EQ(read(symbol::upload_info_2, 23).error(), ErrorCode::invalid_size);
+  EXPECT_EQ(*read(symbol::upload, 0xFFFFFFFF), vector("upload"));
+  Bytes types;
+  for (const char* const type : {"array_type", "base_type", "text_type", "structure"}) {
+    const Bytes one = vector(type);
+    types.insert(types.end(), one.begin(), one.end());
+  }
+  EXPECT_EQ(*read(symbol::type_upload, 0xFFFFFFFF), types);
+}
+
+TEST_F(SymbolsTest, DescribesATypeByItsName) {
+  EXPECT_EQ(*ask(symbol::type_by_name, 200, "ARRAY [1..2] OF ST_PART"), vector("array_type"));
+  EXPECT_EQ(*ask(symbol::type_by_name, 200, "array[1..2]of ST_PART"), vector("array_type"));
+  EXPECT_EQ(*ask(symbol::type_by_name, 200, "dint"), vector("base_type"));
+  EXPECT_EQ(*ask(symbol::type_by_name, 200, "string[10]"), vector("text_type"));
+  EXPECT_EQ(*ask(symbol::type_by_name, 300, "ST_PART"), vector("structure"));
+}
+
+TEST_F(SymbolsTest, RefusesTypesThatCannotBe) {
+  for (const char* const name :
+       {"", "UNS32", "STRING(", "STRING(70000)", "STRING(1", "ARRAY [0..] OF DINT",
+        "ARRAY [2..1] OF DINT", "ARRAY [0..1] OF", "ARRAY [0..1] OF NOTHING",
+        "ARRAY [0..2147483647] OF LREAL", "ARRAY [-2147483648..2147483647] OF BYTE"}) {
+    EXPECT_EQ(ask(symbol::type_by_name, 300, name).error(), ErrorCode::symbol_not_found) << name;
+  }
 }
 
 TEST_F(SymbolsTest, LetsOtherRequestsThrough) {
