@@ -46,7 +46,7 @@ struct Show {
              held.single_step ? "single step" : "M00 or M01", held.place.file, held.place.line);
   }
   void operator()(const nc::WarningEvent& warning) const {
-    log.warn("channel {}: {}", channel, to_utf8(warning.what.to_string()));
+    log.warn("channel {}: {}", channel, to_utf8(warning.what.to_string("warning")));
   }
   void operator()(const nc::FinishedEvent& /*finished*/) const {
     log.info("channel {}: the program is done", channel);

@@ -114,6 +114,13 @@ TEST_F(MillraceCnc, TellsWhereAndWhyAProgramWasAborted) {
   EXPECT_THAT(sut.error_output(), HasSubstr("too_long.nc:2:1: N10: error 21462: "));
 }
 
+TEST_F(MillraceCnc, CallsAWarningOne) {
+  Process sut = start({"--run", "1=" + program("warns.nc"), "--exit-when-idle"});
+  EXPECT_EQ(sut.wait(), 0);
+  EXPECT_THAT(sut.error_output(), HasSubstr("channel 1: "));
+  EXPECT_THAT(sut.error_output(), HasSubstr("warns.nc:2:1: N10: warning: "));
+}
+
 TEST_F(MillraceCnc, TellsEveryMistakeOfAProgramItCannotStart) {
   Process sut = start({"--run", "1=" + program("mistakes.nc"), "--exit-when-idle"});
   EXPECT_EQ(sut.wait(), 1);
