@@ -24,13 +24,24 @@ bool ends_comment(std::string_view line) {
          same_word(lexer.next().text, "END");
 }
 
+// Backslashes one behind the other. They mean something right before a quotation mark only: an odd
+// one escapes it, two are one.
+std::size_t backslashes_at(std::string_view text, std::size_t at) {
+  const std::size_t end = text.find_first_not_of('\\', at);
+  return (end == std::string_view::npos ? text.size() : end) - at;
+}
+
 }  // namespace
 
 std::string unquote(std::string_view quoted) {
   std::string out;
   for (std::size_t i = 1; i + 1 < quoted.size(); ++i) {
-    if (quoted[i] == '\\' && quoted[i + 1] == '"') {
-      ++i;
+    const std::size_t backslashes = backslashes_at(quoted, i);
+    i += backslashes;
+    const bool before_mark = quoted[i] == '"';
+    out.append(before_mark ? backslashes / 2 : backslashes, '\\');
+    if (before_mark && backslashes % 2 == 0) {
+      break;  // The mark that ends the text.
     }
     out += quoted[i];
   }
@@ -161,8 +172,11 @@ Token Lexer::name_token() const {
 
 Token Lexer::string_token() const {
   for (std::size_t end = position_ + 1; end < text_.size() && !is_line_end(text_[end]); ++end) {
-    if (text_[end] == '\\' && at(end + 1) == '"') {
-      ++end;
+    const std::size_t backslashes = backslashes_at(text_, end);
+    if (backslashes > 0) {
+      // A mark that they do not escape is looked at next.
+      const bool escapes = backslashes % 2 == 1 && at(end + backslashes) == '"';
+      end += escapes ? backslashes : backslashes - 1;
     } else if (text_[end] == '"') {
       return make(TokenKind::string, end + 1);
     }

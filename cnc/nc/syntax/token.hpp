@@ -12,7 +12,7 @@ enum class TokenKind {
   end_of_block,
   number,
   name,    // letters, digits and _, starting with a letter; `P12` is the name P and the number 12
-  string,  // "…" with \" for a quote inside
+  string,  // "…" with \" for a quote inside, \\ for a backslash at the end
   symbol,  // an operator or separator, two characters where the language has one
   invalid  // text tells what is wrong
 };
@@ -40,7 +40,8 @@ struct Token {
   }
 };
 
-/// The content of a string token: quotes off, \" resolved.
+/// The content of a string token: quotes off. Before a quotation mark \\ is a backslash and \" is
+/// the mark; elsewhere a backslash is one.
 [[nodiscard]] std::string unquote(std::string_view quoted);
 
 }  // namespace millrace::cnc::nc::syntax
