@@ -1,6 +1,8 @@
 #include "base/posix/beneath.hpp"
 
+#include <algorithm>
 #include <cerrno>
+#include <string_view>
 #include <system_error>
 
 #include <fcntl.h>
@@ -20,6 +22,32 @@ tl::unexpected<std::string> last_reason() {
   const int error = errno;
   return refused(error == ELOOP || error == ENOTDIR ? "a link or no folder is on the way to it"
                                                     : std::generic_category().message(error));
+}
+
+char lower(char c) {
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+bool same_but_for_case(std::string_view one, std::string_view other) {
+  return std::ranges::equal(one, other, {}, lower, lower);
+}
+
+/// What a folder has of this name, in any case.
+std::optional<std::filesystem::path> entry_of(const std::filesystem::path& folder,
+                                              const std::filesystem::path& name) {
+  std::error_code error;
+  if (std::filesystem::exists(std::filesystem::symlink_status(folder / name, error))) {
+    return name;
+  }
+  std::optional<std::filesystem::path> best;
+  std::filesystem::directory_iterator entries(folder, error);
+  for (; !error && entries != std::filesystem::directory_iterator(); entries.increment(error)) {
+    const std::filesystem::path entry = entries->path().filename();
+    if (same_but_for_case(entry.native(), name.native()) && (!best || entry < *best)) {
+      best = entry;
+    }
+  }
+  return best;
 }
 
 /// Why no such name is opened, or nothing.
@@ -74,6 +102,23 @@ tl::expected<Fd, std::string> open_beneath(const std::filesystem::path& folder,
     return refused("it has another name, too (a hard link)");
   }
   return file;
+}
+
+std::optional<std::filesystem::path> find_ignoring_case(const std::filesystem::path& folder,
+                                                        const std::filesystem::path& name) {
+  if (!mistake_of(name).empty()) {
+    return std::nullopt;
+  }
+  const std::filesystem::path start = folder.empty() ? "." : folder;
+  std::filesystem::path found;
+  for (const auto& part : name) {
+    const auto entry = entry_of(start / found, part);
+    if (!entry) {
+      return std::nullopt;
+    }
+    found /= *entry;
+  }
+  return found;
 }
 
 }  // namespace millrace::base::posix

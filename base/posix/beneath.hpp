@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <tl/expected.hpp>
@@ -19,5 +20,12 @@ namespace millrace::base::posix {
 /// also a file of more than one name. The error says why, without the name. Does not wait.
 tl::expected<Fd, std::string> open_beneath(const std::filesystem::path& folder,
                                            const std::filesystem::path& name, int flags);
+
+/// What `name` is called in `folder` where upper and lower case are the same, as in the file
+/// systems of controllers: as it is if there is such a file or folder; otherwise the first by the
+/// alphabet that differs in the case of ASCII letters alone. Nothing if there is none, or for a
+/// name that open_beneath refuses.
+std::optional<std::filesystem::path> find_ignoring_case(const std::filesystem::path& folder,
+                                                        const std::filesystem::path& name);
 
 }  // namespace millrace::base::posix

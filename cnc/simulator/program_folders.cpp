@@ -80,7 +80,8 @@ ProgramFolders::ProgramFolders(std::vector<fs::path> folders) : folders_(std::mo
 tl::expected<Program, std::string> ProgramFolders::load(std::string_view name) {
   std::string searched;
   for (const fs::path& folder : folders_) {
-    const fs::path place = beneath(folder, name);
+    const fs::path written = beneath(folder, name);
+    const fs::path place = base::posix::find_ignoring_case(folder, written).value_or(written);
     const fs::path file = folder / place;
     const auto open = base::posix::open_beneath(folder, place, O_RDONLY);
     if (open) {

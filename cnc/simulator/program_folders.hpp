@@ -22,9 +22,10 @@ class ProgramFolders : public ProgramSource {
  public:
   explicit ProgramFolders(std::vector<std::filesystem::path> folders);
 
-  /// The first folder that has the file wins. An absolute name must be beneath one of them:
-  /// programs are chosen by whoever reaches the ADS server, and by other programs. So no link is
-  /// followed either, and no name taken that begins with a dot (our choice).
+  /// The first folder that has the file wins, in any case of its letters, as on a TwinCAT
+  /// controller, and as it is written rather than otherwise. An absolute name must be beneath one
+  /// of them: programs are chosen by whoever reaches the ADS server, and by other programs. So no
+  /// link is followed either, and no name taken that begins with a dot (our choice).
   tl::expected<Program, std::string> load(std::string_view name) override;
 
  private:

@@ -81,5 +81,15 @@ TEST_F(Beneath, OnlyPlainFilesAreOpenedAndNobodyWaits) {
   EXPECT_THAT(refusal("sub", O_RDONLY), HasSubstr("no plain file"));
 }
 
+TEST_F(Beneath, ANameIsFoundInAnyCase) {
+  std::ofstream(inside / "sub/Drill.cyc") << "text";
+  EXPECT_EQ(find_ignoring_case(inside, "sub/Drill.cyc"), "sub/Drill.cyc");
+  EXPECT_EQ(find_ignoring_case(inside, "SUB/DRILL.CYC"), "sub/Drill.cyc");
+  EXPECT_EQ(find_ignoring_case(inside, "sub/mill.cyc"), std::nullopt);
+  EXPECT_EQ(find_ignoring_case(inside, "../OUTSIDE/secret"), std::nullopt);
+  EXPECT_EQ(find_ignoring_case(inside, (outside / "secret").string()), std::nullopt);
+  EXPECT_EQ(find_ignoring_case(inside, ".SSH/key"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace millrace::base::posix

@@ -174,6 +174,7 @@ TEST_F(NcChannel, RefusesValuesFromOutsideThatDoNotFit) {
 
 TEST_F(NcChannel, BringsTheCycleThatWaitsForAService) {
   EXPECT_TRUE(shipped_cycle("SysServiceWait.cyc"));
+  EXPECT_TRUE(shipped_cycle("SYSSERVICEWAIT.CYC"));
   EXPECT_FALSE(shipped_cycle("NoSuch.cyc"));
   EXPECT_TRUE(
       check("SysServiceWait.cyc", std::string(*shipped_cycle("SysServiceWait.cyc"))).empty());

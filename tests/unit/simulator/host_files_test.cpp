@@ -53,6 +53,18 @@ TEST(ProgramFolders, TakesAnAbsoluteNameBeneathOneOfThem) {
   EXPECT_FALSE(ProgramFolders({"/one"}).load(name));
 }
 
+TEST(ProgramFolders, TakesANameInAnyCase) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "Sub");
+  write(folder.path() / "Sub/Drill.cyc", "mixed");
+  ProgramFolders sut({folder.path()});
+  EXPECT_EQ(sut.load("SUB/drill.CYC")->text, "mixed");
+  EXPECT_EQ(sut.load("SUB/drill.CYC")->file, folder.path() / "Sub/Drill.cyc");
+  write(folder.path() / "Sub/drill.cyc", "lower");
+  EXPECT_EQ(sut.load("sub/drill.cyc")->text, "lower");
+  EXPECT_EQ(sut.load("sub/DRILL.CYC")->text, "mixed");  // the first by the alphabet
+}
+
 TEST(ProgramFolders, LeadsNowhereElse) {
   const TemporaryFolder folder;
   const TemporaryFolder other;

@@ -66,9 +66,13 @@ std::optional<tools::lint::Source> find_program(const std::vector<std::filesyste
                                                 const std::string& name) {
   for (const std::filesystem::path& folder : folders) {
     const std::filesystem::path where = folder.empty() ? std::filesystem::path(".") : folder;
-    if (const auto file = base::posix::open_beneath(where, name, O_RDONLY)) {
+    const auto found = base::posix::find_ignoring_case(where, name);
+    if (!found) {
+      continue;
+    }
+    if (const auto file = base::posix::open_beneath(where, *found, O_RDONLY)) {
       if (auto text = read_all(file->get())) {
-        return tools::lint::Source{(folder / name).string(), *std::move(text)};
+        return tools::lint::Source{(folder / *found).string(), *std::move(text)};
       }
     }
   }
