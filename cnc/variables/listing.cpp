@@ -31,7 +31,8 @@ asio::awaitable<Result<Descriptions>> list_old(Channel& channel, const OldListin
     if (!name) {
       co_return tl::make_unexpected(name.error());
     }
-    found.push_back(old_description(std::move(*name)));
+    auto described = co_await channel.describe(without_indices(*name));
+    found.push_back(old_description(std::move(*name), std::move(described)));
   }
   co_return found;
 }
@@ -56,7 +57,11 @@ const OldListing* old_listing(std::string_view family) {
   return found == old_listings.end() ? nullptr : found;
 }
 
-Description old_description(std::string name) {
+Description old_description(std::string name, ads::Result<Description> described) {
+  if (described) {
+    described->name = without_indices(name);
+    return *std::move(described);
+  }
   return {0, Type::real64, Access::read_write, size_of(Type::real64), {}, std::move(name)};
 }
 

@@ -22,12 +22,14 @@ struct OldListing {
 };
 /// Those of a family; null if it is listed otherwise.
 const OldListing* old_listing(std::string_view family);
-/// What is known of a variable that they name: REAL64 and READ_WRITE (documented).
-Description old_description(std::string name);
+/// What is known of a variable that they name, an array with its largest index: what the controller
+/// answers when it is asked for the name without that; where it is too old, REAL64 and READ_WRITE
+/// (documented for the old functions).
+Description old_description(std::string name, ads::Result<Description> described);
 
-/// All variables of one of the families, with their names. What programs have comes from the old
-/// functions: all of it REAL64 and READ_WRITE, an array by the name of its last element
-/// (documented, addresses.hpp). An error is the controller's or the client's.
+/// All variables of one of the families, with their names. The names of what programs have come
+/// from the old functions (addresses.hpp), and what each is, old_description tells. An error is the
+/// controller's or the client's.
 boost::asio::awaitable<ads::Result<std::vector<Description>>> list(Channel& channel,
                                                                    std::string_view family);
 

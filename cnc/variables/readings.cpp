@@ -47,9 +47,8 @@ Result<Description> description_of(const Result<Bytes>& answer) {
 constexpr std::uint32_t described_length = 512;
 constexpr std::uint32_t old_name_length = 96;
 
-Result<Description> old_description_of(const Result<Bytes>& answer) {
-  return answer.map([](const Bytes& bytes) { return old_description(decode_text(bytes)); });
-}
+/// Five numbers and one for each dimension.
+constexpr std::uint32_t nameless_length = 64;
 
 Result<std::uint32_t> number_of(const Result<Bytes>& answer) {
   return answer.and_then([](const Bytes& bytes) -> Result<std::uint32_t> {
@@ -131,15 +130,7 @@ asio::awaitable<std::vector<Known>> Readings::look_up(std::uint16_t channel,
 
 asio::awaitable<std::vector<Result<Description>>> Readings::describe(
     std::uint16_t channel, std::vector<std::string> names) {
-  // Five numbers and one for each dimension.
-  constexpr std::uint32_t length = 64;
-  std::vector<Reading> questions;
-  questions.reserve(names.size());
-  for (const std::string& name : names) {
-    questions.push_back(
-        question(channel, offset::description_by_name, length, encode_name(without_indices(name))));
-  }
-  const auto answers = co_await ask(std::move(questions));
+  const auto answers = co_await ask(questions_for(channel, names));
   std::vector<Result<Description>> descriptions;
   for (std::size_t i = 0; i < names.size(); ++i) {
     auto description = description_of(answers[i]);
@@ -149,6 +140,17 @@ asio::awaitable<std::vector<Result<Description>>> Readings::describe(
     descriptions.push_back(std::move(description));
   }
   co_return descriptions;
+}
+
+std::vector<Reading> Readings::questions_for(std::uint16_t channel,
+                                             const std::vector<std::string>& names) const {
+  std::vector<Reading> questions;
+  questions.reserve(names.size());
+  for (const std::string& name : names) {
+    questions.push_back(question(channel, offset::description_by_name, nameless_length,
+                                 encode_name(without_indices(name))));
+  }
+  return questions;
 }
 
 asio::awaitable<Result<Description>> Readings::describe_from_list(std::uint16_t channel,
@@ -272,12 +274,24 @@ asio::awaitable<Result<Readings::Page>> Readings::list_page(std::uint16_t channe
                        encode(IndexStream{i, family})));
   }
   const auto answers = co_await ask(std::move(questions));
+  std::vector<std::string> names;
   for (const Result<Bytes>& answer : answers) {
-    auto one = old != nullptr ? old_description_of(answer) : description_of(answer);
+    if (!answer) {
+      co_return tl::make_unexpected(answer.error());
+    }
+    if (old != nullptr) {
+      names.push_back(decode_text(*answer));
+      continue;
+    }
+    auto one = description_of(answer);
     if (!one) {
       co_return tl::make_unexpected(one.error());
     }
     page.variables.push_back(std::move(*one));
+  }
+  const auto described = co_await ask(questions_for(channel, names));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    page.variables.push_back(old_description(std::move(names[i]), description_of(described[i])));
   }
   co_return page;
 }

@@ -70,6 +70,9 @@ class Readings {
   boost::asio::awaitable<Known> find_object(std::uint16_t channel, std::string name);
   [[nodiscard]] Reading question(std::uint16_t channel, std::uint32_t offset, std::uint32_t length,
                                  Bytes input) const;
+  /// What each of these variables is.
+  [[nodiscard]] std::vector<Reading> questions_for(std::uint16_t channel,
+                                                   const std::vector<std::string>& names) const;
 
   using Directory = std::vector<DirectoryEntry>;
   ads::Client& client_;

@@ -95,6 +95,22 @@ TEST_F(VariablesOverTheFabric, AreListedReadAndWrittenAsTheControllerItselfSaysT
               ContainsRegex("mode +UNS32 +READ_ONLY +1\n"));
 }
 
+TEST_F(VariablesOverTheFabric, OfProgramsAreListedAsWhatTheyAre) {
+  Process cnc = chain.cnc({"--config", MILLRACE_TEST_DATA "/vars/cnc.textproto", "--run",
+                           "1=" MILLRACE_TEST_DATA "/vars/variables_of_its_own.nc"});
+  cnc.await("\\[ch1\\] waits");
+  Process gateway = start_gateway();
+  const std::string direct = "cnc=127.0.0.1:" + std::to_string(chain.port()) + "/127.0.0.1.1.1";
+
+  const std::string listed = vars({"list", "--family", "V.P", "--family", "P"});
+  EXPECT_THAT(listed, ContainsRegex("V.P.TABLE +SGN16.2. +4 +READ_WRITE")) << errors;
+  EXPECT_THAT(listed, ContainsRegex("V.P.TEXT +STRING +21 +READ_WRITE"));
+  EXPECT_THAT(listed, ContainsRegex("P12 +REAL64 +8 +READ_WRITE"));
+  EXPECT_EQ(listed, vars({"list", "--family", "V.P", "--family", "P", "--direct"}, direct));
+  EXPECT_THAT(vars({"read", "V.P.TEXT", "V.P.TABLE"}),
+              AllOf(ContainsRegex("STRING +READ_WRITE +\"part\""), HasSubstr("[7, -8]")));
+}
+
 TEST_F(VariablesOverTheFabric, ThatCannotBeReadSayWhichAndWhy) {
   Process cnc = start_cnc();
   Process gateway = start_gateway();

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "cnc/simulator/objects/answers.hpp"
+#include "cnc/simulator/objects/old_value.hpp"
 #include "cnc/simulator/objects/program_variables.hpp"
 
 namespace millrace::cnc::simulator::objects {
@@ -32,23 +33,34 @@ Result<nc::VariableInfo> by_index(VariableFamily family, const Context& at, Byte
 }
 
 /// An array's name comes with its largest index (IB/hmiviaads/15685595531, documented).
-Result<Bytes> name_of(const nc::VariableInfo& info) {
+std::string listed_name(const nc::VariableInfo& info) {
   std::string name = info.name;
   for (const std::size_t size : info.shape.dimensions) {
     name += fmt::format("[{}]", size - 1);
   }
-  return encode_buffer(name, program_name_size);
+  return name;
 }
 
-Result<Bytes> real_value(const Context& at, std::string_view name) {
+Result<Bytes> name_of(const nc::VariableInfo& info) {
+  return encode_buffer(listed_name(info), program_name_size);
+}
+
+/// A number as REAL64 (documented); a text as the other old functions have it, in 24 bytes, if it
+/// has at most 20 characters (our choice).
+Result<Bytes> old_value(const Context& at, std::string_view name) {
   const nc::VariableDirectory& variables = at.channel->program_variables();
   if (!variables.find(name)) {
     return tl::unexpected(at.machine.settings().answers.unknown_variable);
   }
   const auto value = variables.read(name);
-  const auto* number = value ? std::get_if<double>(&*value) : nullptr;
-  return number != nullptr ? Result<Bytes>(encode_f64(*number))
-                           : tl::unexpected(ErrorCode::invalid_data);
+  if (!value) {
+    return tl::unexpected(ErrorCode::invalid_data);
+  }
+  if (const auto* const text = std::get_if<std::string>(&*value)) {
+    return text->size() > old_text_characters ? tl::unexpected(ErrorCode::invalid_size)
+                                              : encode_buffer(*text, old_value_size);
+  }
+  return encode_f64(std::get<double>(*value));
 }
 
 /// The four functions of a family; three of them stand in a row.
@@ -69,7 +81,7 @@ void add_family(ObjectTable& table, std::string_view prefix, VariableFamily fami
                               .length = 8,
                               .exchange = [](const Context& at, BytesView in) {
                                 return decode_name(in).and_then(
-                                    [&](std::string_view name) { return real_value(at, name); });
+                                    [&](std::string_view name) { return old_value(at, name); });
                               }});
   table.add(name_offset + 2,
             {.name = fmt::format("{}-value by index", prefix),
@@ -77,7 +89,8 @@ void add_family(ObjectTable& table, std::string_view prefix, VariableFamily fami
              .length = 8,
              .exchange = [family](const Context& at, BytesView in) {
                return by_index(family, at, in).and_then([&](const nc::VariableInfo& info) {
-                 return real_value(at, info.name);
+                 // Of an array the element that it is listed by (our choice).
+                 return old_value(at, listed_name(info));
                });
              }});
 }

@@ -10,7 +10,7 @@ namespace {
 using ads::BytesView;
 
 /// VAR_STRING of the union.
-constexpr std::size_t text_size = 21;
+constexpr std::size_t text_size = old_text_characters + 1;
 
 /// The characters and their NUL, or all bytes where there is none.
 BytesView text_in(BytesView bytes) {

@@ -7,6 +7,8 @@
 namespace millrace::cnc::simulator::objects {
 
 inline constexpr std::size_t old_value_size = 24;
+/// Of its text, without the NUL.
+inline constexpr std::size_t old_text_characters = 20;
 
 /// A number stands at the front; a string of at most 20 characters and its NUL too. A longer string
 /// does not fit and is invalid_size (our choice).
