@@ -6,6 +6,7 @@
 
 #include "base/program/command_line.hpp"
 #include "base/program/log.hpp"
+#include "base/program/number_range.hpp"
 #include "base/text/number.hpp"
 #include "cnc/simulator/configuration.hpp"
 
@@ -84,7 +85,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--speed", options.speed,
                  "Speed of simulated motion and dwell: 1 = real time, 10 = ten times as fast, 0 = "
                  "without waiting")
-      ->check(CLI::NonNegativeNumber);
+      ->check(base::program::non_negative_number());
   app.add_option("--config", options.config, "Configuration file (cnc.textproto)")
       ->check(CLI::ExistingFile);
   app.add_option("--check", options.check,

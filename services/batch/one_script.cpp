@@ -1,6 +1,7 @@
 #include "services/batch/one_script.hpp"
 
 #include "base/program/command_tree.hpp"
+#include "base/program/number_range.hpp"
 #include "services/batch/answering.hpp"
 #include "services/batch/catalog.hpp"
 #include "services/sdk/command_line.hpp"
@@ -20,7 +21,7 @@ struct Flags {
 void add_flags(CLI::App& app, Flags& flags) {
   app.add_option("--exec", flags.program, "Program to run for each call")->required();
   app.add_option("--time-limit", flags.time_limit_ms, "Milliseconds it may run")
-      ->check(CLI::PositiveNumber)
+      ->check(base::program::positive_number())
       ->capture_default_str();
   app.add_flag("--accept-empty", flags.accept_empty, "Run it for an empty request, too");
   app.add_flag("--cut", flags.cut, "Answer with the first 127 bytes of longer output");

@@ -263,7 +263,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUse{{"--run", "1=" + program("message.nc"), "--run", "1=" + program("endless.nc")},
                  "channel 1 has a program already"},
         WrongUse{{"--exit-when-idle"}, "--exit-when-idle: no program is run"},
-        WrongUse{{"--speed", "-1"}, "--speed"},
+        WrongUse{{"--speed", "-1"}, "--speed: -1 is not allowed; expected 0 or a greater number"},
         WrongUse{{"--speed", "0.0001"}, "--speed 0.0001: expected 0 or at least 0.001"},
         WrongUse{{"--dir", "/no/such/folder"}, "--dir"},
         WrongUse{{"--config", "/no/such/file"}, "--config"},

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
+#include "base/program/number_range.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/snapshot.hpp"
@@ -63,7 +64,7 @@ DataOptions::DataOptions(CLI::App& command, const std::string& what)
       ->check(CLI::Range(std::uint16_t{1}, last_channel));
   command.add_flag("--watch", watch, "Go on, one line for each " + what);
   command.add_option("--count", count, "With --watch: end after so many")
-      ->check(CLI::PositiveNumber);
+      ->check(base::program::positive_number());
   add_duration(command, "--wait", wait, "Listen so long; 700ms unless given");
   add_json(command, json);
 }

@@ -1,4 +1,5 @@
 // millrace answer: answers a pending call in the service's place.
+#include "base/program/number_range.hpp"
 #include "base/text/cp1252.hpp"
 #include "tools/commands/operate/operate.hpp"
 
@@ -39,7 +40,7 @@ void add_answer(CLI::App& app, Chosen& chosen) {
   command.add_option("RESPONSE", options->response, "V.G.SERVICE.RESPONSE, at most 127 bytes")
       ->required();
   command.add_option("--state", options->state, "V.G.SERVICE.RESPONSE_STATE, not 0")
-      ->check(CLI::PositiveNumber)
+      ->check(base::program::positive_number())
       ->required();
   command.callback([options, &chosen] { chosen.run = [options] { return answer(*options); }; });
 }

@@ -4,6 +4,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/program/number_range.hpp"
 #include "base/text/cp1252.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/words.hpp"
@@ -168,13 +169,13 @@ void add_call(CLI::App& app, Chosen& chosen) {
   command.add_option("REQUEST", options->request, "V.G.SERVICE.REQUEST, at most 127 bytes")
       ->required();
   command.add_option("--state", options->state, "V.G.SERVICE.REQUEST_STATE, not 0")
-      ->check(CLI::PositiveNumber)
+      ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_option("--machine", options->machine,
                      "Choose the instance as for a call of this machine, and stand in its place if "
                      "no gateway serves it");
   command.add_option("--channel", options->channel, "And of this channel")
-      ->check(CLI::PositiveNumber)
+      ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_flag("--raw", options->raw, "Print the response and nothing else");
   command.callback([options, &chosen] { chosen.run = [options] { return call(*options); }; });

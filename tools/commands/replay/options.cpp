@@ -4,6 +4,7 @@
 #include <array>
 
 #include "base/program/command_line.hpp"
+#include "base/program/number_range.hpp"
 #include "tools/commands/arguments.hpp"
 #include "tools/commands/log/log.hpp"
 #include "tools/commands/subcommand.hpp"
@@ -59,7 +60,7 @@ void add_ways(CLI::App& command, Options& options) {
 
 void add_times(CLI::App& command, Options& options) {
   command.add_option("--rate", options.rate, "How many times as fast as recorded")
-      ->check(CLI::PositiveNumber)
+      ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_flag("--fast", options.fast,
                    "Without waiting; calls that ran one after the other still do");
@@ -105,7 +106,7 @@ Options::Options(CLI::App& command) : fabric(command, {.name = "millrace replay"
   command
       .add_option("--error-state", error_state,
                   "With --as-service: the state of the answer to a call that was not recorded")
-      ->check(CLI::PositiveNumber)
+      ->check(base::program::positive_number())
       ->capture_default_str();
   command.add_option("--listen", listen, "With --as-cnc: address and TCP port of the ADS server")
       ->capture_default_str();

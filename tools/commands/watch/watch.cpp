@@ -8,6 +8,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <fmt/format.h>
 
+#include "base/program/number_range.hpp"
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/command_line.hpp"
 #include "tools/commands/arguments.hpp"
@@ -128,7 +129,7 @@ void add_watch(CLI::App& app, Chosen& chosen) {
   auto options = std::make_shared<Options>(command);
   add_filter(command, options->filter);
   command.add_option("--count", options->count, "End after so many calls")
-      ->check(CLI::PositiveNumber);
+      ->check(base::program::positive_number());
   command.add_flag("--lines", options->lines, "Lines on a terminal, too");
   add_json(command, options->json);
   command.callback([options, &chosen] { chosen.run = [options] { return watch(*options); }; });
