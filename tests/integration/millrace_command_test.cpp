@@ -84,9 +84,9 @@ TEST_F(TheCommand, SaysHowTheLinkToEachControllerIs) {
     }
   }
   EXPECT_THAT(machines, HasSubstr("\"machine\":\"cnc\",\"connected\":true"));
-  EXPECT_THAT(machines, HasSubstr("\"channels\":2,\"poll_ms\":1E1"));
+  EXPECT_THAT(machines, HasSubstr("\"channels\":2,\"poll_ms\":10"));
   EXPECT_THAT(machines, Not(HasSubstr("\"requests_per_second\":0,")));
-  EXPECT_THAT(machines, Not(HasSubstr("\"round_trip_ms\":0E0")));
+  EXPECT_THAT(machines, Not(HasSubstr("\"round_trip_ms\":0,")));
   EXPECT_THAT(machines, HasSubstr("\"gateway_pid\":" + std::to_string(gateway.pid())));
   EXPECT_THAT(run({"machines"}).output(), HasSubstr("127.0.0.1.1.1"));
   cnc.kill();

@@ -2,11 +2,11 @@
 
 #include <array>
 
-#include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
 #include "base/text/quoted.hpp"
 #include "tools/print/entry_text.hpp"
+#include "tools/print/json.hpp"
 
 namespace millrace::tools::print {
 
@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 20> columns{
 
 std::string cell(const boost::json::value& value) {
   return base::text::csv_cell(value.is_string() ? std::string(value.get_string())
-                                                : boost::json::serialize(value));
+                                                : json_text(value));
 }
 
 }  // namespace

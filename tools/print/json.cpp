@@ -1,5 +1,7 @@
 #include "tools/print/json.hpp"
 
+#include <cmath>
+
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
@@ -10,6 +12,34 @@
 #include "tools/print/units.hpp"
 
 namespace millrace::tools::print {
+
+namespace {
+
+void append(std::string& text, const boost::json::value& value) {
+  if (const auto* const array = value.if_array()) {
+    text += '[';
+    for (const boost::json::value& each : *array) {
+      text += &each == array->data() ? "" : ",";
+      append(text, each);
+    }
+    text += ']';
+  } else if (const auto* const object = value.if_object()) {
+    text += '{';
+    bool first = true;
+    for (const auto& [key, each] : *object) {
+      text += (first ? "" : ",") + boost::json::serialize(boost::json::string(key)) + ':';
+      append(text, each);
+      first = false;
+    }
+    text += '}';
+  } else if (const auto* const number = value.if_double()) {
+    text += std::isfinite(*number) ? fmt::format("{}", *number) : "null";
+  } else {
+    text += boost::json::serialize(value);
+  }
+}
+
+}  // namespace
 
 void put_time(boost::json::object& out, std::string_view name, fabric::Time time) {
   if (time != fabric::Time{}) {
@@ -113,8 +143,14 @@ std::string utf8(std::string_view text) {
   return base::text::is_utf8(text) ? std::string(text) : base::text::to_utf8(text);
 }
 
+std::string json_text(const boost::json::value& value) {
+  std::string text;
+  append(text, value);
+  return text;
+}
+
 void print_json(const boost::json::value& value) {
-  fmt::print("{}\n", boost::json::serialize(value));
+  fmt::print("{}\n", json_text(value));
 }
 
 }  // namespace millrace::tools::print

@@ -31,6 +31,10 @@ std::string text_json(std::string_view cp1252);
 /// A text of the fabric; bytes that are no UTF-8 are taken as CP1252, so that the output is JSON.
 std::string utf8(std::string_view text);
 
+/// The text of a value, numbers as people write them: 10 and 0.1, where Boost.JSON's own text says
+/// 1E1 and 1E-1. One that is none is null.
+std::string json_text(const boost::json::value& value);
+
 /// One line to standard output.
 void print_json(const boost::json::value& value);
 

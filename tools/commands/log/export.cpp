@@ -2,7 +2,6 @@
 #include <fstream>
 #include <iostream>
 
-#include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 
 #include "base/program/command_line.hpp"
@@ -10,6 +9,7 @@
 #include "tools/commands/log/log.hpp"
 #include "tools/print/entry_csv.hpp"
 #include "tools/print/entry_text.hpp"
+#include "tools/print/json.hpp"
 #include "tools/recording/reader.hpp"
 
 namespace millrace::tools::commands::log {
@@ -33,7 +33,7 @@ int write(const ExportOptions& options, std::ostream& out) {
     });
   } else {
     read = recording::read_entries(source, options.filter, [&](const recording::Entry& entry) {
-      out << boost::json::serialize(print::json_of(entry)) << '\n';
+      out << print::json_text(print::json_of(entry)) << '\n';
     });
   }
   out.flush();

@@ -1,7 +1,6 @@
 #include "tools/web/http/message.hpp"
 
 #include <boost/json/object.hpp>
-#include <boost/json/serialize.hpp>
 
 #include "tools/print/json.hpp"
 
@@ -9,7 +8,7 @@ namespace millrace::tools::web::http {
 
 Response json_response(const boost::json::value& value, unsigned status) {
   return {.status = status,
-          .body = std::make_shared<const std::string>(boost::json::serialize(value) + "\n"),
+          .body = std::make_shared<const std::string>(print::json_text(value) + "\n"),
           // What is there now is told now.
           .headers = {{"Cache-Control", "no-store"}}};
 }

@@ -7,12 +7,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/json/serialize.hpp>
 
 #include "base/loop/watchdog.hpp"
 #include "base/posix/host.hpp"
 #include "fabric/observer/observer.hpp"
 #include "tools/bus/operator.hpp"
+#include "tools/print/json.hpp"
 #include "tools/web/gate/gate.hpp"
 #include "tools/web/live/examiner.hpp"
 #include "tools/web/live/process.hpp"
@@ -111,7 +111,7 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
       server(io.get_executor(), options.server, site, log),
       observer(participant, io.get_executor(), *this, fabric::observer::Interest::everything) {
   server.on_greeting(
-      [this] { return event_text("snapshot", boost::json::serialize(plant.snapshot(now()))); });
+      [this] { return event_text("snapshot", print::json_text(plant.snapshot(now()))); });
 }
 
 std::optional<gate::Gate> Web::Impl::make_gate() {
@@ -185,7 +185,7 @@ void Web::Impl::schedule_tick() {
     }
     plant.set_counts(observer.counts());
     if (const auto changes = plant.changes(now())) {
-      server.publish("changes", boost::json::serialize(*changes));
+      server.publish("changes", print::json_text(*changes));
     }
     schedule_tick();
   });

@@ -1,10 +1,10 @@
 #include "tools/print/call_text.hpp"
 
-#include <boost/json/serialize.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/print/json.hpp"
 
 namespace millrace::tools::print {
 namespace {
@@ -50,13 +50,13 @@ TEST(ACallInOneLine, TellsHowItEndedIfNotByAnAnswer) {
 }
 
 TEST(ACallAsJson, NamesWhatIsKnown) {
-  EXPECT_EQ(boost::json::serialize(json_of(answered())),
+  EXPECT_EQ(json_text(json_of(answered())),
             R"({"call":"5f-17","machine":"cnc","channel":1,)"
             R"("uuid":"560aacbf-6335-44a9-895a-8b27f3ed5e47","end":"written","attempt":1,)"
             R"("request":"2","request_state":1,"response":"1.414214","response_state":1,)"
             R"("instance":"01000000-0000-0000-0000-000000000000","name":"sq1","host":"hall",)"
             R"("seen":"2026-03-01T07:00:00.000000Z","ended":"2026-03-01T07:00:00.007100Z",)"
-            R"("duration_ms":7.1E0,"detail":"","replayed":false})");
+            R"("duration_ms":7.1,"detail":"","replayed":false})");
 }
 
 }  // namespace
