@@ -170,7 +170,8 @@ std::vector<DataType> Symbols::types(std::uint16_t port, const std::vector<Symbo
     for (const DataItem& item : type->items) {
       names.push_back(item.type);
     }
-    found.emplace(type->name, *std::move(type));
+    std::string key = type->name;
+    found.emplace(std::move(key), *std::move(type));
   }
   std::vector<DataType> all;
   all.reserve(found.size());

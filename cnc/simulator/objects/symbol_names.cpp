@@ -94,6 +94,7 @@ std::optional<ads::Symbol> SymbolNames::find_variable(const VirtualChannel& chan
   std::string type = iec_name(declaration.element);
   if (!declaration.dimensions.empty()) {
     std::vector<ads::ArrayBounds> bounds;
+    bounds.reserve(declaration.dimensions.size());
     for (const std::uint32_t elements : declaration.dimensions) {
       bounds.push_back({0, elements});
     }
