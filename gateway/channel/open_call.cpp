@@ -280,7 +280,7 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
   }
   out.put(Freed{call_.id, written});
   ++(written ? out.counters().answered : out.counters().withdrawn);
-  if (out.hears(Level::info)) {
+  if (out.hears(Level::debug)) {
     say_over(written, detail, out, now);
   }
   return {call_.id, written, written ? call_.answer->instance : fabric::InstanceId{}};
@@ -291,9 +291,10 @@ void OpenCall::say_over(bool written, const std::string& detail, ChannelOutput& 
   const std::string took =
       age_known_ ? after(std::chrono::nanoseconds(now.steady - *since_)) : std::string();
   const std::string uuid = printable(call_.request.uuid);
-  out.say(Level::info, written ? fmt::format("{} of {} answered with state {}{}", name(), uuid,
-                                             call_.answer->state, took)
-                               : fmt::format("{} of {} is over{}: {}", name(), uuid, took, detail));
+  out.say(Level::debug, written
+                            ? fmt::format("{} of {} answered with state {}{}", name(), uuid,
+                                          call_.answer->state, took)
+                            : fmt::format("{} of {} is over{}: {}", name(), uuid, took, detail));
 }
 
 void OpenCall::note_unasked(ChannelOutput& out) const {

@@ -63,6 +63,14 @@ struct ChannelAction {
 };
 using ChannelActions = std::vector<ChannelAction>;
 
+/// What became of the calls of all channels since the start.
+struct CallCounts {
+  std::uint64_t answered = 0;
+  /// With an error in the service's place.
+  std::uint64_t failed = 0;
+  std::uint64_t withdrawn = 0;
+};
+
 class CallControl {
  public:
   /// `ledger` is what the journal adds up to; its numbers must have an epoch.
@@ -87,6 +95,7 @@ class CallControl {
   void inherit(const fabric::ChannelKey& key, Inheritance inheritance);
   /// The channels of a machine that have a session, also those that are leaving.
   [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const;
+  [[nodiscard]] CallCounts counts() const;
   /// New paces at once, new policies for calls that are claimed from now on.
   ChannelActions change(std::map<std::string, Pace> paces, Policies policies, Moment now);
 
@@ -177,6 +186,8 @@ class CallControl {
   std::unordered_map<fabric::ChannelKey, channel::ChannelSession*, fabric::ChannelKeyHash> index_;
   /// Sessions that are retired or released, until they are over.
   std::set<fabric::ChannelKey> leaving_;
+  /// Of channels that have left.
+  CallCounts left_counts_;
   /// By canonical UUID: with two gateways that lose each other more than one may be left.
   std::map<fabric::ChannelKey, std::map<std::string, Inheritance>> inherited_;
   /// The gateway that had a channel before us, by its epoch: its calls there are over.

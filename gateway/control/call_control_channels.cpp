@@ -6,6 +6,24 @@
 
 namespace millrace::gateway::control {
 
+namespace {
+
+void add(CallCounts& counts, const fabric::ChannelStatus& status) {
+  counts.answered += status.answered;
+  counts.failed += status.failed;
+  counts.withdrawn += status.withdrawn;
+}
+
+}  // namespace
+
+CallCounts CallControl::counts() const {
+  CallCounts counts = left_counts_;
+  for (const auto& [key, session] : sessions_) {
+    add(counts, session.status());
+  }
+  return counts;
+}
+
 channel::ChannelSession& CallControl::open(const fabric::ChannelKey& key) {
   channel::ChannelSession& session =
       sessions_.try_emplace(key, key, pace_of(key.machine), &commons_).first->second;
@@ -151,6 +169,7 @@ ChannelActions CallControl::finish() {
   for (auto it = leaving_.begin(); it != leaving_.end();) {
     if (sessions_.at(*it).is_over()) {
       withdraw(answered_.take(*it));
+      add(left_counts_, sessions_.at(*it).status());
       out_.push_back({*it, Hide{}});
       index_.erase(*it);
       predecessors_.erase(*it);

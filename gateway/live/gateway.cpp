@@ -129,9 +129,27 @@ void Gateway::Impl::tell_load() {
       machines.tell_load();
       queues.tell_numbers();
       tell_left_out();
+      tell_calls();
       tell_load();
     }
   });
+}
+
+void Gateway::Impl::tell_calls() {
+  constexpr std::chrono::seconds period{60};
+  if (now().steady - calls_told_at < period) {
+    return;
+  }
+  calls_told_at = now().steady;
+  const control::CallCounts counts = control.counts();
+  const control::CallCounts before = std::exchange(calls_told, counts);
+  const std::uint64_t answered = counts.answered - before.answered;
+  const std::uint64_t withdrawn = counts.withdrawn - before.withdrawn;
+  if (answered + withdrawn > 0) {
+    log->info("{} {} answered in {} s, {} with an error; {} withdrawn", answered,
+              answered == 1 ? "call" : "calls", period.count(), counts.failed - before.failed,
+              withdrawn);
+  }
 }
 
 void Gateway::Impl::tell_left_out() {

@@ -60,6 +60,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void tell_load();
   /// How often what was said once has happened since.
   void tell_left_out();
+  void tell_calls();
   void notice_journal(const std::string& trouble);
   void arm_timer();
 
@@ -156,6 +157,9 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   machines::StallDetector stall;
   boost::asio::steady_timer stall_timer;
   boost::asio::steady_timer load_timer;
+  /// What the log has of calls, once a minute.
+  control::CallCounts calls_told;
+  SteadyTime calls_told_at = std::chrono::steady_clock::now();
   machines::GatewayIdentity own;
   fabric::dds::Participant participant;
   fabric::ends::CallEnd call_end;

@@ -102,7 +102,7 @@ class AHostileParticipant : public testing::Test {
       flags.insert(flags.end(), {"--run", std::to_string(channel) + "=" + program});
     }
     cnc.emplace(chain.cnc(flags));
-    gateway.emplace(chain.gateway());
+    gateway.emplace(chain.gateway({"--log-level", "debug"}));
     gateway->await_error("call .* answered with state", allowed);
   }
 

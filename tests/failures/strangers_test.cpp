@@ -88,7 +88,7 @@ class AStranger : public testing::Test {
       flags.insert(flags.end(), {"--run", std::to_string(channel) + "=" + program});
     }
     cnc.emplace(chain.cnc(flags));
-    gateway.emplace(chain.gateway());
+    gateway.emplace(chain.gateway({"--log-level", "debug"}));
     gateway->await_error("call .* answered with state");
     for (int i = 0; i < 2; ++i) {
       const std::string id = gateway

@@ -94,13 +94,15 @@ TEST_F(BadgeTest, ABadgeOfAMachineCountsForItsMessageQueues) {
   Process service = sut.slow_service(flags);
   Process cnc = sut.cnc(
       {"--config", config.string(), "--run", Chain::program(1, "messages.nc"), "--exit-when-idle"});
+  Flags of_gateway = sut.as("gateway-1");
+  of_gateway.insert(of_gateway.end(), {"--log-level", "debug"});
   Process gateway = sut.configured_gateway(
       fmt::format(
           "machine {{ name: \"cnc\" host: \"127.0.0.1\" port: @PORT@ net_id: "
           "\"127.0.0.1.1.1\" queue {{ name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"{}\" "
           "}} }}\njournal {{ folder: \"{}\" }}\n",
           root_uuid, (sut.folder() / "journal").string()),
-      sut.as("gateway-1"));
+      of_gateway);
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output() << gateway.error_output();
   gateway.await_error("call .* answered with state");
   EXPECT_THAT(gateway.error_output() + service.error_output(), Not(HasSubstr("does not name")));

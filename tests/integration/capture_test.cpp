@@ -116,7 +116,8 @@ class WhoListensOnTheWire : public testing::Test {
     const TrustMaterial plant(chain_.folder(), {uuid}, protection);
     Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
     Process cnc = chain_.cnc({"--channels", "1", "--run", "1=" + secretive_program()});
-    Process gateway = chain_.gateway({"--fabric-config", plant.profile("gateway")});
+    Process gateway =
+        chain_.gateway({"--fabric-config", plant.profile("gateway"), "--log-level", "debug"});
     gateway.await_error("answered with state");
     Capture sut;
     await("packets of calls", [&] { return sut.packets() > 200; });
