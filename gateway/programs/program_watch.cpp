@@ -13,6 +13,7 @@ using fabric::Value;
 namespace {
 
 constexpr const char* not_seen = "seen when the link was back";
+constexpr const char* found_so = "found so when the gateway began to watch";
 
 const Value* good(const DataSample& sample, const std::string& name) {
   const auto found = std::ranges::find(sample.values, name, &Value::name);
@@ -84,10 +85,10 @@ std::vector<ProgramEvent> ProgramWatch::on_sample(const DataSample& sample) {
   }
   if (last_) {
     step(*last_, *now, events);
-  } else if (runs(now->state)) {
-    program_ = now->name;
+  } else {
+    begin(*now, events);
   }
-  if (blind_) {
+  if (last_ && blind_) {
     for (ProgramEvent& event : events) {
       event.detail = not_seen;
     }
@@ -98,6 +99,21 @@ std::vector<ProgramEvent> ProgramWatch::on_sample(const DataSample& sample) {
   blind_ = false;
   last_ = *now;
   return events;
+}
+
+void ProgramWatch::begin(const Look& now, std::vector<ProgramEvent>& events) {
+  program_ = runs(now.state) || now.state == State::error ? now.name : std::string();
+  if (runs(now.state)) {
+    events.push_back(event(ProgramEventKind::started, now));
+  }
+  if (now.state == State::hold) {
+    events.push_back(event(ProgramEventKind::held, now));
+  } else if (now.state == State::error) {
+    events.push_back(event(ProgramEventKind::aborted, now));
+  }
+  for (ProgramEvent& found : events) {
+    found.detail = found_so;
+  }
 }
 
 void ProgramWatch::step(const Look& before, const Look& now, std::vector<ProgramEvent>& events) {
@@ -114,14 +130,23 @@ void ProgramWatch::step(const Look& before, const Look& now, std::vector<Program
     events.push_back(event(ProgramEventKind::resumed, now));
   } else if (runs(before.state) && !runs(now.state)) {
     events.push_back(event(end_of(before, now), now));
-    started_ = {};
-    program_.clear();
+    if (now.state != State::error) {
+      forget_run();
+    }
   } else if (before.state != State::error && now.state == State::error) {
     // It began and failed between two looks.
     program_ = now.name;
     events.push_back(event(ProgramEventKind::aborted, now));
-    program_.clear();
+  } else if (before.state == State::error && now.state != State::error) {
+    // Somebody has cleared the error: the aborted run needs nobody from here on.
+    events.push_back(event(ProgramEventKind::reset, now));
+    forget_run();
   }
+}
+
+void ProgramWatch::forget_run() {
+  started_ = {};
+  program_.clear();
 }
 
 ProgramEventKind ProgramWatch::end_of(const Look& before, const Look& now) const {

@@ -9,7 +9,8 @@
 // (cnc/variables/objects.hpp). What state a channel is in after a program's end is not documented:
 // from active to ready or selected in the same mode counts as an end, so that an NC reset which
 // leaves the mode as it is looks like one. From hold nothing ends by itself, so there it is a
-// reset. What begins and ends between two looks is not seen.
+// reset, and so it is from error to anything but a program that runs. What begins and ends between
+// two looks is not seen. What runs, or stands in an error, at the first look is told as found.
 #pragma once
 
 #include <optional>
@@ -69,7 +70,10 @@ class ProgramWatch {
 
   static bool runs(State state) { return state == State::active || state == State::hold; }
   [[nodiscard]] std::optional<Look> look_of(const fabric::DataSample& sample) const;
+  /// The first look.
+  void begin(const Look& now, std::vector<fabric::ProgramEvent>& events);
   void step(const Look& before, const Look& now, std::vector<fabric::ProgramEvent>& events);
+  void forget_run();
   [[nodiscard]] fabric::ProgramEventKind end_of(const Look& before, const Look& now) const;
   fabric::ProgramEvent event(fabric::ProgramEventKind kind, const Look& now) const;
 
@@ -79,7 +83,7 @@ class ProgramWatch {
   std::optional<Look> last_;
   /// The controller did not answer since.
   bool blind_ = false;
-  /// Of the run that is under way.
+  /// Of the run that is under way, or was aborted and not yet cleared.
   fabric::Time started_{};
   std::string program_;
 };

@@ -149,6 +149,14 @@ test('a call that runs beyond its time is worth a look', () => {
   assert.equal(stateOf({ ...channel, reason: '' }), 'running');
 });
 
+test('a program that was aborted needs a person, one on hold is worth a look, and a call that needs one comes first', () => {
+  const aborted = { state: 'aborted', name: 'good.nc', error: 455, since: iso(noon - 5000) };
+  const plant = [machine([{ channel_state: 'idle', program: aborted }, { channel_state: 'idle', program: { ...aborted, state: 'held' } },
+    { channel_state: 'unserved', program: aborted }, { channel_state: 'running', program: { ...aborted, state: 'running' } }])];
+  assert.deepEqual(kinds(plant, 10_000), [['cnc/3', 'unserved', 'person'], ['cnc/1', 'aborted', 'person'], ['cnc/2', 'stopped', 'look']]);
+  assert.equal(assess(plant, noon).concerns.find(({ kind }) => kind === 'aborted').since, noon - 5000);
+});
+
 test('a link that is down is one concern with all its channels, since the link went', () => {
   const links = [{ connected: false, since: iso(noon - 5000), reason: 'refused', gateway_host: 'here' }];
   const plant = [machine([{ channel_state: 'link down' }, { channel_state: 'link down' }], links)];

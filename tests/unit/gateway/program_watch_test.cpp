@@ -100,7 +100,19 @@ TEST_F(AProgramWatch, TellsOfAnErrorWithItsNumber) {
   EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
   EXPECT_EQ(last.error, 21462U);
   EXPECT_EQ(last.at - last.started, 1s);
-  EXPECT_THAT(see(selected), IsEmpty());
+}
+
+TEST_F(AProgramWatch, TellsThatAnErrorIsClearedUnlessAProgramStarts) {
+  see(ready);
+  see(active);
+  const Time start = now;
+  see(error);
+  EXPECT_THAT(see(error), IsEmpty());
+  EXPECT_THAT(see(selected), ElementsAre(ProgramEventKind::reset));
+  EXPECT_EQ(last.started, start);
+  EXPECT_EQ(last.program, "demo.nc");
+  EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
+  EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
 }
 
 TEST_F(AProgramWatch, TellsOfAnErrorOfAProgramThatItNeverSawRun) {
@@ -137,11 +149,26 @@ TEST_F(AProgramWatch, TakesWhatIsTakenAwayForAReset) {
   EXPECT_THAT(see(0), ElementsAre(ProgramEventKind::reset));
 }
 
-TEST_F(AProgramWatch, SaysNothingOfWhatRanBeforeItCameButOfItsEnd) {
-  EXPECT_THAT(see(active), IsEmpty());
+TEST_F(AProgramWatch, TellsOfWhatRunsWhenItBeginsToWatch) {
+  EXPECT_THAT(see(active), ElementsAre(ProgramEventKind::started));
+  EXPECT_EQ(last.started, Time{});
+  EXPECT_EQ(last.program, "demo.nc");
+  EXPECT_EQ(last.detail, "found so when the gateway began to watch");
   EXPECT_THAT(see(ready), ElementsAre(ProgramEventKind::ended));
   EXPECT_EQ(last.started, Time{});
   EXPECT_EQ(last.program, "demo.nc");
+  EXPECT_EQ(last.detail, "");
+}
+
+TEST_F(AProgramWatch, TellsOfWhatIsHeldWhenItBeginsToWatch) {
+  EXPECT_THAT(see(hold), ElementsAre(ProgramEventKind::started, ProgramEventKind::held));
+}
+
+TEST_F(AProgramWatch, TellsOfAnErrorThatIsThereWhenItBeginsToWatch) {
+  lose_link();
+  EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
+  EXPECT_EQ(last.error, 21462U);
+  EXPECT_EQ(last.detail, "found so when the gateway began to watch");
 }
 
 TEST_F(AProgramWatch, SaysWhatItFoundWhenTheLinkWasBack) {

@@ -85,7 +85,15 @@ void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
   const bool is_end = event.kind == ProgramEventKind::ended ||
                       event.kind == ProgramEventKind::aborted ||
                       event.kind == ProgramEventKind::reset;
-  if (is_end && event.at > received - late) {
+  // An error that is cleared, or that the next gateway found, ends no other run.
+  const auto before = last_events_.find(event.key);
+  const bool is_of_the_same_run = before != last_events_.end() &&
+                                  before->second == ProgramEventKind::aborted &&
+                                  event.kind != ProgramEventKind::ended;
+  if (channel != 0) {
+    last_events_.insert_or_assign(event.key, event.kind);
+  }
+  if (is_end && !is_of_the_same_run && event.at > received - late) {
     ++runs_[{machine, channel, std::string(name_of(event.kind))}];
   }
 }

@@ -78,6 +78,7 @@ class Metrics {
   std::map<CallLabels, std::uint64_t> calls_;
   std::map<std::pair<std::string, recording::Hop>, Buckets> durations_;
   std::map<ProgramLabels, std::uint64_t> runs_;
+  std::map<fabric::ChannelKey, fabric::ProgramEventKind> last_events_;
 };
 
 }  // namespace millrace::tools::web::metrics

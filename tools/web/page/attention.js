@@ -9,12 +9,13 @@ const unservedGraceMs = 2000;
 const waitingLookMs = 5000;
 const waitingPersonMs = 60_000;
 
-const rank = { held: 0, gone: 1, 'link down': 2, unserved: 3, trouble: 4, stuck: 5, waiting: 6 };
+const rank = { held: 0, gone: 1, 'link down': 2, unserved: 3, aborted: 4, trouble: 5, stuck: 6, waiting: 7, stopped: 8 };
 
 /** The shape of each state or kind of concern, in shapes.js. */
 export const shapeOf = {
   idle: 'idle', running: 'running', answering: 'answering', waiting: 'waiting', unserved: 'unserved', held: 'held',
   'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown', trouble: 'look',
+  aborted: 'down', stopped: 'held',
 };
 
 /** What a channel shows: its state, or what is said of it instead. */
@@ -29,7 +30,15 @@ export function stateOf(channel) {
   if (channel.channel_state === 'running' && channel.reason) {
     return 'stuck';
   }
-  return channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
+  const state = channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
+  // A call that needs a person may be why its program was aborted: the cause comes first.
+  if (levelOf(state) === 'person' && state !== 'waiting') {
+    return state;
+  }
+  if (channel.program?.state === 'aborted') {
+    return 'aborted';
+  }
+  return state === 'idle' && channel.program?.state === 'held' ? 'stopped' : state;
 }
 
 /** How a state looks from afar: "fine", "look" or "person". */
@@ -39,10 +48,12 @@ export function levelOf(state, ageMs = Infinity) {
     case 'gone':
     case 'link down':
     case 'unserved':
+    case 'aborted':
       return 'person';
     case 'waiting':
       return ageMs < waitingLookMs ? 'fine' : ageMs < waitingPersonMs ? 'look' : 'person';
     case 'stuck':
+    case 'stopped':
     case 'unknown':
       return 'look';
     default:
@@ -58,7 +69,12 @@ export function sinceOf(channel, state, links) {
       return Math.max(...times);
     }
   }
-  return milliseconds(channel.since);
+  return milliseconds(isOfProgram(state) ? channel.program.since : channel.since);
+}
+
+/** The state is of the NC program, not of its call. */
+export function isOfProgram(state) {
+  return state === 'aborted' || state === 'stopped';
 }
 
 function concernOf(machine, channel, now) {
@@ -70,7 +86,7 @@ function concernOf(machine, channel, now) {
     return null;
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
-  const reason = (state === 'gone' || state === 'link down') ? link?.reason || channel.reason : channel.reason;
+  const reason = (state === 'gone' || state === 'link down') ? link?.reason || channel.reason : isOfProgram(state) ? '' : channel.reason;
   return { machine: machine.name, channels: [channel], kind: state, level, since, reason: reason ?? '' };
 }
 

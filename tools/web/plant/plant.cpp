@@ -29,6 +29,7 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
   }
   if (const auto* event = std::get_if<fabric::ProgramEvent>(&entry.sample)) {
     programs_.add(*event, entry.at);
+    channels_changed_.insert(event->key);
     return nullptr;
   }
   if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
@@ -38,6 +39,10 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
       add(said->notice);
     }
     return nullptr;
+  }
+  if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample);
+      machine != nullptr && has_another_gateway(*machine)) {
+    programs_.begin_anew(machine->machine);
   }
   live_.add(entry);
   const EndedCall* ended = book_.add(entry);

@@ -87,6 +87,8 @@ class Plant {
   void add_news(const recording::InstanceNews& news);
   void add_link(const fabric::MachineStatus& status, fabric::Time received);
   void add_ended(const EndedCall& ended, const fabric::Moment& now);
+  /// It is the first that a gateway tells of its machine, which another one had before.
+  [[nodiscard]] bool has_another_gateway(const fabric::MachineStatus& status) const;
   void mark_all_of(const std::string& machine);
   void mark_what_moves(const fabric::Moment& now);
   void end_steps(const fabric::Moment& now);

@@ -20,6 +20,19 @@ void put_duration(boost::json::object& out, const char* name,
   }
 }
 
+boost::json::object program_json(const ProgramBook::Condition& program) {
+  using Kind = ProgramBook::Condition::Kind;
+  boost::json::object out{{"state", program.kind == Kind::aborted  ? "aborted"
+                                    : program.kind == Kind::stands ? "held"
+                                                                   : "running"},
+                          {"name", print::text_json(program.event.program)}};
+  if (program.event.error != 0) {
+    out["error"] = program.event.error;
+  }
+  print::put_time(out, "since", program.event.at);
+  return out;
+}
+
 }  // namespace
 
 bool Plant::is_former(const fabric::MachineStatus& status) const {
@@ -34,6 +47,13 @@ bool Plant::is_former(const fabric::MachineStatus& status) const {
     }
   }
   return false;
+}
+
+bool Plant::has_another_gateway(const fabric::MachineStatus& status) const {
+  const auto known = live_.machines().lower_bound({status.machine, {}});
+  const bool had_one = known != live_.machines().end() && known->first.first == status.machine;
+  return had_one && !status.host.empty() && link_of(status.machine) != "up" &&
+         !live_.machines().contains({status.machine, status.gateway});
 }
 
 std::string_view Plant::link_of(const std::string& machine) const {
@@ -86,6 +106,9 @@ boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
     out["request"] = print::text_json(*call->second.request);
     out["request_state"] = call->second.request_state;
     print::put_time(out, "seen", call->second.seen);
+  }
+  if (const auto program = programs_.condition(status.key)) {
+    out["program"] = program_json(*program);
   }
   const auto pace = channel_pace_.find(status.key);
   const Figures figures =

@@ -29,6 +29,9 @@ void ProgramBook::add(const ProgramEvent& event, fabric::Time received) {
   Channel& channel = channels_[event.key];
   channel.last = event;
   channel.received = received;
+  if (is_about_an_aborted_run(channel, event)) {
+    return;
+  }
   Run& run = run_of(channel, event);
   // What was known of it is not forgotten where an event does not say it again.
   ProgramEvent told = event;
@@ -52,6 +55,25 @@ void ProgramBook::add(const ProgramEvent& event, fabric::Time received) {
       run.holds.pop_front();
     }
   }
+}
+
+/// What a gateway tells of a run that was aborted: that its error is cleared, or that it found it.
+bool ProgramBook::is_about_an_aborted_run(Channel& channel, const ProgramEvent& event) {
+  if (channel.runs.empty() || channel.runs.back().event.kind != ProgramEventKind::aborted) {
+    return false;
+  }
+  Run& run = channel.runs.back();
+  const bool is_of_it = event.started == fabric::Time{} || event.started == run.event.started;
+  if (event.kind == ProgramEventKind::reset && is_of_it) {
+    run.is_cleared = true;
+    return true;
+  }
+  if (event.kind == ProgramEventKind::aborted && event.started == fabric::Time{} &&
+      !run.is_cleared) {
+    run.is_stale = false;
+    return true;
+  }
+  return false;
 }
 
 ProgramBook::Run& ProgramBook::run_of(Channel& channel, const ProgramEvent& event) const {
@@ -85,6 +107,31 @@ void ProgramBook::silence(const std::string& machine) {
       runs.back().is_unknown = true;
     }
   }
+}
+
+void ProgramBook::begin_anew(const std::string& machine) {
+  for (auto channel = channels_.lower_bound({machine, 0});
+       channel != channels_.end() && channel->first.machine == machine; ++channel) {
+    if (!channel->second.runs.empty()) {
+      channel->second.runs.back().is_stale = true;
+    }
+  }
+}
+
+std::optional<ProgramBook::Condition> ProgramBook::condition(const fabric::ChannelKey& key) const {
+  const auto channel = channels_.find(key);
+  if (channel == channels_.end() || channel->second.runs.empty()) {
+    return std::nullopt;
+  }
+  const Run& run = channel->second.runs.back();
+  const bool is_aborted = run.event.kind == ProgramEventKind::aborted;
+  if (run.is_unknown || (run.ended && (!is_aborted || run.is_cleared || run.is_stale))) {
+    return std::nullopt;
+  }
+  return Condition{is_aborted                                 ? Condition::Kind::aborted
+                   : run.event.kind == ProgramEventKind::held ? Condition::Kind::stands
+                                                              : Condition::Kind::runs,
+                   run.event};
 }
 
 void ProgramBook::add_machines(std::set<std::string>& names) const {

@@ -44,6 +44,17 @@ class ProgramBook {
   void add(const fabric::ProgramEvent& event, fabric::Time received);
   /// No gateway of the machine is heard: what becomes of the runs that are under way nobody knows.
   void silence(const std::string& machine);
+  /// Another gateway has the machine: an error that still stands it tells again.
+  void begin_anew(const std::string& machine);
+
+  /// What the channel's program is doing, as far as somebody should know of it.
+  struct Condition {
+    enum class Kind : std::uint8_t { runs, stands, aborted };
+    Kind kind = Kind::runs;
+    fabric::ProgramEvent event{};
+  };
+  /// Nothing where no program runs and none was aborted, or nobody knows.
+  [[nodiscard]] std::optional<Condition> condition(const fabric::ChannelKey& key) const;
 
   /// The last event of each channel, with the fields of `millrace programs --json`.
   [[nodiscard]] boost::json::array last(const ProgramFilter& filter) const;
@@ -64,6 +75,10 @@ class ProgramBook {
     fabric::ProgramEvent event{};
     std::optional<fabric::Time> ended{};
     bool is_unknown = false;
+    /// It was aborted, and somebody has cleared the error since.
+    bool is_cleared = false;
+    /// Its gateway is gone; the next one has not told of it yet.
+    bool is_stale = false;
     std::deque<Hold> holds{};
   };
   struct Channel {
@@ -73,6 +88,7 @@ class ProgramBook {
     std::deque<Run> runs{};
   };
 
+  static bool is_about_an_aborted_run(Channel& channel, const fabric::ProgramEvent& event);
   Run& run_of(Channel& channel, const fabric::ProgramEvent& event) const;
   [[nodiscard]] static bool takes(const ProgramFilter& filter, const fabric::ChannelKey& key);
   [[nodiscard]] static boost::json::object json_of(const Run& run);

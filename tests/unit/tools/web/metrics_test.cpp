@@ -189,6 +189,11 @@ TEST_F(TheMetrics, CountProgramsThatAreOverButNotThoseOfBeforeOrOfAReplay) {
   tell(ProgramEventKind::aborted, 19'500);
   tell(ProgramEventKind::aborted, 19'500, true);
   EXPECT_THAT(text(), HasSubstr("channel=\"1\",result=\"aborted\"} 1\n"));
+  // The next gateway finds the error, and somebody clears it.
+  tell(ProgramEventKind::aborted, 19'600);
+  tell(ProgramEventKind::reset, 19'700);
+  EXPECT_THAT(text(), HasSubstr("channel=\"1\",result=\"aborted\"} 1\n"));
+  EXPECT_THAT(text(), HasSubstr("channel=\"1\",result=\"reset\"} 0\n"));
 }
 
 TEST_F(TheMetrics, CountProgramsOfNoMoreChannelsThanTheyHaveRoomFor) {

@@ -144,6 +144,30 @@ TEST_F(APlant, SaysWhetherAChannelsGatewayIsThere) {
   EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("link"), "gone");
 }
 
+TEST_F(APlant, SaysThatTheProgramOfAChannelWasAborted) {
+  add({channel(fabric::ChannelState::idle)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  EXPECT_FALSE(first(sut.snapshot(after(0)), "channels").contains("program"));
+  const fabric::ProgramEvent aborted{.key = {"cnc", 1},
+                                     .kind = fabric::ProgramEventKind::aborted,
+                                     .at = at(0),
+                                     .program = "good.nc",
+                                     .error = 455};
+  add({{.at = at(0), .sample = aborted}});
+  const auto changes = sut.changes(after(1000));
+  ASSERT_TRUE(changes);
+  const auto told = first(*changes, "channels").at("program").as_object();
+  EXPECT_EQ(told.at("state"), "aborted");
+  EXPECT_EQ(told.at("name"), "good.nc");
+  EXPECT_EQ(told.at("error"), 455);
+  // That of its gateway may be heard of later than the program.
+  add({machine(1, "gw")});
+  EXPECT_TRUE(first(sut.snapshot(after(1500)), "channels").contains("program"));
+  // The next gateway tells of it again if it still stands.
+  add({machine(1, "", false), machine(2, "gw")});
+  EXPECT_FALSE(first(sut.snapshot(after(2000)), "channels").contains("program"));
+}
+
 TEST_F(APlant, ForgetsAMachinesFormerGatewayWhenItHasAnother) {
   add({machine(1, "gw")});
   ASSERT_TRUE(sut.changes(after(0)));

@@ -1,5 +1,5 @@
 // One thing that needs a person: where, what, since when, why, what to do, who.
-import { concernName } from '../attention.js';
+import { concernName, isOfProgram } from '../attention.js';
 import { element, replace, setAttribute, setText } from '../dom.js';
 import { age, moment } from '../time.js';
 import { words } from '../words.js';
@@ -18,7 +18,13 @@ function quoted(word) {
 }
 
 /** What the call of a channel is, in one line of pairs. */
-function callFacts(channel) {
+function callFacts(channel, kind) {
+  if (isOfProgram(kind)) {
+    return [
+      channel.program.name && [words.plant.program, visible(channel.program.name)],
+      channel.program.error && [words.plant.error, String(channel.program.error)],
+    ].filter(Boolean);
+  }
   const service = channel.service || channel.uuid;
   return [
     service && [words.plant.service, visible(service)],
@@ -56,7 +62,7 @@ export function concernCard(app) {
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
       const channel = concern.channels.length === 1 ? concern.channels[0] : {};
       const fresh = JSON.stringify([concern.kind, concern.reason, concern.todo, channel.call, channel.attempt, channel.service, channel.uuid,
-        channel.request, channel.name, channel.host, app.session.describe()]);
+        channel.request, channel.name, channel.host, channel.program, app.session.describe()]);
       if (fresh !== shown) {
         shown = fresh;
         replace(body, ...bodyOf(app, concern, channel));
@@ -68,6 +74,7 @@ export function concernCard(app) {
 function bodyOf(app, concern, channel) {
   const advice = words.advice[concern.kind];
   const isOperators = concern.kind === 'held' || concern.kind === 'stuck';
+  const facts = concern.channels.length === 1 ? callFacts(channel, concern.kind) : [];
   const buttons = isOperators && channel.call ? app.session.buttonsFor(channel) : [];
   const commands = buttons.length === 0 ? commandOf(concern) : [];
   return [
@@ -80,7 +87,7 @@ function bodyOf(app, concern, channel) {
       buttons.length > 0 && element('div', { class: 'buttons' }, buttons),
       commands.length > 0 && element('div', { class: 'at-terminal' }, element('span', { class: 'label' }, words.command),
         commands.map((command) => element('code', {}, command)))),
-    concern.channels.length === 1 && callFacts(channel).length > 0 && element('dl', { class: 'facts concern-call' },
-      callFacts(channel).map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value)))),
+    facts.length > 0 && element('dl', { class: 'facts concern-call' },
+      facts.map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value)))),
   ];
 }

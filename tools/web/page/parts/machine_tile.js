@@ -1,5 +1,5 @@
 // A machine: its link, and a row for each of its channels with state, since when, and the call under way.
-import { levelOf, sinceOf, stateOf } from '../attention.js';
+import { isOfProgram, levelOf, sinceOf, stateOf } from '../attention.js';
 import { element, Keyed, replace, setAttribute, setText } from '../dom.js';
 import { keyOf, queueOf } from '../model.js';
 import { shape } from '../shapes.js';
@@ -21,6 +21,10 @@ function linkText(link) {
 
 /** What there is to say of a channel beside its state. */
 function detailOf(channel, state, lasting) {
+  if (isOfProgram(state)) {
+    const { name, error } = channel.program;
+    return [visible(name), error && `${words.plant.error} ${error}`].filter(Boolean).join(' · ');
+  }
   const service = visible(channel.service || channel.uuid || '');
   const isUnderWay = Boolean(channel.call) && state !== 'idle';
   if (isUnderWay && (lasting > readableMs || levelOf(state) !== 'fine')) {
@@ -51,7 +55,7 @@ function channelRow() {
       setAttribute(link, 'data-level', level);
       setAttribute(link, 'data-state', state);
       setAttribute(link, 'data-channel', `${channel.machine}/${channel.channel}`);
-      setAttribute(link, 'href', channel.call && state !== 'idle' ? `#/calls/${encodeURIComponent(channel.call)}`
+      setAttribute(link, 'href', channel.call && state !== 'idle' && !isOfProgram(state) ? `#/calls/${encodeURIComponent(channel.call)}`
         : `#/calls?machine=${encodeURIComponent(channel.machine)}&channel=${channel.channel}`);
       setText(number, queue ? visible(queue) : `${words.plant.channelShort} ${channel.channel}`);
       setAttribute(link, 'data-queue', queue || null);

@@ -24,7 +24,9 @@ export default {
     'link down': 'link down',
     gone: 'gateway gone',
     stuck: 'running too long',
-    trouble: 'has a trouble',
+    trouble: 'has a problem',
+    aborted: 'program aborted',
+    stopped: 'program on hold',
     unknown: 'unknown',
   },
 
@@ -66,6 +68,8 @@ export default {
     service: 'Service',
     request: 'Request',
     instance: 'Instance',
+    program: 'NC program',
+    error: 'Error',
     attempt: (n) => `attempt ${n}`,
     quiet: 'no call yet',
     linkUp: (roundTrip, poll) => `link up · ${roundTrip} round trip · looks every ${poll}`,
@@ -110,6 +114,16 @@ export default {
     held: {
       means: 'The call must not run twice, and nobody knows whether it has run.',
       todo: 'Look at the machine, then decide: answer the call in the service’s place, or give it out again.',
+      who: 'Operator',
+    },
+    aborted: {
+      means: 'The NC program was aborted with an error of the CNC.',
+      todo: 'Look at the error on the machine, then reset the channel or start the program again.',
+      who: 'Operator or NC programmer',
+    },
+    stopped: {
+      means: 'The NC program is on hold.',
+      todo: 'Continue or reset it on the machine.',
       who: 'Operator',
     },
   },
