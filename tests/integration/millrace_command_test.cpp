@@ -151,6 +151,33 @@ TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
   });
 }
 
+TEST_F(TheCommand, SaysByItsExitCodeThatTheFabricHasNoGateway) {
+  Process service = chain.square_root();
+  EXPECT_THAT(run({"health", "--all"}).error_output(),
+              HasSubstr("no gateway reports on this fabric"));
+  EXPECT_EQ(exit_code, 3);
+}
+
+TEST_F(TheCommand, SaysByItsExitCodeThatGatewaysOrInstancesThatAreExpectedAreMissing) {
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  gateway.await_error("link up");
+  Process service = chain.square_root({"--name", "first"});
+  run({"health", "--expect-gateway", "cnc", "--expect-service", std::string(square_root) + "=1",
+       "--expect-service", "first=1"});
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_THAT(
+      run({"health", "--expect-gateway", "cnc", "--expect-gateway", "press"}).error_output(),
+      HasSubstr("no gateway of machine 'press'"));
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(run({"health", "--expect-service", std::string(square_root) + "=2"}).error_output(),
+              HasSubstr("'" + std::string(square_root) + "' has 1 of 2 expected instances"));
+  EXPECT_EQ(exit_code, 1);
+  run({"health", "--expect-service", square_root});
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_THAT(run({"health", "--help"}).output(), ContainsRegex("\n  6 +a program reports"));
+}
+
 TEST_F(TheCommand, NamesAGatewayWhoseLoopHangs) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();

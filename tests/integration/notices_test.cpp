@@ -1,6 +1,7 @@
 // What programs say of themselves on the fabric, and who shows it.
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
@@ -52,11 +53,21 @@ class WhatProgramsSay : public testing::Test {
     return process.output();
   }
 
+  /// A fabric without a gateway is not well.
+  void start_gateway() {
+    cnc.emplace(chain.cnc());
+    gateway.emplace(chain.gateway());
+    gateway->await_error("link up");
+  }
+
   Chain chain;
+  std::optional<Process> cnc;
+  std::optional<Process> gateway;
   std::string words;
 };
 
 TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
+  start_gateway();
   const std::filesystem::path folder = chain.folder() / "archive";
   const Process sut =
       start("millrace-archiver",
@@ -84,12 +95,13 @@ TEST_F(WhatProgramsSay, AnArchiverTellsThatItCannotWriteUntilItCan) {
 }
 
 TEST_F(WhatProgramsSay, ARecorderTellsThatItIsThereAndWhatItWrites) {
+  start_gateway();
   const std::string file = (chain.folder() / "run.mcap").string();
   Process sut = chain.millrace({"record", "-o", file});
   sut.await("^ready: ");
   await("word of the recorder",
         [&] { return output_of({"services"}).find("records to " + file) != std::string::npos; });
-  // It has no calls, and is all that this host has.
+  // It has no calls.
   EXPECT_EQ(health(), 0) << words;
   sut.terminate();
   EXPECT_EQ(sut.wait(), 0);
@@ -127,6 +139,7 @@ TEST_F(WhatProgramsSay, IsRecordedWithItsEnd) {
 }
 
 TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
+  start_gateway();
   Process sut = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string(),
                                 "--rotate-size", "1MiB", "--min-free", "1000000GiB"});
   sut.await_error("nothing is recorded until there is room");
@@ -137,6 +150,7 @@ TEST_F(WhatProgramsSay, ARecorderWithoutRoomTellsThatItRecordsNothing) {
 }
 
 TEST_F(WhatProgramsSay, AMailServiceTellsThatMailsWaitAndWhy) {
+  start_gateway();
   const Process sut =
       start("millrace-mail",
             {"--config", configured("mail.textproto",
@@ -158,6 +172,7 @@ TEST_F(WhatProgramsSay, AMailServiceTellsThatMailsWaitAndWhy) {
 }
 
 TEST_F(WhatProgramsSay, ADialGaugeServiceTellsWhichLineIsGone) {
+  start_gateway();
   const std::filesystem::path device = chain.folder() / "receiver";
   const Process sut =
       start("millrace-dial-gauge",
@@ -170,21 +185,21 @@ TEST_F(WhatProgramsSay, ADialGaugeServiceTellsWhichLineIsGone) {
 }
 
 TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
-  Process cnc = chain.cnc({"--run", Chain::program(1, "endless_calls.nc")});
+  cnc.emplace(chain.cnc({"--run", Chain::program(1, "endless_calls.nc")}));
   Process service = chain.square_root();
-  Process gateway = chain.gateway({"--journal", (chain.folder() / "journal").string()});
-  gateway.await_error("link up");
+  gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
+  gateway->await_error("link up");
   await_wellness();
   rlimit before{};
   const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
-  ASSERT_EQ(::prlimit(gateway.pid(), RLIMIT_FSIZE, &none, &before), 0);
-  gateway.await_error("no new call is taken until it can be written");
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, &before), 0);
+  gateway->await_error("no new call is taken until it can be written");
   // That of a channel comes before it: its call waits.
   await("word of the gateway",
         [&] { return health() != 0 && words.find("gateway on ") != std::string::npos; });
   EXPECT_THAT(words, AllOf(HasSubstr("gateway on "), HasSubstr("the journal "),
                            HasSubstr("cannot be written: ")));
-  ASSERT_EQ(::prlimit(gateway.pid(), RLIMIT_FSIZE, &before, nullptr), 0);
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &before, nullptr), 0);
   await_wellness();
 }
 

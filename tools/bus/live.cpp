@@ -1,5 +1,7 @@
 #include "tools/bus/live.hpp"
 
+#include <algorithm>
+
 namespace millrace::tools::bus {
 
 bool Live::add(const recording::Entry& entry) {
@@ -7,8 +9,11 @@ bool Live::add(const recording::Entry& entry) {
     const fabric::InstanceId& id = news->identity.id;
     if (news->change == recording::Change::gone) {
       early_.erase(id);
-      return instances_.erase(id) != 0;
+      const bool was_there = instances_.contains(id);
+      bury(id, entry.at);
+      return was_there;
     }
+    gone_.erase(id);
     const auto [instance, fresh] = instances_.try_emplace(id);
     instance->second.identity = news->identity;
     if (const auto early = early_.extract(id)) {
@@ -38,6 +43,21 @@ bool Live::add(const recording::Entry& entry) {
     }
   }
   return false;
+}
+
+void Live::bury(const fabric::InstanceId& id, fabric::Time at) {
+  auto instance = instances_.extract(id);
+  if (instance.empty()) {
+    return;
+  }
+  gone_.insert_or_assign(id, GoneInstance{std::move(instance.mapped()), at});
+  if (gone_.size() > most_gone) {
+    gone_.erase(std::ranges::min_element(gone_, {}, [](const auto& one) { return one.second.at; }));
+  }
+}
+
+void Live::forget_gone(fabric::Time time) {
+  std::erase_if(gone_, [&](const auto& one) { return one.second.at < time; });
 }
 
 bool Live::add(const fabric::Notice& notice) {

@@ -21,6 +21,11 @@ struct LiveInstance {
   std::optional<fabric::InstanceStatus> status{};
 };
 
+struct GoneInstance {
+  LiveInstance last{};
+  fabric::Time at{};
+};
+
 class Live {
  public:
   /// True if it shows somebody new, or that somebody is gone; false for news of who is known.
@@ -33,6 +38,10 @@ class Live {
   [[nodiscard]] const std::map<fabric::InstanceId, LiveInstance>& instances() const {
     return instances_;
   }
+  /// Instances that were there while this looked, and are not any more.
+  [[nodiscard]] const std::map<fabric::InstanceId, GoneInstance>& gone() const { return gone_; }
+  /// Forgets those that are gone since before `time`.
+  void forget_gone(fabric::Time time);
   [[nodiscard]] const std::map<fabric::ChannelKey, fabric::ChannelStatus>& channels() const {
     return channels_;
   }
@@ -45,6 +54,8 @@ class Live {
     return gateways_;
   }
 
+  /// One that crashes at each start is a new one each time: more than these are not kept.
+  static constexpr std::size_t most_gone = 1'000;
   /// Whoever is on the fabric can say what he likes: more than these are not kept, but counted.
   static constexpr std::size_t most_notices = 1'000;
   [[nodiscard]] const std::map<fabric::NoticeKey, fabric::Notice>& notices() const {
@@ -57,7 +68,10 @@ class Live {
   [[nodiscard]] std::vector<const LiveInstance*> instances_of(const std::string& what) const;
 
  private:
+  void bury(const fabric::InstanceId& id, fabric::Time at);
+
   std::map<fabric::InstanceId, LiveInstance> instances_;
+  std::map<fabric::InstanceId, GoneInstance> gone_;
   std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
   Machines machines_;
   std::map<fabric::InstanceId, fabric::MachineStatus> gateways_;

@@ -1,17 +1,22 @@
 // millrace health: whether the programs of a host do their work, in one exit code.
 #include <algorithm>
+#include <chrono>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
 
 #include "base/posix/host.hpp"
 #include "base/program/command_line.hpp"
+#include "base/text/number.hpp"
 #include "base/text/quoted.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
 #include "tools/print/notice_text.hpp"
+#include "tools/print/units.hpp"
 
 namespace millrace::tools::commands::operate {
 
@@ -21,13 +26,32 @@ struct HealthOptions : OperateOptions {
   using OperateOptions::OperateOptions;
   std::string host = base::posix::host_name();
   bool all = false;
+  /// Machines, or hosts of gateways.
+  std::vector<std::string> gateways{};
+  /// Of each service, by UUID or name, so many instances.
+  std::vector<std::pair<std::string, std::size_t>> services{};
 };
 
-// What is wrong with --all, the worst first.
+// What is wrong, the worst first; 1 is above all of them.
 constexpr int exit_link_down = 3;
 constexpr int exit_held = 4;
 constexpr int exit_unserved = 5;
 constexpr int exit_trouble = 6;
+constexpr const char* exit_codes =
+    "Exit codes, the first that applies:\n"
+    "  0  all is well\n"
+    "  1  a program of the host does not answer, or is not there, or the fabric lacks what\n"
+    "     --expect-gateway or --expect-service names\n"
+    "  2  a wrong flag or value\n"
+    "and with --all:\n"
+    "  1  an instance is frozen, or ended while this command looked\n"
+    "  3  no gateway is on the fabric, or the link of a machine is down\n"
+    "  4  a call is held for an operator\n"
+    "  5  a call has no service, or has waited for a free instance for more than a minute\n"
+    "  6  a program reports a problem\n\n";
+
+/// A call may wait for a free instance so long.
+constexpr auto patience_of_a_call = std::chrono::minutes(1);
 
 /// Whoever has a loop that may hang: the gateways of a host, in the words of an instance, and its
 /// services.
@@ -83,12 +107,16 @@ void show_machines(const HealthOptions& options, const bus::Live& live, const Pr
   }
 }
 
-/// --all: says each thing that is wrong, and remembers the exit code of the worst.
+/// Says each thing that is wrong, and remembers the exit code of the worst.
 class Wrongs {
  public:
   void note(int code, const std::string& what) {
     worst_ = worst_ == base::program::exit_done ? code : std::min(worst_, code);
     say(what);
+  }
+  /// It was said already.
+  void note(int code) {
+    worst_ = worst_ == base::program::exit_done ? code : std::min(worst_, code);
   }
   void say(const std::string& what) const {
     fmt::print(stderr, "millrace: {}\n", base::text::safe(what));
@@ -99,8 +127,53 @@ class Wrongs {
   int worst_ = base::program::exit_done;
 };
 
+bool is_heard(const fabric::MachineStatus& status) {
+  // An observer leaves nothing but the name of one that is gone.
+  return !status.host.empty();
+}
+
+/// What the operator said must be there.
+void look_for_the_expected(const HealthOptions& options, const bus::Live& live, Wrongs& wrongs) {
+  for (const std::string& name : options.gateways) {
+    const bool is_there = std::ranges::any_of(live.machines(), [&](const auto& one) {
+      return is_heard(one.second) && (one.second.machine == name || one.second.host == name);
+    });
+    if (!is_there) {
+      wrongs.note(base::program::exit_failed,
+                  fmt::format("no gateway of machine '{}', or on a host of that name, reports on "
+                              "fabric '{}'; start it",
+                              name, options.fabric.options().fabric));
+    }
+  }
+  for (const auto& [what, count] : options.services) {
+    const auto instances = live.instances_of(what);
+    const auto there = static_cast<std::size_t>(std::ranges::count_if(
+        instances, [](const bus::LiveInstance* instance) { return !instance->identity.draining; }));
+    if (there < count) {
+      wrongs.note(base::program::exit_failed,
+                  fmt::format("service '{}' has {} of {} expected instances; start the others",
+                              what, there, count));
+    }
+  }
+}
+
+/// Discovery shows them, and they do not beat.
+void look_at_the_silent(const bus::Live& live, Wrongs& wrongs) {
+  for (const auto& [id, gone] : live.gone()) {
+    const fabric::InstanceIdentity& identity = gone.last.identity;
+    wrongs.note(base::program::exit_failed,
+                fmt::format("{} {} on {}, pid {}: no heartbeat; its process is frozen or has ended",
+                            identity.name, id.to_string(), identity.host, identity.pid));
+  }
+}
+
 /// The links of these gateways and the channels of their machines.
 void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& wrongs) {
+  if (std::ranges::none_of(live.machines(), [](const auto& one) { return is_heard(one.second); })) {
+    wrongs.note(exit_link_down,
+                "no gateway reports on this fabric: no controller is asked for calls; start "
+                "millrace-gateway");
+  }
   std::set<std::string> machines;
   for (const auto& [key, status] : live.machines()) {
     if (std::ranges::find(programs.gateways, key.second, &fabric::InstanceIdentity::id) ==
@@ -125,6 +198,11 @@ void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& w
     } else if (status.state == fabric::ChannelState::unserved) {
       wrongs.note(exit_unserved, fmt::format("{}: nobody serves {}: {}", key.to_string(),
                                              status.uuid, status.reason));
+    } else if (status.state == fabric::ChannelState::waiting &&
+               std::chrono::system_clock::now() - status.since > patience_of_a_call) {
+      wrongs.note(exit_unserved,
+                  fmt::format("{}: a call of {} has waited since {}: {}", key.to_string(),
+                              status.uuid, print::time_text(status.since), status.reason));
     }
   }
 }
@@ -164,7 +242,24 @@ int check(const HealthOptions& options) {
   std::vector<fabric::InstanceIdentity> asked = programs.gateways;
   asked.insert(asked.end(), programs.instances.begin(), programs.instances.end());
   const bool nobody = asked.empty() && programs.notices.empty();
-  const bool healthy = !nobody && tell_each(options, fabric::CommandKind::ping, asked, answers);
+  Wrongs wrongs;
+  if (nobody) {
+    wrongs.note(base::program::exit_failed,
+                fmt::format("no gateway, no service and no recorder of host '{}' is on fabric "
+                            "'{}', domain {}; 'millrace services' and 'millrace machines' show who "
+                            "is",
+                            options.host, options.fabric.options().fabric,
+                            options.fabric.options().domain));
+  } else if (!tell_each(options, fabric::CommandKind::ping, asked, answers)) {
+    wrongs.note(base::program::exit_failed);
+  }
+  look_for_the_expected(options, live, wrongs);
+  if (options.all) {
+    look_at_the_silent(live, wrongs);
+    look_at_machines(live, programs, wrongs);
+    look_at_notices(programs.notices, wrongs);
+  }
+  const bool healthy = wrongs.exit_code() == base::program::exit_done;
   if (options.json) {
     boost::json::array gateways = take_gateways(answers, programs.gateways.size());
     boost::json::array notices;
@@ -177,23 +272,20 @@ int check(const HealthOptions& options) {
                                           {"instances", std::move(answers)},
                                           {"notices", std::move(notices)}});
   }
-  if (nobody) {
-    fmt::print(stderr,
-               "millrace: no gateway, no service and no recorder of host '{}' is on fabric '{}', "
-               "domain {}; "
-               "'millrace services' and 'millrace machines' show who is\n",
-               options.host, options.fabric.options().fabric, options.fabric.options().domain);
-  }
-  if (!healthy) {
-    return base::program::exit_failed;
-  }
-  if (!options.all) {
-    return base::program::exit_done;
-  }
-  Wrongs wrongs;
-  look_at_machines(live, programs, wrongs);
-  look_at_notices(programs.notices, wrongs);
   return wrongs.exit_code();
+}
+
+/// "UUID=COUNT"
+std::pair<std::string, std::size_t> expected_service(const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  const auto count = equals == std::string::npos || equals == 0
+                         ? std::nullopt
+                         : base::text::parse_number<std::size_t>(text.substr(equals + 1));
+  if (!count) {
+    throw CLI::ValidationError(fmt::format(
+        "'{}' is not UUID=COUNT; expected a UUID or a name, and a number of instances", text));
+  }
+  return {text.substr(0, equals), *count};
 }
 
 }  // namespace
@@ -201,16 +293,34 @@ int check(const HealthOptions& options) {
 void add_health(CLI::App& app, Chosen& chosen) {
   CLI::App& command = add_subcommand(
       app, "health",
-      "Whether the gateway and the services of a host are there and answer, as exit code 0 or 1",
-      "millrace health --host press-pc");
+      "Whether the gateway and the services of a host are there and answer, as an exit code",
+      "millrace health --all --expect-gateway press --expect-service "
+      "560aacbf-6335-44a9-895a-8b27f3ed5e47=2");
+  command.footer(exit_codes + command.get_footer());
   auto options = std::make_shared<HealthOptions>(command);
   command.add_option("--host", options->host,
                      "The host, as it calls itself; this one unless given");
-  command.add_flag(
-      "--all", options->all,
-      "Also whether their controllers and channels are well, and what programs say of themselves: "
-      "exit code 3 for a link that is down, 4 for a held call, 5 for one that nobody serves, 6 for "
-      "a program that says it has a problem");
+  command.add_flag("--all", options->all,
+                   "Also whether the fabric has a gateway, whether instances send heartbeats, "
+                   "whether the controllers and channels of the host's gateways are well, and what "
+                   "its programs report");
+  command
+      .add_option("--expect-gateway", options->gateways,
+                  "A machine whose gateway must report, or the host of a gateway; may be repeated")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--expect-service",
+          [options = options.get()](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              options->services.push_back(expected_service(text));
+            }
+          },
+          "A service, by UUID or name, that must have COUNT instances on the fabric or more, not "
+          "counting those that drain; may be repeated")
+      ->type_name("UUID=COUNT")
+      ->allow_extra_args(false);
   command.callback([options, &chosen] { chosen.run = [options] { return check(*options); }; });
 }
 

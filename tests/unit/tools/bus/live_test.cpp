@@ -41,6 +41,26 @@ TEST(TheLivePicture, HasAnInstanceUntilItIsGone) {
   EXPECT_THAT(sut.instances(), IsEmpty());
 }
 
+TEST(TheLivePicture, KnowsWhoIsGoneUntilItIsForgotten) {
+  Live sut;
+  sut.add(news(Change::ready, 1, "a"));
+  Entry gone = news(Change::gone, 1, "");
+  gone.at = fabric::Time(std::chrono::seconds(100));
+  sut.add(gone);
+  ASSERT_THAT(sut.gone(), SizeIs(1));
+  EXPECT_EQ(sut.gone().at(instance(1)).last.identity.name, "a");
+  sut.forget_gone(gone.at);
+  EXPECT_THAT(sut.gone(), SizeIs(1));
+  sut.forget_gone(gone.at + std::chrono::seconds(1));
+  EXPECT_THAT(sut.gone(), IsEmpty());
+  // Nobody was there of whom to know.
+  sut.add(news(Change::gone, 2, ""));
+  EXPECT_THAT(sut.gone(), IsEmpty());
+  sut.add(gone);
+  sut.add(news(Change::ready, 1, "a"));
+  EXPECT_THAT(sut.gone(), IsEmpty());
+}
+
 TEST(TheLivePicture, KeepsWhatAnInstanceSaysBeforeDiscoveryShowsIt) {
   Live sut;
   sut.add(load(1, 5));
