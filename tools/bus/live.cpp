@@ -1,6 +1,7 @@
 #include "tools/bus/live.hpp"
 
 #include <algorithm>
+#include <set>
 
 namespace millrace::tools::bus {
 
@@ -33,6 +34,7 @@ bool Live::add(const recording::Entry& entry) {
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
     if (!machine->host.empty()) {
       gateways_.insert_or_assign(machine->gateway, *machine);
+      told_.insert_or_assign({machine->machine, machine->gateway}, *machine);
     }
     return machines_.insert_or_assign({machine->machine, machine->gateway}, *machine).second;
   } else if (const auto* said = std::get_if<recording::NoticeNews>(&entry.sample)) {
@@ -58,6 +60,26 @@ void Live::bury(const fabric::InstanceId& id, fabric::Time at) {
 
 void Live::forget_gone(fabric::Time time) {
   std::erase_if(gone_, [&](const auto& one) { return one.second.at < time; });
+}
+
+std::vector<LostMachine> Live::lost() const {
+  std::map<std::string, LostMachine> found;
+  std::set<std::string> heard;
+  for (const auto& [key, status] : machines_) {
+    if (!status.host.empty()) {
+      heard.insert(status.machine);
+    } else if (LostMachine& lost = found[status.machine]; status.since >= lost.since) {
+      const auto told = told_.find(key);
+      lost = {told == told_.end() ? status : told->second, status.since};
+    }
+  }
+  std::vector<LostMachine> all;
+  for (auto& [machine, lost] : found) {
+    if (!heard.contains(machine)) {
+      all.push_back(std::move(lost));
+    }
+  }
+  return all;
 }
 
 bool Live::add(const fabric::Notice& notice) {

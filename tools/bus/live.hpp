@@ -21,6 +21,13 @@ struct LiveInstance {
   std::optional<fabric::InstanceStatus> status{};
 };
 
+/// A machine whose gateway is not heard any more.
+struct LostMachine {
+  /// What that gateway told of it last.
+  fabric::MachineStatus last{};
+  fabric::Time since{};
+};
+
 struct GoneInstance {
   LiveInstance last{};
   fabric::Time at{};
@@ -48,6 +55,8 @@ class Live {
   /// By machine and gateway: two gateways may be set up for one machine.
   using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
   [[nodiscard]] const Machines& machines() const { return machines_; }
+  /// Each machine of which no gateway is heard, with the one that was heard last.
+  [[nodiscard]] std::vector<LostMachine> lost() const;
   /// What each gateway told last of one of its machines; also of those that are taken for gone by
   /// now, of which machines() says only that.
   [[nodiscard]] const std::map<fabric::InstanceId, fabric::MachineStatus>& gateways() const {
@@ -74,6 +83,8 @@ class Live {
   std::map<fabric::InstanceId, GoneInstance> gone_;
   std::map<fabric::ChannelKey, fabric::ChannelStatus> channels_;
   Machines machines_;
+  /// As they were told while their gateways were heard.
+  Machines told_;
   std::map<fabric::InstanceId, fabric::MachineStatus> gateways_;
   std::map<fabric::NoticeKey, fabric::Notice> notices_;
   bool too_many_notices_ = false;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 #include "tools/doctor/look/look.hpp"
 
@@ -10,6 +11,27 @@ namespace millrace::tools::doctor {
 std::string_view name_of(Severity severity) {
   constexpr std::array<std::string_view, 3> names{"fine", "warning", "problem"};
   return names.at(static_cast<std::size_t>(severity));
+}
+
+bool is_heard(const Findings& found, const Program& gateway) {
+  return std::ranges::any_of(found.live.machines(), [&](const auto& one) {
+    const fabric::MachineStatus& status = one.second;
+    return !status.host.empty() && status.host == gateway.host &&
+           std::to_string(status.pid) == gateway.pid;
+  });
+}
+
+std::vector<bus::LostMachine> lost_machines(const Findings& found) {
+  std::vector<bus::LostMachine> all = found.live.lost();
+  for (const bus::LostMachine& lost : found.lost) {
+    const bool is_known = std::ranges::any_of(found.live.machines(), [&](const auto& one) {
+      return one.second.machine == lost.last.machine;
+    });
+    if (!is_known) {
+      all.push_back(lost);
+    }
+  }
+  return all;
 }
 
 std::vector<Diagnosis> diagnose(const Findings& findings) {

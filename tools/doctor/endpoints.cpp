@@ -177,9 +177,8 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
         program->second.serves.insert(mailbox->uuid);
       }
     }
-    const bool tells_of_machines = endpoint.topic == fabric::wire::machine_topic.name ||
-                                   endpoint.topic == fabric::wire::channel_topic.name;
-    if (endpoint.writer && tells_of_machines && is_in(endpoint, fabric)) {
+    if (endpoint.writer && endpoint.topic == fabric::wire::machine_topic.name &&
+        is_in(endpoint, fabric)) {
       program->second.is_gateway = true;
     }
   }

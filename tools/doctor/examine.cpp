@@ -170,7 +170,8 @@ class Visit {
 }  // namespace
 
 Findings examine(const Examination& examination) {
-  Findings found{.joining = examination.joining, .interfaces = interfaces_here()};
+  Findings found{
+      .joining = examination.joining, .interfaces = interfaces_here(), .lost = examination.lost};
   const std::string interface = interface_name(found.interfaces, examination.joining.interface);
   // Looked at before this program itself is among them.
   found.domains_here = domains_in(read_text("/proc/net/udp"));

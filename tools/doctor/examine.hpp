@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <vector>
 
 #include "fabric/dds/participant.hpp"
 #include "tools/doctor/findings.hpp"
@@ -15,6 +16,9 @@ struct Examination {
   /// How long to listen. Everybody announces himself at least once per lease, half a second unless
   /// configured.
   std::chrono::milliseconds listen{2000};
+  /// What somebody who has looked for longer knows: an examination sees no trace of what was gone
+  /// before it.
+  std::vector<bus::LostMachine> lost{};
 };
 
 /// Throws nothing that a network or a configuration can cause: that is a finding.

@@ -49,7 +49,7 @@ struct Program {
   bool self = false;
   /// The fabrics it has endpoints in.
   std::set<std::string> fabrics{};
-  /// It tells of machines or channels.
+  /// It has what a gateway tells of its machines with; whether it is heard says is_heard().
   bool is_gateway = false;
   /// Where there is trust: it has shown what its certificate lets it be.
   bool shows_badge = true;
@@ -94,6 +94,15 @@ struct Findings {
   std::vector<Peer> peers{};
   std::vector<HostClock> clocks{};
   bus::Live live{};
+  /// Machines whose gateways were gone before this looked, as somebody knows who was there then.
+  std::vector<bus::LostMachine> lost{};
 };
+
+/// All machines whose gateways are gone.
+std::vector<bus::LostMachine> lost_machines(const Findings& found);
+
+/// A gateway that tells of a machine. The DDS participant of one that was killed or hangs stays for
+/// a while.
+bool is_heard(const Findings& found, const Program& gateway);
 
 }  // namespace millrace::tools::doctor

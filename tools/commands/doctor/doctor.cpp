@@ -30,8 +30,11 @@ struct Options {
   bool json = false;
 };
 
-std::string role_of(const Program& program) {
-  std::string role = program.self ? "this command" : program.is_gateway ? "gateway" : "";
+std::string role_of(const Findings& found, const Program& program) {
+  std::string role = program.self               ? "this command"
+                     : !program.is_gateway      ? ""
+                     : is_heard(found, program) ? "gateway"
+                                                : "gateway, not heard";
   for (const std::string& uuid : program.serves) {
     role += (role.empty() ? "serves " : ", ") + base::text::safe(uuid);
   }
@@ -62,7 +65,7 @@ void print_text(const Findings& found, const std::vector<Diagnosis>& diagnoses) 
     table.add({each.name.empty() ? "-" : base::text::safe(each.name),
                each.host.empty() ? "-" : base::text::safe(each.host),
                each.pid.empty() ? "-" : base::text::safe(each.pid),
-               base::text::safe(each.addresses), fabrics_of(each), role_of(each)});
+               base::text::safe(each.addresses), fabrics_of(each), role_of(found, each)});
   }
   if (!table.empty()) {
     fmt::print("{}\n", table.text());

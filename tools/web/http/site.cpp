@@ -203,7 +203,7 @@ Outcome Site::api(const Target& target, const Request& request, const fabric::Mo
     return json_response(parts_.plant.history());
   }
   if (what == "doctor" && parts_.doctor) {
-    return later(Lane::doctor, [look = parts_.doctor] { return json_response(look()); });
+    return later(Lane::doctor, [look = parts_.doctor()] { return json_response(look()); });
   }
   return not_found("such thing");
 }

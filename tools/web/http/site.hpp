@@ -38,8 +38,9 @@ struct SiteParts {
   std::shared_ptr<const Recordings> recordings{};
   /// The text of /metrics.
   std::function<std::string()> metrics{};
-  /// What `doctor --json` prints, of the last seconds. Blocks.
-  std::function<boost::json::object()> doctor{};
+  /// Called on the loop; what it returns blocks, and gives what `doctor --json` prints, of the last
+  /// seconds.
+  std::function<std::function<boost::json::object()>()> doctor{};
   Desk* desk = nullptr;
   /// Names of this server that a browser may use, besides addresses and "localhost": a page of
   /// somebody else, whose name was made to mean this host, does not get in.

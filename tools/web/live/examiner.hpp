@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <optional>
+#include <vector>
 
 #include <boost/json/object.hpp>
 
@@ -19,8 +20,9 @@ class Examiner {
 
   explicit Examiner(doctor::Examination examination) : examination_(std::move(examination)) {}
 
-  /// As `doctor --json`, with the time of the examination; blocks for its length.
-  boost::json::object report();
+  /// As `doctor --json`, with the time of the examination; blocks for its length. `lost`: machines
+  /// of which the server knows that their gateways are gone.
+  boost::json::object report(std::vector<bus::LostMachine> lost);
 
  private:
   doctor::Examination examination_;

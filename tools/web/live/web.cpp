@@ -105,7 +105,11 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
             .pages = pages,
             .recordings = recordings,
             .metrics = [this] { return metrics_text(); },
-            .doctor = [examiner = examiner] { return examiner->report(); },
+            .doctor = [this]() -> std::function<boost::json::object()> {
+              return [examiner = examiner, lost = plant.live().lost()] {
+                return examiner->report(lost);
+              };
+            },
             .desk = gate ? &*gate : nullptr,
             .names = names_of(options)}),
       server(io.get_executor(), options.server, site, log),

@@ -61,6 +61,26 @@ TEST(TheLivePicture, KnowsWhoIsGoneUntilItIsForgotten) {
   EXPECT_THAT(sut.gone(), IsEmpty());
 }
 
+TEST(TheLivePicture, KnowsWhereTheGatewayOfALostMachineWas) {
+  Live sut;
+  const auto machine = [&](std::uint8_t gateway, const std::string& host) {
+    sut.add({.sample = fabric::MachineStatus{.machine = "cnc",
+                                             .gateway = instance(gateway),
+                                             .since = fabric::Time(std::chrono::seconds(7)),
+                                             .host = host,
+                                             .pid = host.empty() ? 0U : 4711U}});
+  };
+  machine(1, "hall");
+  EXPECT_THAT(sut.lost(), IsEmpty());
+  machine(1, "");
+  ASSERT_THAT(sut.lost(), SizeIs(1));
+  EXPECT_EQ(sut.lost()[0].last.host, "hall");
+  EXPECT_EQ(sut.lost()[0].last.pid, 4711U);
+  EXPECT_EQ(sut.lost()[0].since, fabric::Time(std::chrono::seconds(7)));
+  machine(2, "hall");
+  EXPECT_THAT(sut.lost(), IsEmpty());
+}
+
 TEST(TheLivePicture, KeepsWhatAnInstanceSaysBeforeDiscoveryShowsIt) {
   Live sut;
   sut.add(load(1, 5));

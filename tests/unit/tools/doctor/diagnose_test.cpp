@@ -56,8 +56,11 @@ class TheDoctor : public testing::Test {
     news.identity.uuid = square_root;
     news.identity.version = "1.0";
     add(news);
-    add(fabric::MachineStatus{
-        .machine = "cnc", .connected = true, .host = "host-gateway", .version = "0.1.0"});
+    add(fabric::MachineStatus{.machine = "cnc",
+                              .connected = true,
+                              .host = "host-gateway",
+                              .pid = 17,
+                              .version = "0.1.0"});
     add(fabric::ChannelStatus{.key = {"cnc", 1}, .state = fabric::ChannelState::idle});
   }
   void add(recording::Sample sample) { found.live.add({.sample = std::move(sample)}); }
@@ -233,10 +236,63 @@ TEST_F(TheDoctor, FindsMachinesWithoutALink) {
   be_healthy();
   add(fabric::MachineStatus{
       .machine = "press", .reason = "connection refused", .host = "host-gateway"});
-  add(fabric::MachineStatus{.machine = "lathe", .reason = "its gateway is gone"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "press has no link: connection refused",
                                  "the gateway's log on host-gateway")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe has no link", "start its gateway")));
+}
+
+TEST_F(TheDoctor, TakesNoGatewayThatIsNotHeardForOne) {
+  be_healthy();
+  add_program(9, "gateway").is_gateway = true;
+  found.programs.back().host = "host-9";
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::problem, "the gateway on host-9, pid 17, does not report",
+                          "restart the gateway on host-9")));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "no gateway is on this fabric"))));
+  found.live = {};
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "no gateway is on this fabric")));
+}
+
+TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
+  be_healthy();
+  add_program(9, "gateway").is_gateway = true;
+  found.programs.back().host = "host-9";
+  fabric::MachineStatus lathe{.machine = "lathe", .connected = true, .host = "host-9", .pid = 17};
+  lathe.gateway.bytes.fill(9);
+  add(lathe);
+  EXPECT_TRUE(is_healthy(sut()));
+  add(fabric::MachineStatus{.machine = "lathe", .gateway = lathe.gateway});
+  // The server of the page knew it before.
+  found.lost = {{.last = {.machine = "press", .host = "host-9", .pid = 17}}, {.last = lathe}};
+  const auto is_of = [](const std::string& machine) {
+    return is(Severity::problem, machine + ": its gateway has not reported since",
+              "restart the gateway on host-9");
+  };
+  EXPECT_THAT(sut(), Contains(is_of("lathe")).Times(1));
+  EXPECT_THAT(sut(), Contains(is_of("press")).Times(1));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "(host-9, pid 17)")).Times(2));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "the gateway on host-9"))));
+}
+
+TEST_F(TheDoctor, CountsAProgramOfAnotherVendorToTheHostOfItsAddress) {
+  be_healthy();
+  add_program(9, "foreign").host.clear();
+  found.programs.back().addresses = "udp/10.77.0.2:7410";
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other programs on 2 hosts")));
+  found.programs.back().addresses = "udp/10.77.0.3:7410";
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "3 other programs on 3 hosts")));
+}
+
+TEST_F(TheDoctor, WarnsOfAnInstanceThatSendsNoHeartbeat) {
+  be_healthy();
+  recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
+  news.identity.id.bytes.fill(3);
+  news.identity.name = "sq2";
+  news.identity.host = "hall";
+  news.identity.pid = 99;
+  add(news);
+  news.change = recording::Change::gone;
+  add(news);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "on hall, pid 99, sends no heartbeat")));
 }
 
 TEST_F(TheDoctor, TakesAGatewayThatStandsByForNoProblem) {
@@ -273,14 +329,14 @@ TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOn
       .key = {"lathe.ALARMS", 1}, .state = link_down, .reason = "its gateway is gone"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc.ALARMS/1 waits for x, which nobody serves",
                                  "in the gateway's configuration (queue { uuid })")));
-  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe has no link")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe: its gateway has not reported")));
   EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "lathe.ALARMS/1 has no link"))));
 }
 
 TEST_F(TheDoctor, WarnsOfVersionsThatDiffer) {
   be_healthy();
   add(fabric::MachineStatus{
-      .machine = "cnc", .connected = true, .host = "host-gateway", .version = "0.0.9"});
+      .machine = "cnc", .connected = true, .host = "host-gateway", .pid = 17, .version = "0.0.9"});
   recording::InstanceNews news{.change = recording::Change::ready, .identity = {}};
   news.identity.id.bytes.fill(3);
   news.identity.uuid = square_root;

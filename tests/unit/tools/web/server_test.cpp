@@ -54,8 +54,10 @@ class AServer : public testing::Test {
   http::Pages pages;
   std::promise<void> examined;
   http::Site site{{.plant = plant, .pages = pages, .doctor = [this] {
-                     examined.get_future().wait();
-                     return boost::json::object{};
+                     return [this] {
+                       examined.get_future().wait();
+                       return boost::json::object{};
+                     };
                    }}};
   std::unique_ptr<Server> sut;
   std::thread loop;

@@ -40,10 +40,9 @@ class ASite : public testing::Test {
                  .pages = pages,
                  .recordings = recordings,
                  .metrics = [] { return std::string("up 1\n"); },
-                 .doctor =
-                     [] {
-                       return boost::json::object{{"healthy", true}};
-                     },
+                 .doctor = [] { return [] {
+                                  return boost::json::object{{"healthy", true}};
+                                }; },
                  .names = {"hall-pc"}});
   }
 

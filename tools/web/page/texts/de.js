@@ -301,7 +301,7 @@ export default {
 
   doctor: {
     title: 'Diagnose',
-    healthy: 'Nichts fehlt',
+    healthy: 'Keine Probleme gefunden',
     ill: (n) => (n === 1 ? '1 Problem' : `${n} Probleme`),
     warnings: (n) => (n === 1 ? '1 Warnung' : `${n} Warnungen`),
     looking: 'Sieht nach: Das dauert etwa 3 Sekunden …',
@@ -314,6 +314,7 @@ export default {
     columns: { program: 'Programm', host: 'Rechner', pid: 'Prozess', address: 'Adresse', role: 'Rolle' },
     self: 'Server dieser Seite',
     gateway: 'Gateway',
+    silentGateway: 'Gateway, nicht zu hören',
     serves: (uuids) => `bedient ${uuids}`,
     looksOn: 'sieht zu',
     clocks: 'Uhren',

@@ -303,7 +303,7 @@ export default {
 
   doctor: {
     title: 'Doctor',
-    healthy: 'Nothing is wrong',
+    healthy: 'No problems found',
     ill: (n) => (n === 1 ? '1 problem' : `${n} problems`),
     warnings: (n) => (n === 1 ? '1 warning' : `${n} warnings`),
     looking: 'Looking: this takes about 3 seconds …',
@@ -316,6 +316,7 @@ export default {
     columns: { program: 'Program', host: 'Host', pid: 'Process', address: 'Address', role: 'Role' },
     self: 'this page’s server',
     gateway: 'gateway',
+    silentGateway: 'gateway, not heard',
     serves: (uuids) => `serves ${uuids}`,
     looksOn: 'looks on',
     clocks: 'Clocks',
