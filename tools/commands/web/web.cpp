@@ -1,5 +1,8 @@
 #include "tools/commands/web/web.hpp"
 
+#include <set>
+#include <sstream>
+
 #include <boost/asio/ip/address.hpp>
 #include <fmt/format.h>
 
@@ -29,6 +32,7 @@ struct Options {
   std::string recordings;
   std::vector<std::string> names;
   std::string users;
+  std::vector<std::string> normal_states;
   bool hash_password = false;
   spdlog::level::level_enum level = spdlog::level::info;
 };
@@ -57,6 +61,31 @@ Place place_of(const std::string& text) {
                     text));
   }
   return {address, *port};
+}
+
+/// "UUID=2,3", each.
+tools::web::plant::NormalStates normal_states_of(const std::vector<std::string>& texts) {
+  tools::web::plant::NormalStates normal;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    std::set<std::uint32_t>& states = normal.more[fabric::canonical_uuid(text.substr(0, equals))];
+    std::istringstream list(equals == std::string::npos ? "" : text.substr(equals + 1));
+    for (std::string one; std::getline(list, one, ',');) {
+      const auto state = base::text::parse_number<std::uint32_t>(one);
+      if (!state) {
+        states.clear();
+        break;
+      }
+      states.insert(*state);
+    }
+    if (states.empty()) {
+      throw program::UsageError(
+          fmt::format("--normal-state {}: expected a UUID and states, as in "
+                      "b536e110-ca9e-4198-bddb-64331366bedb=2,3",
+                      text));
+    }
+  }
+  return normal;
 }
 
 WebOptions web_options(const Options& options) {
@@ -89,6 +118,7 @@ WebOptions web_options(const Options& options) {
     }
     web.users = std::move(*users);
   }
+  web.normal_states = normal_states_of(options.normal_states);
   web.names = {options.names.begin(), options.names.end()};
   return web;
 }
@@ -139,6 +169,12 @@ void add_web(CLI::App& app, Chosen& chosen) {
       "--name", options->names,
       "A name of this server in browsers, besides its addresses and its host's name; "
       "may be given several times");
+  command
+      .add_option("--normal-state", options->normal_states,
+                  "States of a service that are no errors, beside 1 (and 0 where the program waits "
+                  "for a text alone); may be given several times")
+      ->type_name("UUID=STATE,...")
+      ->allow_extra_args(false);
   program::add_log_level(command, options->level);
   command.callback([options, &chosen] { chosen.run = [options] { return serve(*options); }; });
 }

@@ -119,7 +119,7 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
                                                           std::size_t skip,
                                                           std::size_t most) const {
   return source(name).map([&](mcap::FileSource file) {
-    plant::CallBook book({.ended = 1, .failed = 0});
+    plant::CallBook book({.ended = 1, .failed = 0}, normal_);
     boost::json::array list;
     bool more = false;
     try {
@@ -137,6 +137,7 @@ Recordings::Result<boost::json::object> Recordings::calls(const std::string& nam
         }
         boost::json::object call = print::json_of(ended->call);
         call["failed"] = ended->failed;
+        call["result"] = ended->result();
         list.push_back(std::move(call));
       });
     } catch (const Enough&) {

@@ -32,7 +32,8 @@ class Recordings {
   template <typename Value>
   using Result = tl::expected<Value, Refusal>;
 
-  explicit Recordings(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit Recordings(std::filesystem::path folder, plant::NormalStates normal = {})
+      : folder_(std::move(folder)), normal_(std::move(normal)) {}
 
   /// {recordings: [{name, size, modified}]}, the newest first.
   [[nodiscard]] Result<boost::json::object> list() const;
@@ -60,6 +61,7 @@ class Recordings {
   [[nodiscard]] Result<mcap::FileSource> source(const std::string& name) const;
 
   std::filesystem::path folder_;
+  plant::NormalStates normal_;
   std::shared_ptr<std::atomic<bool>> stopped_ = std::make_shared<std::atomic<bool>>(false);
 };
 

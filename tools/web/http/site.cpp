@@ -67,7 +67,8 @@ tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
                            .channel = *number,
                            .uuid = fabric::canonical_uuid(target.value("uuid")),
                            .instance = target.value("instance"),
-                           .failed = target.value("failed") == "1"};
+                           .failed = target.value("failed") == "1",
+                           .other_state = target.value("other_state") == "1"};
 }
 
 }  // namespace

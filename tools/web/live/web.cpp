@@ -94,10 +94,11 @@ Web::Impl::Impl(WebOptions wanted, base::program::Log destination)
              .domain = options.join.domain,
              .started = started,
              .recordings = !options.recordings.empty(),
-             .actions = !options.users.empty()}),
-      recordings(options.recordings.empty()
-                     ? nullptr
-                     : std::make_shared<http::Recordings>(options.recordings)),
+             .actions = !options.users.empty()},
+            options.normal_states),
+      recordings(options.recordings.empty() ? nullptr
+                                            : std::make_shared<http::Recordings>(
+                                                  options.recordings, options.normal_states)),
       examiner(std::make_shared<Examiner>(
           doctor::Examination{.join = options.join, .joining = options.joining})),
       gate(make_gate()),

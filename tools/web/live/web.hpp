@@ -16,6 +16,7 @@
 #include "tools/doctor/findings.hpp"
 #include "tools/web/gate/users.hpp"
 #include "tools/web/live/server.hpp"
+#include "tools/web/plant/call_book.hpp"
 
 namespace millrace::tools::web::live {
 
@@ -30,6 +31,8 @@ struct WebOptions {
   gate::Users users{};
   /// A proxy does TLS.
   bool behind_proxy = false;
+  /// Which states of services are no errors.
+  plant::NormalStates normal_states{};
   /// What a browser may call this server, besides its addresses, "localhost" and this host's name.
   std::set<std::string> names{};
   std::string version{};

@@ -11,13 +11,6 @@ namespace {
 /// A gateway tells its last event again to who finds it: what happened before that is not counted.
 constexpr auto late = std::chrono::seconds(10);
 
-std::string result_of(const plant::EndedCall& ended) {
-  if (ended.call.last == fabric::EventKind::withdrawn) {
-    return "withdrawn";
-  }
-  return ended.failed ? "failed" : "answered";
-}
-
 }  // namespace
 
 Metrics::Metrics()
@@ -55,15 +48,15 @@ void Metrics::add(const recording::Entry& entry, const plant::EndedCall* ended) 
   std::string service = known(services_, ended->call.uuid, most_services);
   std::string machine = known(machines_, ended->call.key.machine, most_machines);
   if (!calls_.contains({service, machine, "failed"})) {
-    if (calls_.size() + 3 > most_call_series) {
+    if (calls_.size() + 4 > most_call_series) {
       service = machine = other;
     }
     // A rate sees a counter rise, not begin: the first failure must not be missed.
-    for (const char* result : {"answered", "failed", "withdrawn"}) {
+    for (const char* result : {"answered", "other_state", "failed", "withdrawn"}) {
       calls_.try_emplace({service, machine, result});
     }
   }
-  ++calls_[{service, machine, result_of(*ended)}];
+  ++calls_[{service, machine, std::string(ended->result())}];
 }
 
 void Metrics::add(const fabric::ProgramEvent& event, fabric::Time received) {
@@ -114,8 +107,9 @@ std::string Metrics::text(const plant::Plant& plant, const ProgramFigures& progr
 
 void Metrics::put_calls(Families& families) const {
   Family calls = families.counter("millrace_calls_total",
-                                  "Calls of NC programs that ended: answered by a service, failed, "
-                                  "or withdrawn by the program.");
+                                  "Calls of NC programs that ended: answered by a service as "
+                                  "normal, or with another state, failed, or withdrawn by the "
+                                  "program.");
   for (const auto& [labels, count] : calls_) {
     const auto& [service, machine, result] = labels;
     calls.add({{"service", service}, {"machine", machine}, {"result", result}},

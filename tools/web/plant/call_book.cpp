@@ -1,12 +1,44 @@
 #include "tools/web/plant/call_book.hpp"
 
+#include <algorithm>
+
 namespace millrace::tools::web::plant {
+
+namespace {
+
+/// Of an entry that tells of a failure.
+std::uint32_t attempt_of(const recording::Entry& entry) {
+  if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
+    return reply->attempt;
+  }
+  const auto* event = std::get_if<fabric::Event>(&entry.sample);
+  return event == nullptr ? 0 : event->attempt;
+}
+
+}  // namespace
+
+bool NormalStates::contain(const std::string& uuid, std::uint32_t state) const {
+  if (state <= 1) {
+    return true;
+  }
+  const auto of_service = more.find(uuid);
+  return of_service != more.end() && of_service->second.contains(state);
+}
+
+std::string_view EndedCall::result() const {
+  if (call.last == fabric::EventKind::withdrawn) {
+    return "withdrawn";
+  }
+  return failed ? "failed" : other_state ? "other_state" : "answered";
+}
 
 bool CallFilter::takes(const EndedCall& ended) const {
   const recording::FollowedCall& call = ended.call;
   return (machine.empty() || call.key.machine == machine) &&
          (channel == 0 || call.key.channel == channel) && (uuid.empty() || call.uuid == uuid) &&
-         (instance.empty() || call.instance.to_string() == instance) && (!failed || ended.failed);
+         (instance.empty() || call.instance.to_string() == instance) &&
+         ((!failed && !other_state) || (failed && ended.failed) ||
+          (other_state && ended.other_state));
 }
 
 const EndedCall* CallBook::add(const recording::Entry& entry) {
@@ -21,10 +53,12 @@ const EndedCall* CallBook::add(const recording::Entry& entry) {
   Kept& kept = open(call);
   kept.timeline.add(entry);
   if (recording::is_failure(entry)) {
-    kept.failed = true;
-    if (kept.ended) {
+    // What became of an attempt before the last one is no failure of the call.
+    kept.failed_attempt = std::max(kept.failed_attempt, attempt_of(entry));
+    if (kept.ended && kept.failed_attempt == kept.ended->call.attempt) {
       // The reply of a call may come after its end, from another writer.
       kept.ended->failed = true;
+      kept.ended->other_state = false;
     }
   }
   if (!over) {
@@ -55,7 +89,10 @@ void CallBook::end(Kept& kept, recording::FollowedCall call) {
   }
   open_.erase(kept.place);
   ended_.push_back(call.id);
-  kept.ended = EndedCall{std::move(call), kept.failed || !answered_by_a_service};
+  const bool failed =
+      !answered_by_a_service || (call.attempt > 0 && kept.failed_attempt == call.attempt);
+  const bool other_state = !failed && !normal_.contain(call.uuid, call.response_state);
+  kept.ended = EndedCall{std::move(call), failed, other_state};
   if (ended_.size() > limits_.ended) {
     forget_oldest();
   }
@@ -64,7 +101,8 @@ void CallBook::end(Kept& kept, recording::FollowedCall call) {
 void CallBook::forget_oldest() {
   const auto oldest = calls_.find(ended_.front());
   ended_.pop_front();
-  if (!oldest->second.ended->failed || limits_.failed == 0) {
+  const EndedCall& ended = *oldest->second.ended;
+  if ((!ended.failed && !ended.other_state) || limits_.failed == 0) {
     calls_.erase(oldest);
     return;
   }

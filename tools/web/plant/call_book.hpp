@@ -9,9 +9,13 @@
 #include <cstdint>
 #include <deque>
 #include <list>
+#include <map>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "tools/recording/call_follower.hpp"
@@ -19,11 +23,25 @@
 
 namespace millrace::tools::web::plant {
 
+/// Which states of RESPONSE_STATE mean that a service did what it was asked for: 1 everywhere, and
+/// 0 where a program waits for a text alone (docs/services.md).
+struct NormalStates {
+  /// Others by canonical UUID.
+  std::map<std::string, std::set<std::uint32_t>> more{};
+
+  [[nodiscard]] bool contain(const std::string& uuid, std::uint32_t state) const;
+};
+
 struct EndedCall {
   recording::FollowedCall call{};
-  /// A service failed or refused it, its instance was lost, the program has withdrawn it, or nobody
-  /// but the gateway answered.
+  /// The service failed or refused its last attempt, the program has withdrawn it, or nobody but
+  /// the gateway or an operator answered.
   bool failed = false;
+  /// A service answered with a state that is not among the normal ones: mostly an error of its own.
+  bool other_state = false;
+
+  /// "answered", "other_state", "failed", "withdrawn"
+  [[nodiscard]] std::string_view result() const;
 };
 
 /// An empty text, and channel 0, take everything.
@@ -32,7 +50,9 @@ struct CallFilter {
   std::uint16_t channel = 0;
   std::string uuid{};
   std::string instance{};
+  /// Both: either.
   bool failed = false;
+  bool other_state = false;
 
   [[nodiscard]] bool takes(const EndedCall& call) const;
 };
@@ -42,14 +62,15 @@ class CallBook {
   struct Limits {
     /// The last calls that ended.
     std::size_t ended = 10'000;
-    /// Those among the older ones that failed.
+    /// Those among the older ones that failed, or were answered with another state.
     std::size_t failed = 1'000;
     /// Calls that have not ended: of programs that end while they call nobody tells the end.
     std::size_t open = 4'096;
   };
 
   CallBook() : CallBook(Limits{}) {}
-  explicit CallBook(Limits limits) : limits_(limits) {}
+  explicit CallBook(Limits limits, NormalStates normal = {})
+      : limits_(limits), normal_(std::move(normal)) {}
 
   /// The call that ends with this entry; valid until the next call of add.
   const EndedCall* add(const recording::Entry& entry);
@@ -74,7 +95,8 @@ class CallBook {
   using Order = std::list<fabric::CallId>;
   struct Kept {
     recording::TimelineBuilder timeline;
-    bool failed = false;
+    /// The last attempt that failed; 0 if none did.
+    std::uint32_t failed_attempt = 0;
     std::optional<EndedCall> ended{};
     /// While it has not ended.
     Order::iterator place{};
@@ -90,6 +112,7 @@ class CallBook {
   void forget_oldest();
 
   Limits limits_;
+  NormalStates normal_;
   recording::CallFollower follower_;
   std::unordered_map<fabric::CallId, Kept, Hash> calls_;
   /// In the order of their beginning, and of their ends.

@@ -91,6 +91,7 @@ void Plant::add_news(const recording::InstanceNews& news) {
     services_changed_.erase(id);
     services_gone_.insert(id);
     instance_pace_.erase(id);
+    other_states_of_.erase(id);
     moving_instances_.erase(id);
     return;
   }
@@ -105,6 +106,7 @@ void Plant::add_ended(const EndedCall& ended, const fabric::Moment& now) {
   const recording::FollowedCall& call = ended.call;
   ++ended_;
   failed_ += ended.failed ? 1U : 0U;
+  other_states_ += ended.other_state ? 1U : 0U;
   const auto duration = call.duration();
   pace_.add(now.steady, duration, ended.failed);
   channel_pace_[call.key].add(now.steady, duration, ended.failed);
@@ -112,6 +114,9 @@ void Plant::add_ended(const EndedCall& ended, const fabric::Moment& now) {
   if (live_.instances().contains(call.instance)) {
     instance_pace_[call.instance].add(now.steady, duration, ended.failed);
     moving_instances_.insert(call.instance);
+    if (ended.other_state) {
+      ++other_states_of_[call.instance];
+    }
   }
   history_.add_call(call.uuid, call.instance, duration, ended.failed);
   calls_ended_.push_back(call.id);
@@ -258,9 +263,10 @@ boost::json::array Plant::take_calls(std::uint64_t& skipped) {
   calls_ended_.clear();
   if (ended.size() > calls_in_change) {
     skipped = ended.size() - calls_in_change;
-    // Failed ones first, then the newest of the others.
+    // Failed ones and those with another state first, then the newest of the others.
     std::ranges::reverse(ended);
-    std::ranges::stable_partition(ended, [](const EndedCall* call) { return call->failed; });
+    std::ranges::stable_partition(
+        ended, [](const EndedCall* call) { return call->failed || call->other_state; });
     ended.resize(calls_in_change);
     std::ranges::stable_sort(ended, {}, [](const EndedCall* call) { return call->call.ended; });
   }

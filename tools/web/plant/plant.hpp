@@ -50,7 +50,8 @@ class Plant {
   /// A channel that goes from call to call is told this often; one that needs somebody, at once.
   static constexpr std::chrono::milliseconds pause_of_a_busy_channel{500};
 
-  explicit Plant(About about) : about_(std::move(about)) {}
+  explicit Plant(About about, NormalStates normal = {})
+      : about_(std::move(about)), book_({}, std::move(normal)) {}
 
   /// The call that ends with this entry; valid until the next one.
   const EndedCall* add(const recording::Entry& entry, const fabric::Moment& now);
@@ -121,6 +122,9 @@ class Plant {
   Pace pace_;
   std::uint64_t ended_ = 0;
   std::uint64_t failed_ = 0;
+  std::uint64_t other_states_ = 0;
+  /// By instance, since this is there.
+  std::map<fabric::InstanceId, std::uint64_t> other_states_of_;
   fabric::observer::Counts counts_;
 
   // What nobody was told yet.

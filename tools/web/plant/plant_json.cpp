@@ -128,12 +128,15 @@ boost::json::object Plant::service_json(const bus::LiveInstance& instance,
   out["errors_per_second"] = figures.errors_per_second;
   put_duration(out, "p50_ms", figures.p50);
   put_duration(out, "p99_ms", figures.p99);
+  const auto others = other_states_of_.find(instance.identity.id);
+  out["other_states"] = others == other_states_of_.end() ? 0 : others->second;
   return out;
 }
 
 boost::json::object Plant::json_of(const EndedCall& ended) const {
   boost::json::object out = print::json_of(ended.call);
   out["failed"] = ended.failed;
+  out["result"] = ended.result();
   // Of the instance that had it, as it was called then, whoever serves the UUID by now.
   const std::string name = ended.call.instance_name.empty() ? name_of_service(ended.call.uuid)
                                                             : print::utf8(ended.call.instance_name);
@@ -147,6 +150,7 @@ boost::json::object Plant::totals(const fabric::Moment& now) const {
   const Figures figures = pace_.figures(now.steady);
   boost::json::object out{{"calls", ended_},
                           {"failed", failed_},
+                          {"other_states", other_states_},
                           {"calls_per_second", figures.per_second},
                           {"errors_per_second", figures.errors_per_second},
                           {"delivered", counts_.delivered},

@@ -96,6 +96,47 @@ TEST(ABookOfCalls, LearnsOfAFailureThatComesAfterTheEnd) {
   EXPECT_THAT(sut.list({.failed = true}, 10), SizeIs(1));
 }
 
+std::vector<Entry> call_with_state(std::uint64_t number, std::uint32_t state) {
+  std::vector<Entry> entries = one_call(number, static_cast<double>(number));
+  std::get<fabric::Reply>(entries[3].sample).state = state;
+  std::get<fabric::Event>(entries[5].sample).state = state;
+  return entries;
+}
+
+TEST(ABookOfCalls, TellsAnAnswerWithAnotherStateFromANormalOneAndAFailure) {
+  CallBook sut({}, {.more = {{square_root, {2}}}});
+  add(sut, one_call(1, 0));
+  add(sut, call_with_state(2, 2));
+  add(sut, call_with_state(3, 99));
+  add(sut, failed_call(4));
+  EXPECT_THAT(numbers(sut.list({.other_state = true}, 10)), testing::ElementsAre(3));
+  EXPECT_THAT(numbers(sut.list({.failed = true}, 10)), testing::ElementsAre(4));
+  EXPECT_THAT(numbers(sut.list({.failed = true, .other_state = true}, 10)),
+              testing::ElementsAre(4, 3));
+  EXPECT_EQ(sut.ended({0x5f, 1})->result(), "answered");
+  EXPECT_EQ(sut.ended({0x5f, 2})->result(), "answered");
+  EXPECT_EQ(sut.ended({0x5f, 3})->result(), "other_state");
+  EXPECT_EQ(sut.ended({0x5f, 4})->result(), "failed");
+}
+
+TEST(ABookOfCalls, TakesACallThatWasAnsweredAtTheSecondAttemptForAnswered) {
+  CallBook sut;
+  std::vector<Entry> entries = one_call(1, 0);
+  Entry lost = entries[2];
+  std::get<fabric::Event>(lost.sample).kind = fabric::EventKind::lost;
+  for (std::size_t i = 3; i < 6; ++i) {
+    if (auto* event = std::get_if<fabric::Event>(&entries[i].sample)) {
+      event->attempt = 2;
+    } else {
+      std::get<fabric::Reply>(entries[i].sample).attempt = 2;
+    }
+  }
+  entries.insert(entries.begin() + 3, lost);
+  add(sut, entries);
+  EXPECT_EQ(sut.ended({0x5f, 1})->result(), "answered");
+  EXPECT_EQ(sut.ended({0x5f, 1})->call.attempt, 2U);
+}
+
 TEST(ABookOfCalls, CountsWhatNoServiceAnsweredAsFailed) {
   CallBook sut;
   std::vector<Entry> withdrawn = one_call(1, 0);

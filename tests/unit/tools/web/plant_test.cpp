@@ -224,6 +224,20 @@ TEST_F(APlant, TellsOfManyCallsTheFailedOnesAndTheNewestAndHowManyItLeavesOut) {
   EXPECT_EQ(calls.back().at("call"), "5f-120");
 }
 
+TEST_F(APlant, CountsAnswersWithAnotherStateApartFromFailures) {
+  add({instance(Change::ready)});
+  std::vector<Entry> entries = one_call(1, 0);
+  std::get<fabric::Reply>(entries[3].sample).state = 99;
+  std::get<fabric::Event>(entries[5].sample).state = 99;
+  add(entries);
+  const boost::json::object snapshot = sut.snapshot(after(0));
+  EXPECT_EQ(first(snapshot, "calls").at("result"), "other_state");
+  EXPECT_EQ(first(snapshot, "calls").at("failed"), false);
+  EXPECT_EQ(first(snapshot, "services").at("other_states"), 1);
+  EXPECT_EQ(snapshot.at("totals").at("failed"), 0);
+  EXPECT_EQ(snapshot.at("totals").at("other_states"), 1);
+}
+
 TEST_F(APlant, ShowsWhateverIsInATextAsText) {
   std::vector<Entry> entries = one_call(1, 0);
   std::get<fabric::Event>(entries[0].sample).text = "<script>\x01\xe4\n";

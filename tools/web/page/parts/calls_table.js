@@ -19,6 +19,9 @@ function resultOf(call) {
   if (call.end === 'withdrawn') {
     return { word: text.withdrawn, name: call.failed ? 'down' : 'idle' };
   }
+  if (call.result === 'other_state') {
+    return { word: text.otherState(call.response_state), name: 'look', level: 'look' };
+  }
   return call.failed ? { word: text.failedWord, name: 'down' } : { word: text.ok, name: 'well' };
 }
 
@@ -27,7 +30,7 @@ function callRow(call, hrefOf, dayOf) {
   const ended = milliseconds(call.ended);
   const cell = (column, ...content) => element('td', { 'data-label': text.columns[column], class: `cell-${column}` }, content);
   const attempts = call.attempt > 1 && element('span', { class: 'attempts' }, ` ${text.attempts(call.attempt)}`);
-  return element('tr', { 'data-call': call.call, 'data-failed': String(Boolean(call.failed)) },
+  return element('tr', { 'data-call': call.call, 'data-failed': String(Boolean(call.failed)), 'data-result': call.result ?? '' },
     element('th', { scope: 'row', class: 'cell-time', 'data-label': text.columns.time },
       element('a', { href: hrefOf(call), title: text.open(call.call) }, dayOf ? moment(ended, dayOf()) : fineClock(ended).slice(0, 12))),
     cell('channel', visible(channelName(call))),
@@ -36,7 +39,7 @@ function callRow(call, hrefOf, dayOf) {
     cell('response', call.end === 'withdrawn' ? '–' : quoted(call.response, call.response_state)),
     cell('duration', duration(call.duration_ms)),
     cell('instance', call.name || call.instance ? `${visible(call.name || call.instance)}${call.host ? ` @ ${visible(call.host)}` : ''}` : '–'),
-    cell('result', element('span', { class: 'result', 'data-level': call.failed ? 'person' : 'fine' }, shape(result.name), result.word),
+    cell('result', element('span', { class: 'result', 'data-level': result.level ?? (call.failed ? 'person' : 'fine') }, shape(result.name), result.word),
       attempts, call.replayed && element('span', { class: 'replayed' }, ` ${text.replayed}`),
       call.detail && element('span', { class: 'detail', lang: 'en' }, ` ${visible(call.detail)}`)));
 }

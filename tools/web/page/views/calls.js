@@ -14,12 +14,14 @@ const betweenMs = 450;
 
 function fits(call, filter) {
   return (!filter.machine || call.machine === filter.machine) && (!filter.channel || String(call.channel) === filter.channel)
-    && (!filter.uuid || call.uuid === filter.uuid) && (!filter.failed || call.failed);
+    && (!filter.uuid || call.uuid === filter.uuid)
+    && ((!filter.failed && !filter.other_state) || (filter.failed && call.failed) || (filter.other_state && call.result === 'other_state'));
 }
 
 export function callsView(app, query) {
   const filter = {
     machine: query.get('machine') ?? '', channel: query.get('channel') ?? '', uuid: query.get('uuid') ?? '', failed: query.get('failed') ? '1' : '',
+    other_state: query.get('other_state') ? '1' : '',
   };
   const isFiltered = Object.values(filter).some(Boolean);
   const go = (change) => {
@@ -30,6 +32,7 @@ export function callsView(app, query) {
   const channel = chooser(text.channel, filter.channel, (value) => go({ channel: value }));
   const service = chooser(text.service, filter.uuid, (value) => go({ uuid: value }));
   const failed = element('input', { type: 'checkbox', checked: Boolean(filter.failed), onchange: () => go({ failed: failed.checked ? '1' : '' }) });
+  const others = element('input', { type: 'checkbox', checked: Boolean(filter.other_state), onchange: () => go({ other_state: others.checked ? '1' : '' }) });
   const pauseButton = element('button', { type: 'button', 'aria-pressed': 'false', onclick: () => pause(frozen === null) }, text.pause);
   const status = element('p', { class: 'list-status' });
   const empty = element('p', { class: 'empty', hidden: true });
@@ -38,6 +41,7 @@ export function callsView(app, query) {
     element('h1', { tabindex: '-1' }, text.title),
     element('form', { class: 'filter', 'aria-label': text.filter, onsubmit: (event) => event.preventDefault() },
       machine.node, channel.node, service.node, element('label', { class: 'tick' }, failed, element('span', {}, text.failed)),
+      element('label', { class: 'tick' }, others, element('span', {}, text.otherStates)),
       isFiltered && element('button', { type: 'button', onclick: () => { location.hash = '#/calls'; } }, text.clear),
       pauseButton, status),
     table.node, empty);

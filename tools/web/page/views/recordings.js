@@ -78,17 +78,21 @@ function noticeTable({ notices, more }) {
 export function recordingView(app, name, query) {
   const skip = Math.max(0, Number(query.get('skip')) || 0);
   const failed = query.get('failed') ? '1' : '';
+  const other = query.get('other_state') ? '1' : '';
   const about = element('div', {}, element('p', {}, words.showing));
   const said = element('div');
   const status = element('p', { class: 'list-status' });
   const table = callsTable((call) => `#/recordings/${encodeURIComponent(name)}/${encodeURIComponent(call.call)}`, () => NaN);
   const pages = element('nav', { class: 'pages', 'aria-label': text.calls });
   const here = (change) => {
-    const wanted = new URLSearchParams(Object.entries({ skip, failed, ...change }).filter(([, value]) => value));
+    const wanted = new URLSearchParams(Object.entries({ skip, failed, other_state: other, ...change }).filter(([, value]) => value));
     return `#/recordings/${encodeURIComponent(name)}${String(wanted) ? `?${wanted}` : ''}`;
   };
   const onlyFailed = element('input', {
     type: 'checkbox', checked: Boolean(failed), onchange: () => { location.hash = here({ skip: 0, failed: onlyFailed.checked ? '1' : '' }); },
+  });
+  const onlyOther = element('input', {
+    type: 'checkbox', checked: Boolean(other), onchange: () => { location.hash = here({ skip: 0, other_state: onlyOther.checked ? '1' : '' }); },
   });
   const node = element('div', {},
     element('nav', { class: 'back', 'aria-label': text.back }, element('a', { href: '#/recordings' }, `← ${text.back}`)),
@@ -97,7 +101,8 @@ export function recordingView(app, name, query) {
     about, said,
     element('h2', {}, text.calls),
     element('form', { class: 'filter', 'aria-label': words.calls.filter, onsubmit: (event) => event.preventDefault() },
-      element('label', { class: 'tick' }, onlyFailed, element('span', {}, words.calls.failed)), status),
+      element('label', { class: 'tick' }, onlyFailed, element('span', {}, words.calls.failed)),
+      element('label', { class: 'tick' }, onlyOther, element('span', {}, words.calls.otherStates)), status),
     table.node, pages);
   return {
     node,
@@ -108,7 +113,7 @@ export function recordingView(app, name, query) {
       // Where it cannot be read the summary says why.
       get(['recordings', name, 'notices']).then((answer) => replace(said, noticeTable(answer)), () => {});
       try {
-        const { calls, more } = await get(['recordings', name, 'calls'], { failed, limit: perPage, skip: skip || '' });
+        const { calls, more } = await get(['recordings', name, 'calls'], { failed, other_state: other, limit: perPage, skip: skip || '' });
         table.show(calls);
         status.textContent = calls.length === 0 ? words.calls.noneFiltered : text.page(number(skip + 1), number(skip + calls.length));
         replace(pages, skip > 0 && element('a', { href: here({ skip: Math.max(0, skip - perPage) }) }, `← ${text.earlier}`),

@@ -9,7 +9,7 @@ import { number, perSecond, words } from '../words.js';
 
 const text = words.services;
 const historyMs = 5000;
-const columns = ['instance', 'host', 'channels', 'load', 'rate', 'p50', 'p99', 'errors', 'calls', 'version', 'state', 'action'];
+const columns = ['instance', 'host', 'channels', 'load', 'rate', 'p50', 'p99', 'errors', 'others', 'calls', 'version', 'state', 'action'];
 
 function stateOf(service) {
   if (service.goneAt !== undefined) {
@@ -74,6 +74,7 @@ function instanceRow(app) {
       setText(cells.p99, duration(service.p99_ms));
       setText(cells.errors, service.failed ? `${number(service.failed)}${service.errors_per_second ? ` · ${text.errorsPerSecond(perSecond(service.errors_per_second))}` : ''}` : '0');
       setAttribute(cells.errors, 'data-level', service.errors_per_second > 0 ? 'look' : 'fine');
+      setText(cells.others, number(service.other_states ?? 0));
       setText(cells.calls, number(service.answered_calls ?? 0));
       const fresh = JSON.stringify([app.session.describe(), service.draining, service.goneAt]);
       if (fresh !== buttons) {
