@@ -24,6 +24,11 @@ ChannelActions CallControl::on_answer(const fabric::ChannelKey& key, const fabri
 ChannelActions CallControl::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
                                      const std::string& by, Verdict& verdict, Moment now) {
   if (channel::ChannelSession* session = find_pending(key, call, verdict)) {
+    // It would run whenever an instance comes, long after somebody has looked at the machine.
+    if (const auto unserved = dispatcher_.why_unserved(session->call()->request.uuid, key)) {
+      verdict = {false, *unserved + "; start the service, then retry"};
+      return finish();
+    }
     run(*session, session->retry(by, now), now);
     carry_out(dispatcher_.add(*session->call()), now);
     verdict = {true, session->status().reason};

@@ -157,6 +157,17 @@ test('a program that was aborted needs a person, one on hold is worth a look, an
   assert.equal(assess(plant, noon).concerns.find(({ kind }) => kind === 'aborted').since, noon - 5000);
 });
 
+test('a call that waits while no instance is there has no service; one whose gateway takes no calls has a full disk', () => {
+  assert.equal(stateOf({ channel_state: 'waiting', link: 'up', instances: 0 }), 'unserved');
+  assert.equal(stateOf({ channel_state: 'waiting', link: 'up', instances: 1 }), 'waiting');
+  const left = { channel_state: 'unserved', journal: 'the journal cannot be written' };
+  const plant = [machine([left, left], [{ connected: true, gateway_host: 'here', gateway: 'g' }])];
+  const notice = { responder: 'g', kind: 'journal', subject: '', level: 'problem', program: 'gateway', host: 'here', since: iso(noon), text: left.journal };
+  const { concerns, counts } = assess(plant, noon + 10_000, [notice]);
+  assert.deepEqual(concerns.map((concern) => [concernName(concern), concern.kind, concern.reason]), [['cnc', 'journal', left.journal]]);
+  assert.deepEqual([counts.person, counts.programs], [2, 0]);
+});
+
 test('a link that is down is one concern with all its channels, since the link went', () => {
   const links = [{ connected: false, since: iso(noon - 5000), reason: 'refused', gateway_host: 'here' }];
   const plant = [machine([{ channel_state: 'link down' }, { channel_state: 'link down' }], links)];

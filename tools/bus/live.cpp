@@ -90,6 +90,29 @@ bool Live::add(const fabric::Notice& notice) {
   return notices_.insert_or_assign(notice.key, notice).second;
 }
 
+std::size_t Live::takers(const std::string& uuid, const fabric::ChannelKey& key) const {
+  const std::string canonical = fabric::canonical_uuid(uuid);
+  const auto takes = [&](const fabric::ChannelScope& scope) {
+    return (scope.machine.empty() || scope.machine == key.machine) &&
+           (scope.channel == 0 || scope.channel == key.channel);
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(instances_, [&](const auto& one) {
+    const fabric::InstanceIdentity& identity = one.second.identity;
+    return identity.uuid == canonical && !identity.draining &&
+           (identity.channels.empty() || std::ranges::any_of(identity.channels, takes));
+  }));
+}
+
+const fabric::Notice* Live::journal_trouble(std::string_view machine) const {
+  for (const auto& [key, status] : machines_) {
+    const auto notice = notices_.find({status.gateway, "journal", {}});
+    if (status.machine == machine && notice != notices_.end()) {
+      return &notice->second;
+    }
+  }
+  return nullptr;
+}
+
 std::vector<const LiveInstance*> Live::instances_of(const std::string& what) const {
   const std::string canonical = fabric::canonical_uuid(what);
   std::vector<const LiveInstance*> found;

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -72,6 +73,11 @@ class Live {
   }
   [[nodiscard]] bool too_many_notices() const { return too_many_notices_; }
 
+  /// How many instances take calls of this UUID from this channel: those that drain take none.
+  [[nodiscard]] std::size_t takers(const std::string& uuid, const fabric::ChannelKey& key) const;
+  /// Why the gateways of this machine take no new call; nullptr if that is not for want of a
+  /// journal.
+  [[nodiscard]] const fabric::Notice* journal_trouble(std::string_view machine) const;
   /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
   /// two; all for an empty text.
   [[nodiscard]] std::vector<const LiveInstance*> instances_of(const std::string& what) const;

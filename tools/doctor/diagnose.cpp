@@ -47,8 +47,8 @@ std::vector<Diagnosis> diagnose(const Findings& findings) {
   look::at_peers(findings, report);
   look::at_endpoints(findings, report);
   look::at_machines(findings, report);
-  look::at_channels(findings, report);
   look::at_notices(findings, report);
+  look::at_channels(findings, report);
   look::at_versions(findings, report);
   look::at_clocks(findings, report);
   return std::move(report).take();

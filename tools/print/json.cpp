@@ -119,6 +119,8 @@ boost::json::object json_of(const fabric::ChannelStatus& status) {
   boost::json::object out{{"machine", utf8(status.key.machine)}, {"channel", status.key.channel}};
   if (status.call != fabric::CallId{}) {
     out["call"] = status.call.to_string();
+  }
+  if (!status.uuid.empty()) {
     out["uuid"] = utf8(status.uuid);
   }
   put_channel(out, status);

@@ -265,6 +265,27 @@ TEST_F(CallControlTest, LetsAnOperatorRetryAHeldCall) {
   EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
+TEST_F(CallControlTest, RefusesToRetryACallThatNoInstanceCanTake) {
+  start();
+  link_up();
+  auto once = instance(1);
+  once.delivery = fabric::Delivery::at_most_once;
+  sut->on_instance_ready(once, now);
+  confirm(request(1));
+  sut->on_instance_gone(once.id, now);
+  now.steady = *sut->next_time();
+  confirm(sut->on_time(now));
+  control::Verdict verdict;
+  EXPECT_THAT(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now), IsEmpty());
+  EXPECT_FALSE(verdict.done);
+  EXPECT_THAT(verdict.detail, testing::HasSubstr("served by nobody"));
+  EXPECT_THAT(verdict.detail, testing::HasSubstr("start the service, then retry"));
+  sut->on_instance_ready(instance(2), now);
+  const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now);
+  EXPECT_TRUE(verdict.done);
+  EXPECT_THAT(all<Publish>(confirm(actions)), SizeIs(1));
+}
+
 // Above a thousand calls a second Cyclone could not free what each withdrawal left behind, and the
 // gateway's memory grew without limit. Found by the long run.
 TEST_F(CallControlTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {

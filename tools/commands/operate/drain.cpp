@@ -1,4 +1,12 @@
 // millrace drain: has instances finish their calls and leave.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "base/text/quoted.hpp"
+#include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 
 namespace millrace::tools::commands::operate {
@@ -10,6 +18,39 @@ struct DrainOptions : OperateOptions {
   std::string what;
 };
 
+/// Services that have an instance now and will have none.
+std::map<std::string, std::string> services_that_end(const bus::Live& live,
+                                                     const std::string& what) {
+  std::set<fabric::InstanceId> leaving;
+  for (const bus::LiveInstance* instance : live.instances_of(what)) {
+    leaving.insert(instance->identity.id);
+  }
+  std::map<std::string, std::string> ending;
+  for (const bus::LiveInstance* instance : live.instances_of(what)) {
+    const auto others = live.instances_of(instance->identity.uuid);
+    const bool is_last = std::ranges::all_of(others, [&](const bus::LiveInstance* other) {
+      return leaving.contains(other->identity.id) || other->identity.draining;
+    });
+    if (is_last && !instance->identity.draining) {
+      ending.emplace(instance->identity.uuid, instance->identity.name);
+    }
+  }
+  return ending;
+}
+
+int drain(const DrainOptions& options) {
+  const bus::Live live = bus::take_snapshot(options.fabric.options());
+  const int code = tell_instances(options, live, fabric::CommandKind::drain, options.what);
+  if (!options.what.empty()) {
+    for (const auto& [uuid, name] : services_that_end(live, options.what)) {
+      fmt::print(stderr,
+                 "millrace: {} ({}) has no other instance: its calls wait until one is started\n",
+                 base::text::safe(name), base::text::safe(uuid));
+    }
+  }
+  return code;
+}
+
 }  // namespace
 
 void add_drain(CLI::App& app, Chosen& chosen) {
@@ -19,11 +60,7 @@ void add_drain(CLI::App& app, Chosen& chosen) {
   command
       .add_option("WHAT", options->what, "An instance; a UUID or a name means all of its instances")
       ->required();
-  command.callback([options, &chosen] {
-    chosen.run = [options] {
-      return tell_instances(*options, fabric::CommandKind::drain, options->what);
-    };
-  });
+  command.callback([options, &chosen] { chosen.run = [options] { return drain(*options); }; });
 }
 
 }  // namespace millrace::tools::commands::operate

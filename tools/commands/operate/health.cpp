@@ -12,6 +12,7 @@
 #include "base/program/command_line.hpp"
 #include "base/text/number.hpp"
 #include "base/text/quoted.hpp"
+#include "fabric/channel_scope.hpp"
 #include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 #include "tools/print/json.hpp"
@@ -195,7 +196,13 @@ void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& w
     }
     if (status.state == fabric::ChannelState::held) {
       wrongs.note(exit_held, fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
-    } else if (status.state == fabric::ChannelState::unserved) {
+    } else if (status.state == fabric::ChannelState::unserved &&
+               live.journal_trouble(fabric::machine_of(key.machine)) != nullptr) {
+      // Its gateway says it itself.
+      continue;
+    } else if (status.state == fabric::ChannelState::unserved ||
+               (status.state == fabric::ChannelState::waiting &&
+                live.takers(status.uuid, key) == 0)) {
       wrongs.note(exit_unserved, fmt::format("{}: nobody serves {}: {}", key.to_string(),
                                              status.uuid, status.reason));
     } else if (status.state == fabric::ChannelState::waiting &&

@@ -78,9 +78,8 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
   return all_done;
 }
 
-int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
+int tell_instances(const OperateOptions& options, const bus::Live& live, fabric::CommandKind kind,
                    const std::string& what) {
-  const bus::Live live = bus::take_snapshot(options.fabric.options());
   std::vector<fabric::InstanceIdentity> instances;
   for (const bus::LiveInstance* instance : live.instances_of(what)) {
     instances.push_back(instance->identity);

@@ -41,7 +41,7 @@ bool tell_each(const OperateOptions& options, fabric::CommandKind kind,
 
 /// Sends a command to each instance that `what` names (its UUID, id or name) and prints what it
 /// says. Fails if there is none, or one does not answer or refuses.
-int tell_instances(const OperateOptions& options, fabric::CommandKind kind,
+int tell_instances(const OperateOptions& options, const bus::Live& live, fabric::CommandKind kind,
                    const std::string& what);
 
 /// Adds the argument CHANNEL, as in "cnc/1".

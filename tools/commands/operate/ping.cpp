@@ -1,4 +1,5 @@
 // millrace ping: asks instances whether they are there.
+#include "tools/bus/snapshot.hpp"
 #include "tools/commands/operate/operate.hpp"
 
 namespace millrace::tools::commands::operate {
@@ -23,7 +24,8 @@ void add_ping(CLI::App& app, Chosen& chosen) {
       ->required();
   command.callback([options, &chosen] {
     chosen.run = [options] {
-      return tell_instances(*options, fabric::CommandKind::ping, options->what);
+      const bus::Live live = bus::take_snapshot(options->fabric.options());
+      return tell_instances(*options, live, fabric::CommandKind::ping, options->what);
     };
   });
 }

@@ -9,13 +9,13 @@ const unservedGraceMs = 2000;
 const waitingLookMs = 5000;
 const waitingPersonMs = 60_000;
 
-const rank = { held: 0, gone: 1, 'link down': 2, unserved: 3, aborted: 4, trouble: 5, stuck: 6, waiting: 7, stopped: 8 };
+const rank = { held: 0, gone: 1, 'link down': 2, journal: 2, unserved: 3, aborted: 4, trouble: 5, stuck: 6, waiting: 7, stopped: 8 };
 
 /** The shape of each state or kind of concern, in shapes.js. */
 export const shapeOf = {
   idle: 'idle', running: 'running', answering: 'answering', waiting: 'waiting', unserved: 'unserved', held: 'held',
   'link down': 'down', gone: 'down', stuck: 'look', unknown: 'unknown', trouble: 'look',
-  aborted: 'down', stopped: 'held',
+  aborted: 'down', stopped: 'held', journal: 'down',
 };
 
 /** What a channel shows: its state, or what is said of it instead. */
@@ -29,6 +29,14 @@ export function stateOf(channel) {
   // A gateway gives a reason for a call that runs only when its time is up and the program waits on.
   if (channel.channel_state === 'running' && channel.reason) {
     return 'stuck';
+  }
+  // A gateway that takes no new call leaves all of them alone: whether somebody serves them nobody has asked.
+  if (channel.channel_state === 'unserved' && channel.journal) {
+    return 'journal';
+  }
+  // A call that waits for an instance, and there is none.
+  if (channel.channel_state === 'waiting' && channel.instances === 0) {
+    return 'unserved';
   }
   const state = channel.channel_state in shapeOf ? channel.channel_state : 'unknown';
   // A call that needs a person may be why its program was aborted: the cause comes first.
@@ -47,6 +55,7 @@ export function levelOf(state, ageMs = Infinity) {
     case 'held':
     case 'gone':
     case 'link down':
+    case 'journal':
     case 'unserved':
     case 'aborted':
       return 'person';
@@ -72,6 +81,11 @@ export function sinceOf(channel, state, links) {
   return milliseconds(isOfProgram(state) ? channel.program.since : channel.since);
 }
 
+/** The state is of a whole machine: one concern for all its channels. */
+function isOfMachine(state) {
+  return state === 'gone' || state === 'link down' || state === 'journal';
+}
+
 /** The state is of the NC program, not of its call. */
 export function isOfProgram(state) {
   return state === 'aborted' || state === 'stopped';
@@ -86,7 +100,7 @@ function concernOf(machine, channel, now) {
     return null;
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
-  const reason = (state === 'gone' || state === 'link down') ? link?.reason || channel.reason : isOfProgram(state) ? '' : channel.reason;
+  const reason = (state === 'gone' || state === 'link down') ? link?.reason || channel.reason : isOfProgram(state) ? '' : state === 'journal' ? channel.journal : channel.reason;
   return { machine: machine.name, channels: [channel], kind: state, level, since, reason: reason ?? '' };
 }
 
@@ -105,7 +119,7 @@ function concernOfMachine(machine) {
 /** What a program says of itself, where that is not that it is well. */
 const concernOfNotice = (notice) => ({
   machine: `${notice.program} @ ${notice.host}`, channels: [], kind: 'trouble', level: notice.level === 'warning' ? 'look' : 'person',
-  since: milliseconds(notice.since), reason: notice.text, todo: notice.advice, key: `${notice.responder} ${notice.kind} ${notice.subject}`,
+  since: milliseconds(notice.since), reason: notice.text, todo: notice.advice, notice, key: `${notice.responder} ${notice.kind} ${notice.subject}`,
 });
 
 /**
@@ -130,7 +144,7 @@ export function assess(plant, now, notices = []) {
         continue;
       }
       counts[concern.level] += 1;
-      const shared = (concern.kind === 'gone' || concern.kind === 'link down') && common.get(concern.kind);
+      const shared = isOfMachine(concern.kind) && common.get(concern.kind);
       if (shared) {
         shared.channels.push(channel);
         continue;
@@ -139,6 +153,12 @@ export function assess(plant, now, notices = []) {
       concerns.push(concern);
     }
   }
+  // What a gateway says of its journal stands with the channels that wait for it.
+  const explained = new Set(plant.filter((machine) => concerns.some((concern) => concern.kind === 'journal' && concern.machine === machine.name))
+    .flatMap((machine) => machine.links.map((link) => link.gateway)));
+  const isExplained = (concern) => concern.notice?.kind === 'journal' && explained.has(concern.notice.responder);
+  counts.programs -= concerns.filter((concern) => isExplained(concern) && concern.level === 'person').length;
+  concerns.splice(0, concerns.length, ...concerns.filter((concern) => !isExplained(concern)));
   const order = (concern) => [concern.level === 'person' ? 0 : 1, rank[concern.kind] ?? 9, concern.since];
   concerns.sort((a, b) => {
     const [left, right] = [order(a), order(b)];

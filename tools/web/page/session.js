@@ -107,7 +107,7 @@ export function makeSession(app) {
     return confirmed({
       title: text.retryTitle(visible(channelName(channel))),
       pairs: pairsOf(channel),
-      consequence: text.retryDoes,
+      consequence: channel.instances === 0 ? `${text.retryDoes} ${words.plant.noInstance}` : text.retryDoes,
       act: text.doRetry(visible(channelName(channel))),
     }, 'retry', () => {
       mustBePending(channel);
@@ -115,13 +115,17 @@ export function makeSession(app) {
     });
   }
 
+  /** No other instance of its service takes calls. */
+  const isLast = (service) => ![...app.model.services.values()].some((other) => other.uuid === service.uuid
+    && other.instance !== service.instance && other.goneAt === undefined && !other.draining);
+
   function drain(service) {
     const name = visible(service.name || service.instance);
     return confirmed({
       title: text.drainTitle(name),
       pairs: [[text.instance, service.instance], [text.service, service.uuid],
         [words.services.columns.host, `${visible(service.host)}, ${words.services.pid(service.pid)}`]],
-      consequence: text.drainDoes,
+      consequence: isLast(service) ? `${text.drainDoes} ${text.drainLast}` : text.drainDoes,
       act: text.doDrain(name),
     }, 'drain', () => ({ instance: service.instance }));
   }

@@ -68,13 +68,24 @@ void Plant::add(const fabric::Notice& notice) {
   // It is said again and again while it holds.
   if (known == live_.notices().end() || known->second != notice) {
     live_.add(notice);
+    mark_all_of_gateway(notice.key.responder);
     notices_changed_ = true;
   }
 }
 
 void Plant::take_back(const fabric::NoticeKey& key) {
   live_.take_back(key);
+  mark_all_of_gateway(key.responder);
   notices_changed_ = true;
+}
+
+/// It may say why its machines' calls are left alone.
+void Plant::mark_all_of_gateway(const fabric::InstanceId& gateway) {
+  for (const auto& [key, status] : live_.machines()) {
+    if (key.second == gateway) {
+      mark_all_of(status.machine);
+    }
+  }
 }
 
 void Plant::add_link(const fabric::MachineStatus& status, fabric::Time received) {
@@ -87,6 +98,7 @@ void Plant::add_link(const fabric::MachineStatus& status, fabric::Time received)
 
 void Plant::add_news(const recording::InstanceNews& news) {
   const fabric::InstanceId& id = news.identity.id;
+  mark_callers_of(news);
   if (news.change == recording::Change::gone) {
     services_changed_.erase(id);
     services_gone_.insert(id);
@@ -99,6 +111,19 @@ void Plant::add_news(const recording::InstanceNews& news) {
   services_changed_.insert(id);
   if (service_names_.size() < most_names || service_names_.contains(news.identity.uuid)) {
     service_names_.insert_or_assign(news.identity.uuid, news.identity.name);
+  }
+}
+
+/// Channels whose calls want its service: there is one more or less for them.
+void Plant::mark_callers_of(const recording::InstanceNews& news) {
+  const auto gone = live_.gone().find(news.identity.id);
+  const std::string& uuid = news.change == recording::Change::gone && gone != live_.gone().end()
+                                ? gone->second.last.identity.uuid
+                                : news.identity.uuid;
+  for (const auto& [key, status] : live_.channels()) {
+    if (!status.uuid.empty() && fabric::canonical_uuid(status.uuid) == uuid) {
+      channels_changed_.insert(key);
+    }
   }
 }
 

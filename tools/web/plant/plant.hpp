@@ -90,6 +90,8 @@ class Plant {
   void add_ended(const EndedCall& ended, const fabric::Moment& now);
   /// It is the first that a gateway tells of its machine, which another one had before.
   [[nodiscard]] bool has_another_gateway(const fabric::MachineStatus& status) const;
+  void mark_all_of_gateway(const fabric::InstanceId& gateway);
+  void mark_callers_of(const recording::InstanceNews& news);
   void mark_all_of(const std::string& machine);
   void mark_what_moves(const fabric::Moment& now);
   void end_steps(const fabric::Moment& now);

@@ -101,6 +101,13 @@ boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
       out["service"] = name;
     }
   }
+  if (!status.uuid.empty()) {
+    out["instances"] = live_.takers(status.uuid, status.key);
+  }
+  if (const auto* trouble = live_.journal_trouble(fabric::machine_of(status.key.machine));
+      trouble != nullptr) {
+    out["journal"] = print::utf8(trouble->text);
+  }
   const auto call = book_.under_way().find(status.key);
   if (call != book_.under_way().end() && call->second.id == status.call && call->second.request) {
     out["request"] = print::text_json(*call->second.request);

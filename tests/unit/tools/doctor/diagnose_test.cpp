@@ -310,13 +310,28 @@ TEST_F(TheDoctor, FindsChannelsThatWait) {
   be_healthy();
   add(fabric::ChannelStatus{.key = {"cnc", 1}, .state = unserved, .uuid = "x", .reason = "nobody"});
   add(fabric::ChannelStatus{.key = {"cnc", 2}, .state = held});
-  add(fabric::ChannelStatus{.key = {"cnc", 3}, .state = waiting});
+  add(fabric::ChannelStatus{.key = {"cnc", 3}, .state = waiting, .uuid = "y"});
+  add(fabric::ChannelStatus{.key = {"cnc", 4}, .state = waiting, .uuid = square_root});
   add(fabric::ChannelStatus{
       .key = {"lathe", 1}, .state = link_down, .reason = "its gateway is gone"});
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/1 waits for x, which nobody serves")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "millrace answer cnc/2")));
-  EXPECT_THAT(sut(), Contains(is(Severity::warning, "cnc/3 waits for a free instance")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/3 waits for y, which nobody serves")));
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "cnc/4 waits for a free instance")));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "cnc/2 holds", "start it before you retry")));
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "lathe/1 has no link")));
+}
+
+TEST_F(TheDoctor, NamesAFullDiskOnceAndNotTheServicesOfTheCallsThatWaitForIt) {
+  be_healthy();
+  add(fabric::ChannelStatus{.key = {"cnc", 1},
+                            .state = fabric::ChannelState::unserved,
+                            .uuid = "x",
+                            .reason = "the journal cannot be written"});
+  found.live.add(
+      fabric::Notice{.key = {.kind = "journal"}, .text = "the journal cannot be written"});
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::problem, "which nobody serves"))));
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "the journal cannot be written")).Times(1));
 }
 
 TEST_F(TheDoctor, SaysWhereTheServiceOfAQueueIsNamedAndThatItsMachineHasNoLinkOnce) {

@@ -238,6 +238,27 @@ TEST_F(APlant, CountsAnswersWithAnotherStateApartFromFailures) {
   EXPECT_EQ(snapshot.at("totals").at("other_states"), 1);
 }
 
+TEST_F(APlant, SaysHowManyInstancesThereAreForACallThatWaits) {
+  Entry waits = channel(fabric::ChannelState::waiting, 1);
+  std::get<fabric::ChannelStatus>(waits.sample).instance = {};
+  add({machine(1, "gw"), waits});
+  ASSERT_TRUE(sut.changes(after(0)));
+  add({instance(Change::ready)});
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("instances"), 1);
+  add({instance(Change::gone)});
+  EXPECT_EQ(first(*sut.changes(after(2000)), "channels").at("instances"), 0);
+}
+
+TEST_F(APlant, SaysThatAGatewayTakesNoCallsWithItsChannels) {
+  add({machine(1, "gw"), channel(fabric::ChannelState::unserved)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  const fabric::Notice full{.key = {id(1), "journal", ""}, .text = "disk full"};
+  sut.add(full);
+  EXPECT_EQ(first(*sut.changes(after(1000)), "channels").at("journal"), "disk full");
+  sut.take_back(full.key);
+  EXPECT_FALSE(first(*sut.changes(after(2000)), "channels").contains("journal"));
+}
+
 TEST_F(APlant, ShowsWhateverIsInATextAsText) {
   std::vector<Entry> entries = one_call(1, 0);
   std::get<fabric::Event>(entries[0].sample).text = "<script>\x01\xe4\n";

@@ -62,7 +62,7 @@ export function concernCard(app) {
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
       const channel = concern.channels.length === 1 ? concern.channels[0] : {};
       const fresh = JSON.stringify([concern.kind, concern.reason, concern.todo, channel.call, channel.attempt, channel.service, channel.uuid,
-        channel.request, channel.name, channel.host, channel.program, app.session.describe()]);
+        channel.request, channel.name, channel.host, channel.program, channel.instances, app.session.describe()]);
       if (fresh !== shown) {
         shown = fresh;
         replace(body, ...bodyOf(app, concern, channel));
@@ -74,13 +74,15 @@ export function concernCard(app) {
 function bodyOf(app, concern, channel) {
   const advice = words.advice[concern.kind];
   const isOperators = concern.kind === 'held' || concern.kind === 'stuck';
+  const isStranded = concern.kind === 'held' && channel.instances === 0;
   const facts = concern.channels.length === 1 ? callFacts(channel, concern.kind) : [];
   const buttons = isOperators && channel.call ? app.session.buttonsFor(channel) : [];
   const commands = buttons.length === 0 ? commandOf(concern) : [];
   return [
     element('div', { class: 'concern-why' },
       advice && element('p', { class: 'concern-means' }, advice.means),
-      concern.reason && said(concern.reason, { lang: 'en', class: 'said reason' })),
+      concern.reason && said(concern.reason, { lang: 'en', class: 'said reason' }),
+      isStranded && element('p', { class: 'concern-means' }, words.plant.noInstance)),
     advice && element('div', { class: 'concern-todo' },
       element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
       element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo), concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : advice.todo),
