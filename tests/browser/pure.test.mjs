@@ -117,6 +117,12 @@ test('an instance that is gone stays for a while, and its service comes first', 
   assert.deepEqual(sut.servicesByUuid().map((group) => group.name), ['a']);
 });
 
+test('an instance that was gone before the page was opened is known as gone', () => {
+  const sut = new Model();
+  sut.takeSnapshot({ about: about(), services: [{ instance: '1', uuid: 'u', name: 'a', gone: iso(noon - 60_000) }] }, 0);
+  assert.deepEqual(sut.servicesByUuid().map((group) => [group.name, group.here, group.instances[0].goneAt]), [['a', 0, noon - 60_000]]);
+});
+
 const machine = (channels, links = [{ connected: true, gateway_host: 'here' }]) => ({
   name: 'cnc', links, channels: channels.map((channel, i) => ({ machine: 'cnc', channel: i + 1, link: 'up', since: iso(noon), ...channel })),
 });

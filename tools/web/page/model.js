@@ -172,7 +172,7 @@ export class Model {
       this.channels.set(keyOf(channel.machine, channel.channel), channel);
     }
     for (const service of data.services ?? []) {
-      this.services.set(service.instance, service);
+      this.services.set(service.instance, service.gone ? { ...service, goneAt: milliseconds(service.gone) } : service);
     }
     for (const [id, service] of this.services) {
       if (service.goneAt !== undefined && this.now(browserTime) - service.goneAt > keptGoneMs) {

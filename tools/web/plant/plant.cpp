@@ -201,6 +201,7 @@ std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
   end_steps(now);
   mark_what_moves(now);
   data_.forget_old(now.wall);
+  live_.forget_gone(now.wall - kept_gone);
   boost::json::array machines;
   boost::json::array machines_gone;
   for (const MachineKey& key : machines_changed_) {

@@ -47,6 +47,8 @@ class Plant {
   static constexpr std::size_t calls_in_change = 50;
   /// A change is told at least this often, as a sign of life.
   static constexpr std::chrono::seconds heartbeat{2};
+  /// An instance that is gone is shown this long, to whoever opens the page, too.
+  static constexpr std::chrono::minutes kept_gone{15};
   /// A channel that goes from call to call is told this often; one that needs somebody, at once.
   static constexpr std::chrono::milliseconds pause_of_a_busy_channel{500};
 

@@ -211,6 +211,11 @@ boost::json::array Plant::services(const fabric::Moment& now) const {
   for (const auto& [id, instance] : live_.instances()) {
     out.push_back(service_json(instance, now));
   }
+  for (const auto& [id, gone] : live_.gone()) {
+    boost::json::object instance = service_json(gone.last, now);
+    print::put_time(instance, "gone", gone.at);
+    out.push_back(std::move(instance));
+  }
   return out;
 }
 

@@ -188,7 +188,24 @@ TEST_F(APlant, TellsThatAnInstanceIsGone) {
   const auto changes = sut.changes(after(250));
   ASSERT_TRUE(changes);
   EXPECT_EQ(changes->at("gone").at("services").at(0).as_string(), id(0x11).to_string());
-  EXPECT_THAT(sut.services(after(250)), IsEmpty());
+}
+
+TEST_F(APlant, TellsWhoIsNewOfInstancesThatWereGoneBeforeForAQuarterOfAnHour) {
+  add({instance(Change::ready), instance(Change::gone)});
+  ASSERT_TRUE(sut.changes(after(0)));
+  const boost::json::object gone = first(sut.snapshot(after(250)), "services");
+  EXPECT_EQ(gone.at("name"), "sq1");
+  EXPECT_TRUE(gone.contains("gone"));
+  constexpr double quarter = 15 * 60'000;
+  ASSERT_TRUE(sut.changes(after(quarter)));
+  EXPECT_THAT(sut.services(after(quarter)), SizeIs(1));
+  ASSERT_TRUE(sut.changes(after(quarter + 2000)));
+  EXPECT_THAT(sut.services(after(quarter + 2000)), IsEmpty());
+  // What it was called is known for the channels that want it.
+  Entry unserved = channel(fabric::ChannelState::unserved, 1);
+  std::get<fabric::ChannelStatus>(unserved.sample).instance = {};
+  add({unserved});
+  EXPECT_EQ(first(sut.snapshot(after(quarter + 3000)), "channels").at("service"), "sq1");
 }
 
 TEST_F(APlant, CountsRatesThatGoDownWhenNobodyCalls) {
