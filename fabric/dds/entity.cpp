@@ -1,18 +1,42 @@
 #include "fabric/dds/entity.hpp"
 
+#include <array>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace millrace::fabric::dds {
 
+namespace {
+
+/// Who may write a topic, as fabric/trust/grants.cpp has it; empty where that is no matter of a
+/// role alone. A fabric or a UUID may be the wrong one, too.
+std::string role_needed(std::string_view what) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> roles{
+      {{"write millrace/command", "operator"},
+       {"write millrace/variable/request", "operator"},
+       {"write millrace/v2/request", "gateway or tester"},
+       {"write millrace/v2/reply", "service with this UUID"},
+       {"write millrace/machine", "gateway"}}};
+  for (const auto& [topic, role] : roles) {
+    if (what.starts_with(topic)) {
+      return fmt::format(", it needs the role {}", role);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
 dds_return_t check(dds_return_t result, std::string_view what) {
   if (result < 0) {
     if (result == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY) {
-      throw std::runtime_error(fmt::format(
-          "may not {}: the certificate of this program does not say so; `millrace trust show` says "
-          "what it may",
-          what));
+      throw std::runtime_error(
+          fmt::format("may not {}: the certificate of this program does not say so{}; `millrace "
+                      "trust show` says what it may",
+                      what, role_needed(what)));
     }
     throw std::runtime_error(fmt::format("cannot {}: {}", what, dds_strretcode(result)));
   }

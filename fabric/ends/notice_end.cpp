@@ -4,26 +4,43 @@
 #include <optional>
 
 #include <boost/asio/steady_timer.hpp>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
 
+#include "fabric/dds/trust.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric::ends {
 
+namespace {
+
+/// Time enough to renew a member and to go to its host.
+constexpr std::chrono::days soon{30};
+/// How often it is seen whether the certificate ends soon.
+constexpr std::chrono::hours between_looks{1};
+
+}  // namespace
+
 struct NoticeEnd::Impl : std::enable_shared_from_this<Impl> {
   Impl(const dds::Participant& own_participant, const boost::asio::any_io_executor& executor,
        Notice who)
-      : participant(own_participant), board(std::move(who)), timer(executor) {}
+      : participant(own_participant),
+        board(std::move(who)),
+        timer(executor),
+        certificate_timer(executor) {}
 
   tl::expected<void, std::string> open();
   tl::expected<void, std::string> tell();
   void repeat();
   void schedule();
+  void look_at_certificate();
 
   const dds::Participant& participant;
   NoticeBoard board;
   std::optional<wire::Writer<Notice>> writer;
   boost::asio::steady_timer timer;
+  boost::asio::steady_timer certificate_timer;
   bool scheduled = false;
 };
 
@@ -80,12 +97,42 @@ void NoticeEnd::Impl::repeat() {
   }
 }
 
+/// What comes of telling it is of no interest: it is tried again with the next one.
+void NoticeEnd::Impl::look_at_certificate() {
+  const dds::Trust& trust = *participant.options().trust;
+  const auto now = std::chrono::system_clock::now();
+  if (trust.until - now < soon) {
+    board.raise(
+        {.key = {.kind = "certificate"},
+         .level = NoticeLevel::warning,
+         .text = fmt::format("its certificate ({}) ends on {:%F %R} UTC", trust.name, trust.until),
+         .advice = fmt::format("`millrace trust renew PLANT {}` where the plant's "
+                               "authorities are, copy the folder anew, and restart it",
+                               trust.name)},
+        now);
+    static_cast<void>(tell());
+    return;
+  }
+  certificate_timer.expires_after(between_looks);
+  certificate_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+    const auto self = weak.lock();
+    if (!error && self) {
+      self->look_at_certificate();
+    }
+  });
+}
+
 NoticeEnd::NoticeEnd(const dds::Participant& participant,
                      const boost::asio::any_io_executor& executor, Notice who)
-    : impl_(std::make_shared<Impl>(participant, executor, std::move(who))) {}
+    : impl_(std::make_shared<Impl>(participant, executor, std::move(who))) {
+  if (participant.options().trust) {
+    impl_->look_at_certificate();
+  }
+}
 
 NoticeEnd::~NoticeEnd() {
   impl_->timer.cancel();
+  impl_->certificate_timer.cancel();
   if (impl_->writer) {
     for (const auto& [key, notice] : impl_->board.told()) {
       impl_->writer->withdraw(notice);

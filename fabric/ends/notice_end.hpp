@@ -5,6 +5,8 @@
 //   notices.raise({.key = {.kind = "recording"}, .level = NoticeLevel::fine, .text = "records"});
 //   notices.clear("recording");
 //
+// Of itself it says that the certificate which the program shows ends soon.
+//
 // It announces no writer before there is something to say, so a program that is well costs the
 // fabric nothing.
 #pragma once

@@ -93,8 +93,9 @@ TEST_F(Trust, LetsAServiceAnswerNoOtherUuid) {
 
 TEST_F(Trust, LetsAnObserverCommandNothing) {
   Process service = sut.square_root(sut.as("square-root"));
-  EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("screen"), 1),
-              HasSubstr("may not write millrace/command"));
+  EXPECT_THAT(
+      sut.ask({"ping", root_uuid}, sut.as("screen"), 1),
+      AllOf(HasSubstr("may not write millrace/command"), HasSubstr("it needs the role operator")));
   EXPECT_THAT(sut.ask({"ping", root_uuid}, sut.as("office")), HasSubstr("square_root"));
 }
 
@@ -267,6 +268,22 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
   EXPECT_THAT(report,
               AllOf(HasSubstr("this program is trusted as screen until"),
                     HasSubstr("believed here: square_root on"), HasSubstr("shows no certificate")));
+}
+
+TEST_F(Trust, IsExplainedToAProgramWithoutACertificate) {
+  Process service = sut.square_root(sut.as("square-root"));
+  EXPECT_THAT(sut.ask({"doctor"}, Flags{}, 1),
+              AllOf(HasSubstr("hears nobody who shows none"), HasSubstr("millrace trust issue")));
+}
+
+TEST_F(Trust, IsSaidByAProgramWhoseCertificateEndsSoon) {
+  sut.shorten(
+      {.name = "square-root", .roles = {fabric::trust::Role::service}, .uuids = {root_uuid}},
+      std::chrono::hours(24));
+  Process service = sut.square_root(sut.as("square-root"));
+  EXPECT_THAT(
+      sut.ask({"services"}, sut.as("screen")),
+      AllOf(HasSubstr("its certificate (square-root) ends on"), HasSubstr("millrace trust renew")));
 }
 
 TEST_F(Trust, IsRenewedOneInstanceAfterTheOtherWithoutACallLost) {

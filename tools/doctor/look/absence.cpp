@@ -108,10 +108,12 @@ bool blame_trust(const Findings& found, const Heard& each, Report& report) {
 /// Multicast comes through, but what is sent to one of us alone does not.
 void for_half_deaf(const Findings& found, Report& report) {
   const bool trusted = !found.joining.trusted_as.empty();
+  const auto needs_trust = [&](const Heard& each) { return trusted || each.who.shows_certificate; };
   for (const Heard& each : found.heard) {
-    // Cyclone shows participants whom it does not believe too, but none of their endpoints.
+    // Cyclone shows participants whom it does not believe, or who do not believe it, but none
+    // of their endpoints.
     const bool known = std::ranges::any_of(found.programs, [&](const Program& program) {
-      return program.prefix == each.who.prefix && (!trusted || !program.fabrics.empty());
+      return program.prefix == each.who.prefix && (!needs_trust(each) || !program.fabrics.empty());
     });
     if (each.domain == found.joining.domain && !known && !blame_trust(found, each, report)) {
       report.problem(

@@ -190,6 +190,10 @@ TEST_F(TheDoctor, BelievesNobodyWhoseEndpointsAreNotShown) {
   EXPECT_THAT(sut(), Not(Contains(is(Severity::warning, "shows no certificate"))));
   found.joining.trusted_as = "office";
   EXPECT_THAT(sut(), Contains(is(Severity::warning, "shows no certificate")));
+  // And we are not believed by who shows one.
+  found.joining.trusted_as.clear();
+  found.heard.back().who.shows_certificate = true;
+  EXPECT_THAT(sut(), Contains(is(Severity::problem, "hears nobody who shows none")));
 }
 
 TEST_F(TheDoctor, BlamesTheConfigurationIfNobodyCanBeFoundByIt) {
