@@ -113,14 +113,21 @@ tl::expected<std::string, std::string> to_cp1252(std::string_view utf8) {
 }
 
 bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
+  for (;;) {
+    // Most texts are ASCII throughout.
+    const auto* const other = std::find_if(text.begin(), text.end(), [](char c) {
+      return (static_cast<std::uint8_t>(c) & 0x80U) != 0;
+    });
+    text.remove_prefix(static_cast<std::size_t>(other - text.begin()));
+    if (text.empty()) {
+      return true;
+    }
     const std::size_t length = utf8_length(static_cast<std::uint8_t>(text.front()));
     if (!decode(text, length)) {
       return false;
     }
     text.remove_prefix(length);
   }
-  return true;
 }
 
 }  // namespace millrace::base::text
