@@ -94,6 +94,9 @@ void PlanBuilder::add(const fabric::Request& request, const recording::Entry& en
 }
 
 void PlanBuilder::add(const fabric::Reply& reply, const recording::Entry& entry) {
+  if (reply.kind != fabric::ReplyKind::interim && reply.kind != fabric::ReplyKind::final) {
+    return;  // Declined: another instance got the call, and answered.
+  }
   Found& found = found_[reply.call];
   const Heard heard{entry.at, TimedAnswer{.answer = {reply.text, reply.state, entry.withheld},
                                           .work = work_of(reply)}};

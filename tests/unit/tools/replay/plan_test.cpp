@@ -116,6 +116,21 @@ TEST(Plan, TakesTheFirstOfRepeatedRepliesAndEachInterimOne) {
   EXPECT_EQ(call.answer->answer.text, "done");
 }
 
+TEST(Plan, TakesTheAnswerOfTheInstanceThatTookACallAnotherOneDeclined) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  fabric::Reply declined = reply_entry(1, "it has room for 1 at once", 1);
+  declined.kind = fabric::ReplyKind::declined;
+  declined.state = 0;
+  sut.add(entry(1ms, declined));
+  sut.add(entry(9ms, reply_entry(1, "done")));
+  const PlannedCall call = sut.build().calls.at(0);
+  EXPECT_THAT(call.interim, IsEmpty());
+  ASSERT_TRUE(call.answer);
+  EXPECT_EQ(call.answer->answer.text, "done");
+  EXPECT_EQ(call.answer->answer.state, 1U);
+}
+
 TEST(Plan, TakesAReplyThatWasRecordedBeforeItsRequest) {
   PlanBuilder sut;
   sut.add(entry(0ms, reply_entry(1)));
