@@ -10,14 +10,14 @@ std::string_view name_of(Hop hop) {
 
 void HopStatistics::add(const Entry& entry) {
   if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
-    Open& call = open_[request->call];
+    Open& call = open(request->call);
     call.uuid = entry.uuid;
     call.seen = request->seen;
     call.dispatched = request->dispatched;
     finish_if_whole(request->call);
   } else if (const auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
     if (reply->kind == fabric::ReplyKind::final) {
-      Open& call = open_[reply->call];
+      Open& call = open(reply->call);
       call.received = reply->received;
       call.started = reply->started;
       call.answered = reply->answered;
@@ -32,18 +32,20 @@ void HopStatistics::add(const Entry& entry) {
 void HopStatistics::add(const fabric::Event& event, const std::string& uuid) {
   switch (event.kind) {
     case fabric::EventKind::seen:
-      open_[event.call].uuid = uuid;
-      open_[event.call].seen = event.at;
+      open(event.call).uuid = uuid;
+      open(event.call).seen = event.at;
       break;
     case fabric::EventKind::replied:
-      open_[event.call].replied = event.at;
+      open(event.call).replied = event.at;
       break;
     case fabric::EventKind::written:
-      open_[event.call].written = event.at;
+      open(event.call).written = event.at;
       finish_if_whole(event.call);
       break;
     case fabric::EventKind::withdrawn:
-      open_.erase(event.call);
+      if (const auto call = open_.find(event.call); call != open_.end()) {
+        close(call);
+      }
       break;
     default:
       break;
@@ -55,6 +57,21 @@ void HopStatistics::close() {
     count(call);
   }
   open_.clear();
+  turns_.clear();
+}
+
+HopStatistics::Open& HopStatistics::open(const fabric::CallId& id) {
+  const auto [call, is_new] = open_.try_emplace(id);
+  if (is_new) {
+    call->second.turn = next_turn_++;
+    turns_.emplace(call->second.turn, id);
+  }
+  return call->second;
+}
+
+void HopStatistics::close(OpenCalls::iterator call) {
+  turns_.erase(call->second.turn);
+  open_.erase(call);
 }
 
 void HopStatistics::finish_if_whole(fabric::CallId id) {
@@ -62,7 +79,7 @@ void HopStatistics::finish_if_whole(fabric::CallId id) {
   if (call->second.written != fabric::Time{} && call->second.answered != fabric::Time{} &&
       call->second.dispatched != fabric::Time{}) {
     count(call->second);
-    open_.erase(call);
+    close(call);
   }
 }
 
@@ -70,8 +87,9 @@ void HopStatistics::forget_oldest() {
   // More than any number of channels has under way; what is older waits for samples that were lost.
   constexpr std::size_t most = 4096;
   if (open_.size() > most) {
-    count(open_.begin()->second);
-    open_.erase(open_.begin());
+    const auto oldest = open_.find(turns_.begin()->second);
+    count(oldest->second);
+    close(oldest);
   }
 }
 

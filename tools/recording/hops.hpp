@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
@@ -62,6 +63,8 @@ class HopStatistics {
  private:
   /// What is known of a call so far.
   struct Open {
+    /// In the order in which calls were heard of first.
+    std::uint64_t turn = 0;
     std::string uuid;
     fabric::Time seen{};
     fabric::Time dispatched{};
@@ -77,8 +80,13 @@ class HopStatistics {
   void count(const Open& call);
   void measure(const std::string& uuid, Hop hop, fabric::Time from, fabric::Time to);
   void forget_oldest();
+  Open& open(const fabric::CallId& id);
+  using OpenCalls = std::map<fabric::CallId, Open>;
+  void close(OpenCalls::iterator call);
 
-  std::map<fabric::CallId, Open> open_;
+  OpenCalls open_;
+  std::map<std::uint64_t, fabric::CallId> turns_;
+  std::uint64_t next_turn_ = 0;
   std::map<std::string, HopHistograms> services_;
   Use use_;
 };

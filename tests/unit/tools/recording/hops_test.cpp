@@ -79,5 +79,19 @@ TEST(HopStatistics, ForgetsCallsThatNeverEnd) {
   EXPECT_EQ(sut.services().at(square_root).back().count(), 1U);
 }
 
+TEST(HopStatistics, ForgetsTheOldestCallWhateverTheNumbersOfItsGateway) {
+  HopStatistics sut;
+  for (std::uint64_t number = 1; number <= 5000; ++number) {
+    Entry begun = one_call(number, 0)[1];
+    std::get<fabric::Request>(begun.sample).call.epoch = 0xffff;
+    sut.add(begun);
+  }
+  // Of a gateway whose epoch is lower than that of all others.
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    add_all(sut, one_call(number, 0));
+  }
+  EXPECT_EQ(sut.services().at(square_root).back().count(), 100U);
+}
+
 }  // namespace
 }  // namespace millrace::tools::recording
