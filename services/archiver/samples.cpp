@@ -1,9 +1,11 @@
 #include "services/archiver/samples.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
+#include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
 
@@ -18,8 +20,10 @@ using fabric::Value;
 boost::json::value json_of(std::int64_t element) {
   return element;
 }
+/// JSON has no word for what is no number.
 boost::json::value json_of(double element) {
-  return element;
+  return std::isfinite(element) ? boost::json::value(element)
+                                : boost::json::value(fmt::format("{}", element));
 }
 boost::json::value json_of(const std::string& element) {
   return boost::json::string(base::text::to_utf8(element));

@@ -1,4 +1,6 @@
 // How variables and their values are shown.
+#include <cmath>
+
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 
@@ -24,7 +26,11 @@ struct ToText {
 struct ToJson {
   boost::json::value operator()(bool value) const { return value; }
   boost::json::value operator()(std::int64_t value) const { return value; }
-  boost::json::value operator()(double value) const { return value; }
+  /// JSON has no word for what is no number.
+  boost::json::value operator()(double value) const {
+    return std::isfinite(value) ? boost::json::value(value)
+                                : boost::json::value(fmt::format("{}", value));
+  }
   boost::json::value operator()(const std::string& value) const {
     return boost::json::string(print::text_json(value));
   }

@@ -1,5 +1,6 @@
 #include "services/archiver/samples.hpp"
 
+#include <limits>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -69,6 +70,16 @@ TEST_F(ArchivedSamples, ThatComeAgainAddNothing) {
   Segment later(file, {});
   later.append({sample({real("X", 1, morning)})});
   EXPECT_THAT(found(), testing::SizeIs(1));
+}
+
+TEST_F(ArchivedSamples, HoldArraysAsJsonAlsoWhereAnElementIsNoNumber) {
+  sut.append(
+      {sample({{.name = "A",
+                .type = ValueType::real64,
+                .at = morning,
+                .is_array = true,
+                .elements = std::vector<double>{1.5, std::numeric_limits<double>::quiet_NaN()}}})});
+  EXPECT_THAT(found(), ElementsAre(HasSubstr(R"("value":"[1.5E0,\"nan\"]")")));
 }
 
 TEST_F(ArchivedSamples, HoldTextsIntegersArraysAndWhatIsRefused) {
