@@ -28,6 +28,10 @@ Config config_from(const config::Archiver& from, const std::filesystem::path& ba
 }
 
 void check(const config::Archiver& from, base::configuration::Mistakes& mistakes) {
+  // More would have no room as a number of bytes.
+  constexpr std::uint64_t most_mib = std::uint64_t{1} << (63U - mib_bits);
+  mistakes.expect_range(from.keep_mib(), std::uint64_t{0}, most_mib,
+                        base::configuration::ConfigPath{} / "keep_mib");
   for (int i = 0; i < from.without_text_size(); ++i) {
     mistakes.expect(!fabric::canonical_uuid(from.without_text(i)).empty(), {{"without_text", i}},
                     "is empty; expected the UUID of a service");

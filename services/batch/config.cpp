@@ -2,9 +2,13 @@
 
 #include <set>
 
+#include <fmt/format.h>
+
 #include "base/configuration/mistakes.hpp"
 #include "fabric/channel_scope.hpp"
+#include "fabric/registry/identity.hpp"
 #include "idl/batch.pb.h"
+#include "services/sdk/service.hpp"
 
 namespace millrace::services::batch {
 
@@ -53,7 +57,14 @@ void check(const config::Batch::Script& script, const ConfigPath& path,
   }
   mistakes.expect(!script.program().empty(), path / "program", "is missing");
   mistakes.expect(script.time_limit_ms() > 0, path / "time_limit_ms", "0; expected 1 or more");
-  mistakes.expect(script.concurrency() > 0, path / "concurrency", "0; expected 1 or more");
+  mistakes.expect_range(script.concurrency(), 1U, sdk::max_concurrency, path / "concurrency");
+  const auto expect_short = [&](const std::string& text, std::size_t most, const char* field) {
+    mistakes.expect(text.size() <= most, path / field,
+                    fmt::format("has {} bytes; expected at most {}", text.size(), most));
+  };
+  expect_short(uuid, fabric::max_text, "uuid");
+  expect_short(script.name(), fabric::registry::max_identity_value, "name");
+  expect_short(script.description(), fabric::registry::max_identity_value, "description");
   for (int i = 0; i < script.channel_size(); ++i) {
     const auto scope = fabric::parse_channel_scope(script.channel(i));
     mistakes.expect(scope.has_value(), path / ConfigStep{"channel", i}, scope ? "" : scope.error());

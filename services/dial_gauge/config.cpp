@@ -1,6 +1,7 @@
 #include "services/dial_gauge/config.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -51,6 +52,23 @@ std::size_t line_number(const config::DialGauge& from, const std::string& name) 
   return static_cast<std::size_t>(found - from.line().begin());
 }
 
+/// What a frame of the line has room for; that of the longest where there is no such line.
+unsigned last_channel(const config::DialGauge& from, const std::string& name) {
+  const std::size_t number = line_number(from, name);
+  const bool is_digimatic =
+      number < static_cast<std::size_t>(from.line_size()) &&
+      from.line(static_cast<int>(number)).form() == config::DialGauge::DIGIMATIC;
+  return is_digimatic ? 9 : 9999;
+}
+
+/// As the system knows them (termios).
+bool is_baud_rate(unsigned rate) {
+  constexpr std::array rates{50U,     75U,     110U,    134U,    150U,    200U,    300U,    600U,
+                             1200U,   1800U,   2400U,   4800U,   9600U,   19200U,  38400U,  57600U,
+                             115200U, 230400U, 460800U, 500000U, 576000U, 921600U, 1000000U};
+  return std::ranges::find(rates, rate) != rates.end();
+}
+
 void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
   std::set<std::string> names;
   for (int i = 0; i < from.gauge_size(); ++i) {
@@ -65,6 +83,7 @@ void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
                         gauge.minimum_mm() < gauge.maximum_mm(),
                     path / "minimum_mm", "is not below maximum_mm");
     mistakes.expect_range(gauge.decimals(), 0U, 6U, path / "decimals");
+    mistakes.expect(gauge.max_age_ms() > 0, path / "max_age_ms", "0; expected 1 or more");
     mistakes.expect(gauge.has_simulated() || gauge.has_radio(), path,
                     "has no source; expected simulated or radio");
     if (gauge.has_simulated()) {
@@ -74,7 +93,10 @@ void check_gauges(const config::DialGauge& from, Mistakes& mistakes) {
       const std::string& line = gauge.radio().line();
       mistakes.expect(line_number(from, line) < static_cast<std::size_t>(from.line_size()),
                       path / "radio" / "line", fmt::format("there is no line '{}'", line));
-      mistakes.expect(gauge.radio().has_channel(), path / "radio" / "channel", "is missing");
+      if (mistakes.expect(gauge.radio().has_channel(), path / "radio" / "channel", "is missing")) {
+        mistakes.expect_range(gauge.radio().channel(), 0U, last_channel(from, line),
+                              path / "radio" / "channel");
+      }
     }
   }
 }
@@ -88,6 +110,9 @@ void check_lines(const config::DialGauge& from, Mistakes& mistakes) {
     mistakes.expect(names.insert(line.name()).second, path / "name",
                     fmt::format("'{}' is there twice", line.name()));
     mistakes.expect(!line.device().empty(), path / "device", "is missing");
+    mistakes.expect(!line.has_baud_rate() || is_baud_rate(line.baud_rate()), path / "baud_rate",
+                    fmt::format("{}; expected a rate of serial lines, such as 9600 or 57600",
+                                line.baud_rate()));
     mistakes.expect(line.reopen_ms() > 0, path / "reopen_ms", "0; expected 1 or more");
   }
 }
