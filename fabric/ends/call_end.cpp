@@ -1,6 +1,7 @@
 #include "fabric/ends/call_end.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <iterator>
 #include <string>
 #include <utility>
@@ -102,7 +103,10 @@ void CallEnd::Impl::open() {
   flush_post.emplace(executor, weak_from_this(), [this] { flush(); });
   events.emplace(participant, fabric(),
                  wire::EndpointOptions{.listener = on_readers.get(), .batched = true});
-  events->hold({});
+  // The topic has no key, so any event stands for all of them.
+  const auto held = events->hold({.key = {.machine = "any", .channel = 1}});
+  assert(held);
+  static_cast<void>(held);
 
   discovery_post.emplace(executor, weak_from_this(), [this] { drain_discovery(); });
   matches.emplace([this] { discovery_post->post(); });

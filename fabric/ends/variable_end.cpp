@@ -200,8 +200,7 @@ std::size_t VariableAskEnd::answerers() const {
 
 tl::expected<void, std::string> VariableAskEnd::publish(const VariableRequest& request) {
   if (!impl_->held) {
-    impl_->writer.hold(request);
-    impl_->held = true;
+    impl_->held = impl_->writer.hold(request).has_value();
   }
   if (impl_->doubtful) {
     impl_->remember(request);

@@ -26,7 +26,7 @@ class Writer {
 
   /// Keeps what Cyclone holds for this key from one sample to the next. Without this it makes and
   /// frees it for each sample of a volatile topic, in a thread of its own.
-  void hold(const Value& value);
+  tl::expected<void, std::string> hold(const Value& value);
 
   /// Takes the sample of this key back: who has it sees it disposed, who joins later sees nothing.
   void withdraw(const Value& value);
@@ -75,11 +75,17 @@ tl::expected<void, std::string> Writer<Value>::write(const Value& value) {
 }
 
 template <typename Value>
-void Writer<Value>::hold(const Value& value) {
-  if (const auto sample = Codec<Value>::encode(value)) {
-    dds_instance_handle_t unused = DDS_HANDLE_NIL;
-    dds_register_instance(writer_, &unused, &*sample);
+tl::expected<void, std::string> Writer<Value>::hold(const Value& value) {
+  const auto sample = Codec<Value>::encode(value);
+  if (!sample) {
+    return tl::unexpected(sample.error());
   }
+  dds_instance_handle_t unused = DDS_HANDLE_NIL;
+  if (const dds_return_t result = dds_register_instance(writer_, &unused, &*sample); result < 0) {
+    return tl::unexpected(fmt::format("cannot hold an instance of {}: {}",
+                                      Codec<Value>::topic().name, dds_strretcode(result)));
+  }
+  return {};
 }
 
 template <typename Value>
