@@ -185,7 +185,9 @@ struct MachineStatus {
 
 struct InstanceStatus {
   InstanceId instance{};
+  /// Calls in a handler; those that wait for their turn are not among them.
   std::uint32_t running = 0;
+  std::uint32_t waiting = 0;
   std::uint64_t answered = 0;
   std::uint64_t failed = 0;
   std::uint64_t repeated = 0;
@@ -199,12 +201,11 @@ struct InstanceStatus {
 
 /// What one instance is doing.
 struct InstanceLoad {
-  /// `running` is the number of its calls.
+  /// `running` and `waiting` are the numbers of its calls.
   InstanceStatus status{};
   /// Those that it has, of all gateways, at most 256: those that run, then those that wait for
   /// their turn.
   std::vector<CallId> calls{};
-  std::uint32_t waiting = 0;
   bool operator==(const InstanceLoad&) const = default;
 };
 

@@ -172,7 +172,7 @@ millrace_InstanceLoad put_load(const InstanceLoad& load, std::vector<millrace_Ca
   millrace_InstanceLoad sample{};
   put(sample.instance, status.instance);
   lend(sample.calls, calls);
-  sample.waiting = load.waiting;
+  sample.waiting = status.waiting;
   sample.answered = status.answered;
   sample.failed = status.failed;
   sample.repeated = status.repeated;
@@ -189,10 +189,11 @@ InstanceLoad get_load(const millrace_InstanceLoad& sample) {
   for (const millrace_CallId& call : std::span(sample.calls._buffer, sample.calls._length)) {
     load.calls.push_back(get(call));
   }
-  load.waiting = std::min(sample.waiting, sample.calls._length);
+  const std::uint32_t waiting = std::min(sample.waiting, sample.calls._length);
   load.status = {
       .instance = get(sample.instance),
-      .running = sample.calls._length,
+      .running = sample.calls._length - waiting,
+      .waiting = waiting,
       .answered = sample.answered,
       .failed = sample.failed,
       .repeated = sample.repeated,

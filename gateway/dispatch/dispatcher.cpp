@@ -82,7 +82,7 @@ Decisions Dispatcher::on_load(const fabric::InstanceLoad& load, SteadyTime now) 
     others += job == nullptr || job->at != instance ? 1U : 0U;
   }
   const std::size_t running =
-      load.calls.size() - std::min<std::size_t>(load.calls.size(), load.waiting);
+      load.calls.size() - std::min<std::size_t>(load.calls.size(), load.status.waiting);
   const auto begun = std::span(load.calls).first(running);
   std::vector<Job*> unheard;
   Instances::change_load(*instance, [&] {

@@ -125,6 +125,11 @@ int run(SQLite::Statement& statement, const Values&... values) {
   return statement.exec();
 }
 
+/// Columns of text hold UTF-8; a UUID that is none has the controller's bytes.
+std::string utf8(const std::string& text) {
+  return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
+}
+
 }  // namespace
 
 /// Prepared once, used for every row.
@@ -194,7 +199,7 @@ std::int64_t Segment::Impl::add(const EventRow& row) {
   const fabric::Event& from = row.event;
   run(event, count(from.at), std::string(name_of(from.kind)), from.key.machine,
       std::int32_t{from.key.channel}, from.call.to_string(), from.attempt,
-      from.instance.to_string(), from.uuid,
+      from.instance.to_string(), utf8(from.uuid),
       row.with_text ? std::optional(base::text::to_utf8(from.text)) : std::nullopt, from.state,
       from.detail, from.replayed ? 1 : 0);
   return 0;
@@ -203,7 +208,7 @@ std::int64_t Segment::Impl::add(const EventRow& row) {
 std::int64_t Segment::Impl::add(const fabric::ChannelStatus& row) {
   run(channel, count(row.since), row.key.machine, std::int32_t{row.key.channel},
       std::string(name_of(row.state)), row.call.to_string(), row.attempt, row.instance.to_string(),
-      row.uuid, row.reason);
+      utf8(row.uuid), row.reason);
   return 0;
 }
 

@@ -222,7 +222,7 @@ fabric::InstanceLoad CallDesk::load() const {
   for (const Under& under : waiting_) {
     if (load.calls.size() < most_named) {
       load.calls.push_back(under.request.call);
-      ++load.waiting;
+      ++load.status.waiting;
     }
   }
   return load;

@@ -144,7 +144,7 @@ TEST_F(AStranger, ThatBeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) 
       const Request& asked = overheard();
       if (++number % 2 == 0) {
         // It has no room, and none of the calls that it was given.
-        InstanceLoad load{.calls = {CallId{9, number}}, .waiting = 1};
+        InstanceLoad load{.status = {.waiting = 1}, .calls = {CallId{9, number}}};
         load.status.instance = instances[number / 2 % 2];
         static_cast<void>(beats.write({.member = own, .loads = {load}}));
       } else {

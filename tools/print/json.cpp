@@ -71,6 +71,7 @@ void put_identity(boost::json::object& out, const fabric::InstanceIdentity& iden
 
 void put_status(boost::json::object& out, const fabric::InstanceStatus& status) {
   out["running"] = status.running;
+  out["waiting"] = status.waiting;
   out["answered_calls"] = status.answered;
   out["failed"] = status.failed;
   out["repeated"] = status.repeated;
@@ -78,6 +79,11 @@ void put_status(boost::json::object& out, const fabric::InstanceStatus& status) 
   out["mean_ms"] = std::chrono::duration<double, std::milli>(status.mean).count();
   put_time(out, "started", status.started);
   put_time(out, "last_call", status.last_call);
+}
+
+bool is_pushed(const fabric::MachineStatus& status) {
+  // It may stand behind other words: "channel 2 is served by another; pushed".
+  return status.connected && status.reason.ends_with("pushed");
 }
 
 void put_machine(boost::json::object& out, const fabric::MachineStatus& status) {
@@ -88,6 +94,7 @@ void put_machine(boost::json::object& out, const fabric::MachineStatus& status) 
   out["reason"] = utf8(status.reason);
   out["channels"] = status.channels;
   out["poll_ms"] = std::chrono::duration<double, std::milli>(status.poll).count();
+  out["pushed"] = is_pushed(status);
   out["requests_per_second"] = status.requests_per_second;
   out["round_trip_ms"] = std::chrono::duration<double, std::milli>(status.round_trip).count();
   out["gateway_host"] = utf8(status.host);

@@ -15,21 +15,23 @@ struct Origin {
 };
 
 constexpr const char* last_of_each_key = "reliable, transient local, keep last 1";
+constexpr const char* last_calls = "reliable, transient local, keep last 128";
 
-/// In the order of the alternatives of Sample.
+/// In the order of the alternatives of Sample; as writers have it (fabric/wire, which a test
+/// compares).
 constexpr std::array<Origin, std::variant_size_v<Sample>> origins{{
-    {"millrace/v2/request", "millrace::Request", last_of_each_key},
-    {"millrace/v2/reply", "millrace::Reply", last_of_each_key},
-    {"millrace/v2/request", "millrace::Request", last_of_each_key},
+    {"millrace/v2/request", "millrace::Request", last_calls},
+    {"millrace/v2/reply", "millrace::Reply", last_calls},
+    {"millrace/v2/request", "millrace::Request", last_calls},
     {"millrace/channel", "millrace::ChannelStatus", last_of_each_key},
     {"DCPSSubscription", "user data of the request reader", ""},
-    {"millrace/v2/beat", "millrace::Beat", "best effort, volatile"},
-    {"millrace/event", "millrace::Event", "reliable, volatile"},
-    {"millrace/command", "millrace::Command", "reliable, volatile"},
-    {"millrace/outcome", "millrace::Outcome", last_of_each_key},
+    {"millrace/v2/beat", "millrace::Beat", "best effort, volatile, keep last 1"},
+    {"millrace/event", "millrace::Event", "reliable, volatile, keep last 8192"},
+    {"millrace/command", "millrace::Command", "reliable, volatile, keep last 16"},
+    {"millrace/outcome", "millrace::Outcome", "reliable, transient local, keep last 256"},
     {"millrace/machine", "millrace::MachineStatus", last_of_each_key},
-    {"millrace/data", "millrace::DataSample", last_of_each_key},
-    {"millrace/program", "millrace::ProgramEvent", last_of_each_key},
+    {"millrace/data", "millrace::DataSample", "reliable, transient local, keep last 32"},
+    {"millrace/program", "millrace::ProgramEvent", last_calls},
     {"millrace/notice", "millrace::Notice", last_of_each_key},
 }};
 

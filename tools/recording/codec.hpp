@@ -15,7 +15,7 @@ std::string encode(const Entry& entry);
 
 /// The inverse. `schema` is the full name of the message ("millrace.recording.Request"), `at` the
 /// time of recording. The error says that the schema is not ours or the message is damaged. An
-/// enumerator that this version does not know becomes the first one.
+/// enumerator that this version does not know becomes 255, "unknown".
 tl::expected<Entry, std::string> decode(std::string_view schema, std::string_view message,
                                         fabric::Time at);
 

@@ -9,14 +9,14 @@ namespace millrace::tools::recording {
 namespace {
 
 fabric::Request sample_of(const proto::Request& message, Entry& entry) {
-  entry.uuid = fabric::canonical_uuid(message.uuid());
+  entry.uuid = fabric::canonical_uuid(uuid_of(message));
   return {
       .key = key_of(message),
       .call = call_id_of(message),
       .attempt = message.attempt(),
       .assigned = instance_of(message.assigned()),
       .succeeds = message.succeeds(),
-      .uuid = message.uuid(),
+      .uuid = uuid_of(message),
       .text = take_text(message, entry),
       .state = message.state(),
       .deadline = time_of(message.deadline()),
@@ -28,14 +28,14 @@ fabric::Request sample_of(const proto::Request& message, Entry& entry) {
 }
 
 fabric::Reply sample_of(const proto::Reply& message, Entry& entry) {
-  entry.uuid = message.uuid();
+  entry.uuid = uuid_of(message);
   return {
       .key = key_of(message),
       .instance = instance_of(message.instance()),
       .call = call_id_of(message),
       .attempt = message.attempt(),
-      .kind = static_cast<fabric::ReplyKind>(message.kind()),
-      .code = static_cast<fabric::ServiceCode>(message.code()),
+      .kind = enum_of<fabric::ReplyKind>(message, proto::Reply::kKindFieldNumber, message.kind()),
+      .code = enum_of<fabric::ServiceCode>(message, proto::Reply::kCodeFieldNumber, message.code()),
       .text = take_text(message, entry),
       .state = message.state(),
       .received = time_of(message.received()),
@@ -46,22 +46,23 @@ fabric::Reply sample_of(const proto::Reply& message, Entry& entry) {
 }
 
 Withdrawal sample_of(const proto::Withdrawal& message, Entry& entry) {
-  entry.uuid = message.uuid();
+  entry.uuid = uuid_of(message);
   return {.key = key_of(message),
           .call = call_id_of(message),
           .instance = instance_of(message.instance())};
 }
 
 fabric::ChannelStatus sample_of(const proto::ChannelStatus& message, Entry& entry) {
-  entry.uuid = fabric::canonical_uuid(message.uuid());
+  entry.uuid = fabric::canonical_uuid(uuid_of(message));
   return {
       .key = key_of(message),
-      .state = static_cast<fabric::ChannelState>(message.state()),
+      .state = enum_of<fabric::ChannelState>(message, proto::ChannelStatus::kStateFieldNumber,
+                                             message.state()),
       .since = time_of(message.since()),
       .call = call_id_of(message),
       .attempt = message.attempt(),
       .instance = instance_of(message.instance()),
-      .uuid = message.uuid(),
+      .uuid = uuid_of(message),
       .reason = message.reason(),
       .calls = message.calls(),
       .answered = message.answered(),
@@ -73,17 +74,19 @@ fabric::ChannelStatus sample_of(const proto::ChannelStatus& message, Entry& entr
 }
 
 InstanceNews sample_of(const proto::Instance& message, Entry& entry) {
-  entry.uuid = message.uuid();
-  InstanceNews news{.change = static_cast<Change>(message.change())};
+  entry.uuid = uuid_of(message);
+  InstanceNews news{
+      .change = enum_of<Change>(message, proto::Instance::kChangeFieldNumber, message.change())};
   news.identity = {
       .id = instance_of(message.instance()),
-      .uuid = message.uuid(),
+      .uuid = uuid_of(message),
       .name = message.name(),
       .description = message.description(),
       .version = message.version(),
       .host = message.host(),
       .pid = message.pid(),
-      .delivery = static_cast<fabric::Delivery>(message.delivery()),
+      .delivery = enum_of<fabric::Delivery>(message, proto::Instance::kDeliveryFieldNumber,
+                                            message.delivery()),
       .awaited =
           message.awaits_response() ? fabric::Awaited::response : fabric::Awaited::response_state,
       .concurrency = message.concurrency(),
@@ -91,18 +94,19 @@ InstanceNews sample_of(const proto::Instance& message, Entry& entry) {
       .certificate = message.certificate(),
   };
   for (const std::string& text : message.channel()) {
-    if (const auto scope = fabric::parse_channel_scope(text)) {
-      news.identity.channels.push_back(*scope);
-    }
+    // One that is none takes no channel: without it the instance would seem to take every one.
+    news.identity.channels.push_back(
+        fabric::parse_channel_scope(text).value_or(fabric::ChannelScope{.machine = "?" + text}));
   }
   return news;
 }
 
 fabric::InstanceStatus sample_of(const proto::InstanceStatus& message, Entry& entry) {
-  entry.uuid = message.uuid();
+  entry.uuid = uuid_of(message);
   return {
       .instance = instance_of(message.instance()),
       .running = message.running(),
+      .waiting = message.waiting(),
       .answered = message.answered(),
       .failed = message.failed(),
       .repeated = message.repeated_calls(),
@@ -140,15 +144,15 @@ fabric::MachineStatus sample_of(const proto::MachineStatus& message, Entry&) {
 }
 
 fabric::Event sample_of(const proto::Event& message, Entry& entry) {
-  entry.uuid = fabric::canonical_uuid(message.uuid());
+  entry.uuid = fabric::canonical_uuid(uuid_of(message));
   return {
       .key = key_of(message),
       .call = call_id_of(message),
       .attempt = message.attempt(),
-      .kind = static_cast<fabric::EventKind>(message.kind()),
+      .kind = enum_of<fabric::EventKind>(message, proto::Event::kKindFieldNumber, message.kind()),
       .at = time_of(message.at()),
       .instance = instance_of(message.instance()),
-      .uuid = message.uuid(),
+      .uuid = uuid_of(message),
       .text = take_text(message, entry),
       .state = message.state(),
       .detail = message.detail(),
@@ -159,7 +163,8 @@ fabric::Event sample_of(const proto::Event& message, Entry& entry) {
 fabric::Command sample_of(const proto::Command& message, Entry& entry) {
   return {
       .id = instance_of(message.token()),
-      .kind = static_cast<fabric::CommandKind>(message.kind()),
+      .kind =
+          enum_of<fabric::CommandKind>(message, proto::Command::kKindFieldNumber, message.kind()),
       .key = key_of(message),
       .call = call_id_of(message),
       .text = take_text(message, entry),
@@ -203,8 +208,9 @@ fabric::DataSample sample_of(const proto::DataSample& message, Entry&) {
   for (const proto::Value& value : message.value()) {
     sample.values.push_back({
         .name = value.name(),
-        .type = static_cast<fabric::ValueType>(value.type()),
-        .quality = static_cast<fabric::Quality>(value.quality()),
+        .type = enum_of<fabric::ValueType>(value, proto::Value::kTypeFieldNumber, value.type()),
+        .quality =
+            enum_of<fabric::Quality>(value, proto::Value::kQualityFieldNumber, value.quality()),
         .at = time_of(value.at()),
         .is_array = value.is_array(),
         .elements = elements_of(value),
@@ -217,7 +223,8 @@ fabric::DataSample sample_of(const proto::DataSample& message, Entry&) {
 fabric::ProgramEvent sample_of(const proto::ProgramEvent& message, Entry&) {
   return {
       .key = key_of(message),
-      .kind = static_cast<fabric::ProgramEventKind>(message.kind()),
+      .kind = enum_of<fabric::ProgramEventKind>(message, proto::ProgramEvent::kKindFieldNumber,
+                                                message.kind()),
       .at = time_of(message.at()),
       .started = time_of(message.started()),
       .program = message.program(),
@@ -232,7 +239,8 @@ fabric::ProgramEvent sample_of(const proto::ProgramEvent& message, Entry&) {
 NoticeNews sample_of(const proto::Notice& message, Entry&) {
   return {.over = message.over(),
           .notice = {.key = {instance_of(message.responder()), message.kind(), message.subject()},
-                     .level = static_cast<fabric::NoticeLevel>(message.level()),
+                     .level = enum_of<fabric::NoticeLevel>(
+                         message, proto::Notice::kLevelFieldNumber, message.level()),
                      .text = message.text(),
                      .advice = message.advice(),
                      .since = time_of(message.since()),

@@ -16,10 +16,23 @@ std::string utf8(const std::string& text) {
   return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
 }
 
+/// A UUID that is no UTF-8 is kept as it is, too: by its bytes it is known.
+template <typename Message>
+void put_uuid(Message& message, const std::string& uuid) {
+  if (base::text::is_utf8(uuid)) {
+    message.set_uuid(uuid);
+  } else {
+    message.set_uuid(base::text::to_utf8(uuid));
+    message.set_uuid_bytes(uuid);
+  }
+}
+
 void put_value(proto::Value& message, const fabric::Value& value) {
   message.set_name(utf8(value.name));
-  message.set_type(static_cast<proto::ValueType>(value.type));
-  message.set_quality(static_cast<proto::Quality>(value.quality));
+  put_enum<proto::ValueType_IsValid>(message, &proto::Value::set_type,
+                                     proto::Value::kTypeFieldNumber, value.type);
+  put_enum<proto::Quality_IsValid>(message, &proto::Value::set_quality,
+                                   proto::Value::kQualityFieldNumber, value.quality);
   message.set_at(nanoseconds(value.at));
   if (value.is_array) {
     message.set_is_array(true);
@@ -49,7 +62,7 @@ class ToMessage {
     put_call(message, request.call);
     message.set_attempt(request.attempt);
     message.set_assigned(bytes_of(request.assigned));
-    message.set_uuid(utf8(request.uuid));
+    put_uuid(message, request.uuid);
     put_text(message, request.text, entry_);
     message.set_state(request.state);
     message.set_deadline(nanoseconds(request.deadline));
@@ -71,15 +84,17 @@ class ToMessage {
     message.set_instance(bytes_of(reply.instance));
     put_call(message, reply.call);
     message.set_attempt(reply.attempt);
-    message.set_kind(static_cast<proto::ReplyKind>(reply.kind));
-    message.set_code(static_cast<proto::ServiceCode>(reply.code));
+    put_enum<proto::ReplyKind_IsValid>(message, &proto::Reply::set_kind,
+                                       proto::Reply::kKindFieldNumber, reply.kind);
+    put_enum<proto::ServiceCode_IsValid>(message, &proto::Reply::set_code,
+                                         proto::Reply::kCodeFieldNumber, reply.code);
     put_text(message, reply.text, entry_);
     message.set_state(reply.state);
     message.set_received(nanoseconds(reply.received));
     message.set_started(nanoseconds(reply.started));
     message.set_answered(nanoseconds(reply.answered));
     message.set_replayed(reply.replayed);
-    message.set_uuid(utf8(entry_.uuid));
+    put_uuid(message, entry_.uuid);
     return message;
   }
 
@@ -87,7 +102,7 @@ class ToMessage {
     proto::Withdrawal message;
     put_key(message, withdrawal.key);
     put_call(message, withdrawal.call);
-    message.set_uuid(utf8(entry_.uuid));
+    put_uuid(message, entry_.uuid);
     message.set_instance(bytes_of(withdrawal.instance));
     return message;
   }
@@ -95,12 +110,13 @@ class ToMessage {
   proto::ChannelStatus operator()(const fabric::ChannelStatus& status) const {
     proto::ChannelStatus message;
     put_key(message, status.key);
-    message.set_state(static_cast<proto::ChannelState>(status.state));
+    put_enum<proto::ChannelState_IsValid>(message, &proto::ChannelStatus::set_state,
+                                          proto::ChannelStatus::kStateFieldNumber, status.state);
     message.set_since(nanoseconds(status.since));
     put_call(message, status.call);
     message.set_attempt(status.attempt);
     message.set_instance(bytes_of(status.instance));
-    message.set_uuid(utf8(status.uuid));
+    put_uuid(message, status.uuid);
     message.set_reason(utf8(status.reason));
     message.set_calls(status.calls);
     message.set_answered(status.answered);
@@ -114,9 +130,10 @@ class ToMessage {
   proto::Instance operator()(const InstanceNews& news) const {
     const fabric::InstanceIdentity& identity = news.identity;
     proto::Instance message;
-    message.set_change(static_cast<proto::InstanceChange>(news.change));
+    put_enum<proto::InstanceChange_IsValid>(message, &proto::Instance::set_change,
+                                            proto::Instance::kChangeFieldNumber, news.change);
     message.set_instance(bytes_of(identity.id));
-    message.set_uuid(utf8(entry_.uuid));
+    put_uuid(message, entry_.uuid);
     message.set_name(utf8(identity.name));
     message.set_description(utf8(identity.description));
     message.set_version(utf8(identity.version));
@@ -125,7 +142,8 @@ class ToMessage {
     for (const fabric::ChannelScope& scope : identity.channels) {
       message.add_channel(fabric::format_channel_scope(scope));
     }
-    message.set_delivery(static_cast<proto::Delivery>(identity.delivery));
+    put_enum<proto::Delivery_IsValid>(message, &proto::Instance::set_delivery,
+                                      proto::Instance::kDeliveryFieldNumber, identity.delivery);
     if (!identity.certificate.empty()) {
       message.set_certificate(utf8(identity.certificate));
     }
@@ -138,8 +156,9 @@ class ToMessage {
   proto::InstanceStatus operator()(const fabric::InstanceStatus& status) const {
     proto::InstanceStatus message;
     message.set_instance(bytes_of(status.instance));
-    message.set_uuid(utf8(entry_.uuid));
+    put_uuid(message, entry_.uuid);
     message.set_running(status.running);
+    message.set_waiting(status.waiting);
     message.set_answered(status.answered);
     message.set_failed(status.failed);
     message.set_repeated_calls(status.repeated);
@@ -177,10 +196,11 @@ class ToMessage {
     put_key(message, event.key);
     put_call(message, event.call);
     message.set_attempt(event.attempt);
-    message.set_kind(static_cast<proto::EventKind>(event.kind));
+    put_enum<proto::EventKind_IsValid>(message, &proto::Event::set_kind,
+                                       proto::Event::kKindFieldNumber, event.kind);
     message.set_at(nanoseconds(event.at));
     message.set_instance(bytes_of(event.instance));
-    message.set_uuid(utf8(event.uuid));
+    put_uuid(message, event.uuid);
     put_text(message, event.text, entry_);
     message.set_state(event.state);
     message.set_detail(utf8(event.detail));
@@ -191,7 +211,8 @@ class ToMessage {
   proto::Command operator()(const fabric::Command& command) const {
     proto::Command message;
     message.set_token(bytes_of(command.id));
-    message.set_kind(static_cast<proto::CommandKind>(command.kind));
+    put_enum<proto::CommandKind_IsValid>(message, &proto::Command::set_kind,
+                                         proto::Command::kKindFieldNumber, command.kind);
     put_key(message, command.key);
     put_call(message, command.call);
     put_text(message, command.text, entry_);
@@ -229,7 +250,8 @@ class ToMessage {
   proto::ProgramEvent operator()(const fabric::ProgramEvent& event) const {
     proto::ProgramEvent message;
     put_key(message, event.key);
-    message.set_kind(static_cast<proto::ProgramEventKind>(event.kind));
+    put_enum<proto::ProgramEventKind_IsValid>(message, &proto::ProgramEvent::set_kind,
+                                              proto::ProgramEvent::kKindFieldNumber, event.kind);
     message.set_at(nanoseconds(event.at));
     message.set_started(nanoseconds(event.started));
     message.set_program(event.program);
@@ -249,7 +271,8 @@ class ToMessage {
     message.set_responder(bytes_of(notice.key.responder));
     message.set_kind(utf8(notice.key.kind));
     message.set_subject(utf8(notice.key.subject));
-    message.set_level(static_cast<proto::NoticeLevel>(notice.level));
+    put_enum<proto::NoticeLevel_IsValid>(message, &proto::Notice::set_level,
+                                         proto::Notice::kLevelFieldNumber, notice.level);
     message.set_text(utf8(notice.text));
     message.set_advice(utf8(notice.advice));
     message.set_since(nanoseconds(notice.since));

@@ -14,7 +14,7 @@ namespace proto = millrace::recording;
 // The enumerations of fabric/messages, fabric/command and entry repeat those of the messages in the
 // same order.
 static_assert(static_cast<int>(fabric::ServiceCode::refused) == proto::CODE_REFUSED);
-static_assert(static_cast<int>(fabric::ReplyKind::final) == proto::REPLY_FINAL);
+static_assert(static_cast<int>(fabric::ReplyKind::declined) == proto::REPLY_DECLINED);
 static_assert(static_cast<int>(fabric::ChannelState::held) == proto::CHANNEL_HELD);
 static_assert(static_cast<int>(fabric::EventKind::held) == proto::EVENT_HELD);
 static_assert(static_cast<int>(fabric::Delivery::at_most_once) == proto::AT_MOST_ONCE);
@@ -24,6 +24,34 @@ static_assert(static_cast<int>(fabric::ValueType::string) == proto::VALUE_STRING
 static_assert(static_cast<int>(fabric::Quality::refused) == proto::QUALITY_REFUSED);
 static_assert(static_cast<int>(fabric::ProgramEventKind::resumed) == proto::PROGRAM_RESUMED);
 static_assert(static_cast<int>(fabric::NoticeLevel::problem) == proto::NOTICE_PROBLEM);
+
+/// An enumerator of a newer version, which is none of ours: its number is what proto2 keeps of it.
+template <bool (*is_valid)(int), typename Message, typename Proto, typename Value>
+void put_enum(Message& message, void (Message::*set)(Proto), int field, Value value) {
+  const int number = static_cast<int>(value);
+  if (is_valid(number)) {
+    (message.*set)(static_cast<Proto>(number));
+  } else {
+    message.GetReflection()->MutableUnknownFields(&message)->AddVarint(
+        field, static_cast<std::uint64_t>(number));
+  }
+}
+/// The word for it is "unknown"; it is not taken for the first one.
+template <typename Value, typename Message>
+Value enum_of(const Message& message, int field, int known) {
+  const auto& unknown = message.GetReflection()->GetUnknownFields(message);
+  for (int i = 0; i < unknown.field_count(); ++i) {
+    if (unknown.field(i).number() == field) {
+      return static_cast<Value>(0xff);
+    }
+  }
+  return static_cast<Value>(known);
+}
+
+template <typename Message>
+std::string uuid_of(const Message& message) {
+  return message.has_uuid_bytes() ? message.uuid_bytes() : message.uuid();
+}
 
 inline std::string bytes_of(const fabric::InstanceId& id) {
   return {id.bytes.begin(), id.bytes.end()};

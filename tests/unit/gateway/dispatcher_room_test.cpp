@@ -66,7 +66,7 @@ class DispatcherRoom : public testing::Test {
   }
   std::vector<std::string> beat(std::uint8_t number, const std::vector<fabric::CallId>& calls,
                                 SteadyTime now = start, std::uint32_t waiting = 0) {
-    fabric::InstanceLoad load{.calls = calls, .waiting = waiting};
+    fabric::InstanceLoad load{.status = {.waiting = waiting}, .calls = calls};
     load.status.instance.bytes.fill(number);
     return words(sut.on_load(load, now));
   }

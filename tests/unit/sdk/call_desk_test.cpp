@@ -93,7 +93,7 @@ TEST_F(CallDeskTest, NamesTheCallsThatItHas) {
   started(request(2, 2));
   const fabric::InstanceLoad load = sut.load();
   EXPECT_THAT(load.calls, testing::ElementsAre(call(1), call(2)));
-  EXPECT_EQ(load.waiting, 1U);
+  EXPECT_EQ(load.status.waiting, 1U);
 }
 
 TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatHasLostTheChannel) {

@@ -1,9 +1,16 @@
 // Each kind of entry to its message and back.
 #include "tools/recording/codec.hpp"
 
+#include <fmt/format.h>
 #include <google/protobuf/descriptor.pb.h>
 #include <gtest/gtest.h>
 
+#include "fabric/channel_scope.hpp"
+#include "fabric/wire/data_topics.hpp"
+#include "fabric/wire/notice_codec.hpp"
+#include "fabric/wire/topics.hpp"
+#include "fabric/words.hpp"
+#include "idl/recording.pb.h"
 #include "tests/unit/tools/recording/one_call.hpp"
 #include "tools/recording/channels.hpp"
 
@@ -62,6 +69,64 @@ TEST(RecordingCodec, KeepsBytesThatAreNoUtf8) {
   Entry sent = one_call(17, 0)[1];
   std::get<fabric::Request>(sent.sample).text = std::string("\xDF\0\x80", 3);
   EXPECT_EQ(*text_of(there_and_back(sent)), std::string("\xDF\0\x80", 3));
+}
+
+TEST(RecordingCodec, KeepsTheBytesOfAUuidThatIsNoUtf8) {
+  const std::string uuid =
+      "pr\xfc"
+      "fen";
+  Entry sent = one_call(1, 0)[1];
+  sent.uuid = uuid;
+  std::get<fabric::Request>(sent.sample).uuid = uuid;
+  const Entry request = there_and_back(sent);
+  EXPECT_EQ(request.uuid, uuid);
+  EXPECT_EQ(std::get<fabric::Request>(request.sample).uuid, uuid);
+  Entry reply = one_call(1, 0)[3];
+  reply.uuid = uuid;
+  EXPECT_EQ(there_and_back(reply).uuid, uuid);
+}
+
+TEST(RecordingCodec, TakesWhatANewerVersionSaysForUnknownAndNotForTheFirst) {
+  Entry sent = one_call(1, 0)[2];
+  std::get<fabric::Event>(sent.sample).kind = static_cast<fabric::EventKind>(77);
+  EXPECT_EQ(name_of(std::get<fabric::Event>(there_and_back(sent).sample).kind), "unknown");
+  Entry reply = one_call(1, 0)[3];
+  std::get<fabric::Reply>(reply.sample).code = static_cast<fabric::ServiceCode>(77);
+  EXPECT_EQ(name_of(std::get<fabric::Reply>(there_and_back(reply).sample).code), "unknown");
+}
+
+TEST(RecordingCodec, TakesNoChannelForOneThatItCannotRead) {
+  millrace::recording::Instance message;
+  message.add_channel("cnc");
+  const auto entry =
+      decode("millrace.recording.Instance", message.SerializeAsString(), fabric::Time{});
+  ASSERT_TRUE(entry);
+  const auto& channels = std::get<InstanceNews>(entry->sample).identity.channels;
+  ASSERT_EQ(channels.size(), 1U) << "it would seem to take every channel";
+  EXPECT_FALSE(fabric::is_machine_name(channels[0].machine));
+}
+
+TEST(RecordingCodec, SaysInAFileHowItsSamplesTravel) {
+  const auto says = [](const Sample& sample, const fabric::wire::Topic& topic) {
+    const mcap::StringMap said = origin_metadata({.sample = sample});
+    EXPECT_EQ(said.at("dds_topic"), topic.name);
+    EXPECT_EQ(
+        said.at("dds_qos"),
+        fmt::format("{}, {}, keep last {}", topic.best_effort ? "best effort" : "reliable",
+                    topic.transient_local ? "transient local" : "volatile", topic.writer_depth));
+  };
+  says(fabric::Request{}, fabric::wire::request_topic);
+  says(fabric::Reply{}, fabric::wire::reply_topic);
+  says(Withdrawal{}, fabric::wire::request_topic);
+  says(fabric::ChannelStatus{}, fabric::wire::channel_topic);
+  says(fabric::InstanceStatus{}, fabric::wire::beat_topic);
+  says(fabric::Event{}, fabric::wire::event_topic);
+  says(fabric::Command{}, fabric::wire::command_topic);
+  says(fabric::Outcome{}, fabric::wire::outcome_topic);
+  says(fabric::MachineStatus{}, fabric::wire::machine_topic);
+  says(fabric::DataSample{}, fabric::wire::data_topic);
+  says(fabric::ProgramEvent{}, fabric::wire::program_topic);
+  says(NoticeNews{}, fabric::wire::notice_topic);
 }
 
 TEST(RecordingCodec, KeepsOnlyTheSizeOfAWithheldText) {
