@@ -7,18 +7,9 @@
 #include "fabric/channel_scope.hpp"
 #include "fabric/queue_group.hpp"
 #include "fabric/words.hpp"
+#include "tools/print/json.hpp"
 
 namespace millrace::tools::web::metrics {
-
-namespace {
-
-/// What a gateway says of a link that is up (docs/gateway.md, "Told, or looked at"): the type on
-/// the wire has a reason in words only.
-bool is_pushed(const fabric::MachineStatus& status) {
-  return status.connected && status.reason.find("pushed") != std::string::npos;
-}
-
-}  // namespace
 
 void put_channels(Families& families, const bus::Live& live) {
   using fabric::ChannelState;
@@ -74,15 +65,9 @@ void put_channels(Families& families, const bus::Live& live) {
                        status.state == ChannelState::unserved || status.state == ChannelState::held;
     machine.in_flight += works ? 1 : 0;
     machine.waiting += waits ? 1 : 0;
-    // What it says of a call that waits (gateway/journal/keeper.cpp).
-    machine.journal_is_well = machine.journal_is_well && !status.reason.starts_with("the journal");
   }
-  // And of itself, also where no call waits.
-  for (const auto& [key, status] : live.machines()) {
-    const auto machine = machines.find(status.machine);
-    if (machine != machines.end() && live.notices().contains({status.gateway, "journal", {}})) {
-      machine->second.journal_is_well = false;
-    }
+  for (auto& [name, machine] : machines) {
+    machine.journal_is_well = live.journal_trouble(name) == nullptr;
   }
   for (const auto& [name, machine] : machines) {
     in_flight.add({{"machine", name}}, machine.in_flight);
@@ -129,7 +114,7 @@ void put_links(Families& families, const bus::Live& live) {
     }
     if (status.connected) {
       machine.connected = true;
-      machine.pushed = machine.pushed && is_pushed(status);
+      machine.pushed = machine.pushed && print::is_pushed(status);
       machine.requests += status.requests_per_second;
       machine.round_trip = std::max(machine.round_trip, status.round_trip);
       machine.poll = std::max(machine.poll, status.poll);
