@@ -88,6 +88,20 @@ test('a wrong password does nothing and says so', async () => {
   await page.close();
 });
 
+for (const language of ['en', 'de']) {
+  test(`the header has one row at 1440 px, with every view and the login, in ${language}`, async () => {
+    const page = await browser.open(web.url, { view: '#/plant', language, width: 1440, height: 900 });
+    await page.waitForSelector('.account button');
+    await page.$$eval('.tabs a', (tabs) => tabs.forEach((tab) => { tab.hidden = false; }));
+    const middles = await page.$$eval('.top > *, .side > *, .tabs > *', (parts) => parts.filter((part) => part.offsetHeight > 0).map((part) => {
+      const { top, bottom } = part.getBoundingClientRect();
+      return Math.round((top + bottom) / 2);
+    }));
+    assert.ok(Math.max(...middles) - Math.min(...middles) <= 8, `middles of its parts: ${middles}`);
+    await page.close();
+  });
+}
+
 test('a held call that is given out again through the page is run again', async () => {
   const lost = await plant.slowService();
   const page = await browser.open(web.url, { view: '#/plant' });

@@ -111,6 +111,12 @@ test('a program shows how it runs and how it ended, over the lines and in the ta
   await page.waitForSelector('.band-run[data-state="aborted"]');
   await awaitText(page, 'tr[data-state="aborted"] .cell-outcome', /aborted/);
   await awaitText(page, 'tr[data-state="aborted"] .cell-error', /^\d+$/);
+  const plantPage = await browser.open(web.url, { view: '#/plant' });
+  await awaitText(plantPage, '.concern[data-kind="aborted"] .concern-name', /^cnc\/1$/);
+  await awaitText(plantPage, '.headline h1', /1 channel needs somebody/);
+  assert.deepEqual(await violations(plantPage), []);
+  await picture(plantPage, 'aborted');
+  await plantPage.close();
   // The bars stand over the time of the lines.
   const [lane, plot] = await page.evaluate(() => ['.band-lane', '.line canvas'].map((each) => document.querySelector(each).getBoundingClientRect().toJSON()));
   assert.ok(lane.left > plot.left && lane.right <= plot.right + 1, JSON.stringify([lane, plot]));

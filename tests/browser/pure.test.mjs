@@ -184,6 +184,22 @@ test('a link that is down is one concern with all its channels, since the link w
   assert.equal(counts.person, 2);
 });
 
+test('a gateway that is gone is named with its host and process', () => {
+  const links = [{ connected: false, since: iso(noon - 5000), reason: 'its gateway is gone', gateway_host: '', last_gateway_host: 'hall', last_gateway_pid: 4711 }];
+  const [concern] = assess([machine([{ link: 'gone', channel_state: 'link down' }], links)], noon).concerns;
+  assert.deepEqual([concern.kind, concern.reason, concern.gone], ['gone', '', { host: 'hall', pid: 4711 }]);
+  assert.deepEqual(assess([machine([], links)], noon).concerns[0].gone, { host: 'hall', pid: 4711 });
+});
+
+test('what a gateway says is said in German where the page knows the sentence', () => {
+  assert.equal(german.reason('V.G.SERVICE.UUID 560a is served by nobody; did you mean 560b, one character differs'),
+    'Kein Dienst hat die UUID 560a. Ist 560b gemeint?');
+  assert.equal(german.reason('sq1 (pid 7 on hall) is lost with this call, which must not run twice; an operator must answer or retry it'),
+    'sq1 (pid 7 on hall) ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.');
+  assert.equal(german.reason('connection refused'), '');
+  assert.equal(english.reason('all 3 instances are busy'), '');
+});
+
 test('a machine that was never reached is a concern, too; one that has a second gateway is none', () => {
   const down = { connected: false, since: iso(noon), reason: 'refused', gateway_host: 'here' };
   assert.deepEqual(kinds([machine([], [down])], 0), [['cnc', 'link down', 'person']]);

@@ -74,7 +74,11 @@ test('a gateway that is gone is told from one that works, and its return is seen
   await isWell(page);
   await gateway.stop('SIGKILL');
   await awaitText(page, '.concern[data-kind="gone"] .concern-name', /^cnc$/);
-  await awaitText(page, '.concern .who', /gateways/);
+  await awaitText(page, '.concern .who', /Gateway administrator/);
+  await awaitText(page, '.concern .concern-means', /has not reported since \d\d:\d\d:\d\d \(\S+, pid \d+\)/);
+  const diagnoses = await (await fetch(`${web.url}/api/doctor`)).json();
+  const gone = diagnoses.diagnoses.filter((each) => /^cnc: its gateway has not reported since/.test(each.what));
+  assert.equal(gone.length, 1, JSON.stringify(diagnoses.diagnoses));
   assert.deepEqual(await violations(page), []);
   await picture(page, 'gateway-gone');
   gateway = await plant.gateway();

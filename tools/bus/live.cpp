@@ -62,6 +62,11 @@ void Live::forget_gone(fabric::Time time) {
   std::erase_if(gone_, [&](const auto& one) { return one.second.at < time; });
 }
 
+const fabric::MachineStatus* Live::told(const fabric::MachineStatus& status) const {
+  const auto told = told_.find({status.machine, status.gateway});
+  return told == told_.end() ? nullptr : &told->second;
+}
+
 std::vector<LostMachine> Live::lost() const {
   std::map<std::string, LostMachine> found;
   std::set<std::string> heard;
@@ -69,8 +74,8 @@ std::vector<LostMachine> Live::lost() const {
     if (!status.host.empty()) {
       heard.insert(status.machine);
     } else if (LostMachine& lost = found[status.machine]; status.since >= lost.since) {
-      const auto told = told_.find(key);
-      lost = {told == told_.end() ? status : told->second, status.since};
+      const fabric::MachineStatus* last = told(status);
+      lost = {last == nullptr ? status : *last, status.since};
     }
   }
   std::vector<LostMachine> all;

@@ -56,6 +56,8 @@ class Live {
   /// By machine and gateway: two gateways may be set up for one machine.
   using Machines = std::map<std::pair<std::string, fabric::InstanceId>, fabric::MachineStatus>;
   [[nodiscard]] const Machines& machines() const { return machines_; }
+  /// What the gateway of `status` told of its machine while it was heard; nullptr if it never was.
+  [[nodiscard]] const fabric::MachineStatus* told(const fabric::MachineStatus& status) const;
   /// Each machine of which no gateway is heard, with the one that was heard last.
   [[nodiscard]] std::vector<LostMachine> lost() const;
   /// What each gateway told last of one of its machines; also of those that are taken for gone by

@@ -100,8 +100,14 @@ function concernOf(machine, channel, now) {
     return null;
   }
   const link = machine.links.find((each) => !each.connected && each.reason);
-  const reason = (state === 'gone' || state === 'link down') ? link?.reason || channel.reason : isOfProgram(state) ? '' : state === 'journal' ? channel.journal : channel.reason;
-  return { machine: machine.name, channels: [channel], kind: state, level, since, reason: reason ?? '' };
+  const reason = (state === 'gone' || state === 'link down') ? (state === 'gone' ? '' : link?.reason || channel.reason) : isOfProgram(state) ? '' : state === 'journal' ? channel.journal : channel.reason;
+  return { machine: machine.name, channels: [channel], kind: state, level, since, reason: reason ?? '', gone: state === 'gone' ? lastOf(machine) : null };
+}
+
+/** Where the gateway of a machine was that is gone: { host, pid }; null if nobody knows. */
+function lastOf(machine) {
+  const link = machine.links.find((each) => each.last_gateway_host);
+  return link ? { host: link.last_gateway_host, pid: link.last_gateway_pid } : null;
 }
 
 /** A machine of which no channel is known yet, since no gateway has ever reached it. */
@@ -112,7 +118,8 @@ function concernOfMachine(machine) {
   }
   const kind = down.every((link) => !link.gateway_host) ? 'gone' : 'link down';
   return {
-    machine: machine.name, channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: down[0].reason ?? '',
+    machine: machine.name, channels: [], kind, level: 'person', since: milliseconds(down[0].since), reason: kind === 'gone' ? '' : down[0].reason ?? '',
+    gone: kind === 'gone' ? lastOf(machine) : null,
   };
 }
 

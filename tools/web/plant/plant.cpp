@@ -51,6 +51,12 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
   }
   if (const auto* channel = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
     channels_changed_.insert(channel->key);
+  } else if (const auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+    if (event->kind == fabric::EventKind::unserved && event->call == fabric::CallId{} &&
+        live_.channels().contains(event->key)) {
+      left_.insert_or_assign(event->key, *event);
+      channels_changed_.insert(event->key);
+    }
   } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
     add_link(*machine, entry.at);
   } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
@@ -211,8 +217,7 @@ std::optional<boost::json::object> Plant::changes(const fabric::Moment& now) {
       machine = {{"machine", print::utf8(status.machine)}, {"gateway", status.gateway.to_string()}};
       machines_gone.push_back(std::move(machine));
     } else {
-      print::put_machine(machine, status);
-      machines.push_back(std::move(machine));
+      machines.push_back(machine_json(status));
     }
   }
   machines_changed_.clear();

@@ -100,6 +100,7 @@ class Plant {
   [[nodiscard]] bool may_wait(const fabric::ChannelKey& key, const fabric::Moment& now) const;
   /// It is the machine's former gateway: one that is gone while another one is there.
   [[nodiscard]] bool is_former(const fabric::MachineStatus& status) const;
+  [[nodiscard]] boost::json::object machine_json(const fabric::MachineStatus& status) const;
   [[nodiscard]] std::string_view link_of(const std::string& machine) const;
   /// What all its instances are called; nothing where they have names of their own.
   [[nodiscard]] std::string name_of_service(const std::string& uuid) const;
@@ -120,6 +121,8 @@ class Plant {
   std::map<std::string, std::string> service_names_;
   std::map<fabric::ChannelKey, Pace> channel_pace_;
   std::map<fabric::InstanceId, Pace> instance_pace_;
+  /// What was left alone last on a channel, which is no call: nobody tells of its text again.
+  std::map<fabric::ChannelKey, fabric::Event> left_;
   /// Whose figures change although nothing is told of them.
   std::set<fabric::ChannelKey> moving_channels_;
   std::set<fabric::InstanceId> moving_instances_;

@@ -113,6 +113,11 @@ boost::json::object Plant::channel_json(const fabric::ChannelStatus& status,
     out["request"] = print::text_json(*call->second.request);
     out["request_state"] = call->second.request_state;
     print::put_time(out, "seen", call->second.seen);
+  } else if (const auto left = left_.find(status.key);
+             status.state == fabric::ChannelState::unserved && status.call == fabric::CallId{} &&
+             left != left_.end() && left->second.uuid == status.uuid) {
+    out["request"] = print::text_json(left->second.text);
+    out["request_state"] = left->second.state;
   }
   if (const auto program = programs_.condition(status.key)) {
     out["program"] = program_json(*program);
@@ -191,11 +196,20 @@ boost::json::array Plant::machines() const {
     if (is_former(status)) {
       continue;
     }
-    boost::json::object machine;
-    print::put_machine(machine, status);
-    out.push_back(std::move(machine));
+    out.push_back(machine_json(status));
   }
   return out;
+}
+
+/// Of one that is gone nothing is left but its name, and where it was heard last.
+boost::json::object Plant::machine_json(const fabric::MachineStatus& status) const {
+  boost::json::object machine;
+  print::put_machine(machine, status);
+  if (const fabric::MachineStatus* told = live_.told(status); status.host.empty() && told) {
+    machine["last_gateway_host"] = print::utf8(told->host);
+    machine["last_gateway_pid"] = told->pid;
+  }
+  return machine;
 }
 
 boost::json::array Plant::channels(const fabric::Moment& now) const {

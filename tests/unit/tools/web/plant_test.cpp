@@ -276,6 +276,29 @@ TEST_F(APlant, SaysThatAGatewayTakesNoCallsWithItsChannels) {
   EXPECT_FALSE(first(*sut.changes(after(2000)), "channels").contains("journal"));
 }
 
+TEST_F(APlant, ShowsWhatARequestAsksThatNobodyServes) {
+  Entry unserved = channel(fabric::ChannelState::unserved);
+  std::get<fabric::ChannelStatus>(unserved.sample).uuid = square_root;
+  add({machine(1, "gw"), unserved});
+  add({{.at = at(0),
+        .sample = fabric::Event{.key = {"cnc", 1},
+                                .kind = fabric::EventKind::unserved,
+                                .uuid = square_root,
+                                .text = "part 7",
+                                .state = 3}}});
+  const boost::json::object told = first(sut.snapshot(after(10)), "channels");
+  EXPECT_EQ(told.at("request"), "part 7");
+  EXPECT_EQ(told.at("request_state"), 3);
+  EXPECT_EQ(told.at("uuid").as_string(), square_root);
+  add({channel(fabric::ChannelState::idle)});
+  EXPECT_FALSE(first(sut.snapshot(after(20)), "channels").contains("request"));
+}
+
+TEST_F(APlant, SaysWhereAGatewayWasThatIsGone) {
+  add({machine(1, "gw"), machine(1, "", false)});
+  EXPECT_EQ(first(sut.snapshot(after(0)), "machines").at("last_gateway_host"), "gw");
+}
+
 TEST_F(APlant, ShowsWhateverIsInATextAsText) {
   std::vector<Entry> entries = one_call(1, 0);
   std::get<fabric::Event>(entries[0].sample).text = "<script>\x01\xe4\n";

@@ -1,7 +1,7 @@
 // One thing that needs a person: where, what, since when, why, what to do, who.
 import { concernName, isOfProgram } from '../attention.js';
 import { element, replace, setAttribute, setText } from '../dom.js';
-import { age, moment } from '../time.js';
+import { age, clock, moment } from '../time.js';
 import { words } from '../words.js';
 import { said, stateMark, visible } from './marks.js';
 
@@ -61,7 +61,7 @@ export function concernCard(app) {
       setText(lasting, known ? age(now - concern.since) : '');
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
       const channel = concern.channels.length === 1 ? concern.channels[0] : {};
-      const fresh = JSON.stringify([concern.kind, concern.reason, concern.todo, channel.call, channel.attempt, channel.service, channel.uuid,
+      const fresh = JSON.stringify([concern.kind, concern.reason, concern.todo, concern.gone, concern.since, channel.call, channel.attempt, channel.service, channel.uuid,
         channel.request, channel.name, channel.host, channel.program, channel.instances, app.session.describe()]);
       if (fresh !== shown) {
         shown = fresh;
@@ -69,6 +69,19 @@ export function concernCard(app) {
       }
     },
   };
+}
+
+/** What a gateway says of it, in the reader's language where the page knows the sentence. */
+function reasonOf(reason) {
+  const known = words.reason(reason ?? '');
+  return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(reason, { lang: 'en', class: 'said reason' }));
+}
+
+function todoOf(concern, advice) {
+  if (concern.gone) {
+    return words.plant.restartGateway(visible(concern.gone.host));
+  }
+  return concern.kind === 'unserved' && concern.channels[0]?.machine.includes('.') ? advice.todoOfQueue : advice.todo;
 }
 
 function bodyOf(app, concern, channel) {
@@ -80,12 +93,13 @@ function bodyOf(app, concern, channel) {
   const commands = buttons.length === 0 ? commandOf(concern) : [];
   return [
     element('div', { class: 'concern-why' },
-      advice && element('p', { class: 'concern-means' }, advice.means),
-      concern.reason && said(concern.reason, { lang: 'en', class: 'said reason' }),
+      advice && element('p', { class: 'concern-means' }, concern.gone
+        ? words.plant.goneGateway(clock(concern.since - app.clockOffset()), visible(concern.gone.host), concern.gone.pid) : advice.means),
+      reasonOf(concern.reason),
       isStranded && element('p', { class: 'concern-means' }, words.plant.noInstance)),
     advice && element('div', { class: 'concern-todo' },
       element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
-      element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo), concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : advice.todo),
+      element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo), concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todoOf(concern, advice)),
       buttons.length > 0 && element('div', { class: 'buttons' }, buttons),
       commands.length > 0 && element('div', { class: 'at-terminal' }, element('span', { class: 'label' }, words.command),
         commands.map((command) => element('code', {}, command)))),

@@ -12,7 +12,10 @@ const readableMs = 700;
 
 function linkText(link) {
   if (!link.gateway_host) {
-    return words.plant.linkGone;
+    return link.last_gateway_host ? words.plant.linkGoneOf(visible(link.last_gateway_host), link.last_gateway_pid) : words.plant.linkGone;
+  }
+  if (link.connected && link.pushed) {
+    return words.plant.linkPushed(duration(link.round_trip_ms));
   }
   return link.connected
     ? words.plant.linkUp(duration(link.round_trip_ms), duration(link.poll_ms))
@@ -26,7 +29,7 @@ function detailOf(channel, state, lasting) {
     return [visible(name), error && `${words.plant.error} ${error}`].filter(Boolean).join(' · ');
   }
   const service = visible(channel.service || channel.uuid || '');
-  const isUnderWay = Boolean(channel.call) && state !== 'idle';
+  const isUnderWay = (Boolean(channel.call) || state === 'unserved') && state !== 'idle';
   if (isUnderWay && (lasting > readableMs || levelOf(state) !== 'fine')) {
     const by = [channel.name !== channel.service && channel.name, channel.host && `@ ${channel.host}`].filter(Boolean).map(visible).join(' ');
     const request = channel.request === undefined ? '' : ` “${visible(channel.request)}”`;

@@ -6,10 +6,10 @@ const channels = (n) => (n === 1 ? '1 Kanal' : `${n} Kanäle`);
 export default {
   title: 'millrace',
   skip: 'Zum Inhalt',
-  tabs: { plant: 'Anlage', services: 'Dienste', calls: 'Aufrufe', data: 'Daten und Programme', recordings: 'Aufzeichnungen', doctor: 'Diagnose' },
+  tabs: { plant: 'Anlage', services: 'Dienste', calls: 'Aufrufe', data: 'Daten', recordings: 'Aufzeichnungen', doctor: 'Diagnose' },
   tabsLabel: 'Ansichten',
   theme: { label: 'Helligkeit', auto: '◐ auto', light: '◐ hell', dark: '◐ dunkel' },
-  wall: 'Wand',
+  wall: 'Wandansicht',
   wallTitle: 'Nur die Anlage, groß, für einen Bildschirm an der Wand',
   wallLeave: 'Wandansicht verlassen',
 
@@ -21,7 +21,7 @@ export default {
     unserved: 'ohne Dienst',
     held: 'wartet auf Entscheidung',
     'link down': 'Verbindung weg',
-    gone: 'Gateway weg',
+    gone: 'Gateway nicht erreichbar',
     stuck: 'läuft zu lange',
     trouble: 'hat ein Problem',
     aborted: 'Programm abgebrochen',
@@ -73,9 +73,13 @@ export default {
     error: 'Fehler',
     attempt: (n) => `Versuch ${n}`,
     quiet: 'noch kein Aufruf',
-    linkUp: (roundTrip, poll) => `verbunden · ${roundTrip} Umlauf · sieht alle ${poll} nach`,
+    linkUp: (roundTrip, poll) => `verbunden · ${roundTrip} Antwortzeit · Abfrage alle ${poll}`,
+    linkPushed: (roundTrip) => `verbunden · ${roundTrip} Antwortzeit · Benachrichtigungen`,
     linkDown: 'Verbindung weg',
-    linkGone: 'Gateway weg',
+    linkGone: 'Gateway nicht erreichbar',
+    linkGoneOf: (host, pid) => `Gateway nicht erreichbar (${host}, Prozess ${pid})`,
+    goneGateway: (clock, host, pid) => `Das Gateway meldet sich seit ${clock} nicht (${host}, Prozess ${pid}).`,
+    restartGateway: (host) => `Das Gateway auf ${host} neu starten. Aufrufe warten solange; keiner geht verloren.`,
     gateway: (host, version) => `Gateway auf ${host}, ${version}`,
     more: (n) => `und ${n} weitere`,
   },
@@ -87,9 +91,9 @@ export default {
       who: 'Instandhaltung: Steuerung und Netz',
     },
     gone: {
-      means: 'Kein Gateway, das diese Maschine bedient, ist zu hören.',
+      means: 'Das Gateway dieser Maschine meldet sich nicht.',
       todo: 'Das Gateway oder seinen Rechner neu starten. Aufrufe warten solange; keiner geht verloren.',
-      who: 'Wer die Gateways betreibt',
+      who: 'Gateway-Verantwortliche',
     },
     journal: {
       means: 'Das Gateway nimmt keine neuen Aufrufe an: Es kann sein Journal nicht schreiben.',
@@ -98,8 +102,9 @@ export default {
     },
     unserved: {
       means: 'Kein laufender Dienst beantwortet diese UUID.',
-      todo: 'Den Dienst starten, oder die UUID im Programm berichtigen (die einer Schlange: in der Konfiguration des Gateways).',
-      who: 'Wer die Dienste betreibt, oder das Programm geschrieben hat',
+      todo: 'Den Dienst starten, oder die UUID im Programm berichtigen.',
+      todoOfQueue: 'Den Dienst starten, oder die UUID in der Konfiguration des Gateways berichtigen.',
+      who: 'Dienst-Verantwortliche oder NC-Programmierer',
     },
     waiting: {
       means: 'Alle Instanzen sind belegt.',
@@ -131,6 +136,25 @@ export default {
       todo: 'Das Programm an der Maschine fortsetzen oder zurücksetzen.',
       who: 'Maschinenbediener',
     },
+  },
+  reason: (english) => {
+    const known = [
+      [/^V\.G\.SERVICE\.UUID (.+?) is served by nobody(?:; did you mean (\S+), .*)?$/,
+        (uuid, meant) => `Kein Dienst hat die UUID ${uuid}.${meant ? ` Ist ${meant} gemeint?` : ''}`],
+      [/^(.+) is lost with this call, which must not run twice; an operator must answer or retry it$/,
+        (who) => `${who} ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.`],
+      [/^(.+) is deaf with this call, which must not run twice; an operator must answer or retry it$/,
+        (who) => `${who} nimmt diesen Aufruf nicht an, der nicht zweimal laufen darf.`],
+      [/^all (\d+) instances are busy$/, (n) => `Alle ${n} Instanzen sind belegt.`],
+      [/^no instance of (.+) is ready for (.+)$/, (uuid, channel) => `Keine Instanz von ${uuid} ist für ${channel} bereit.`],
+    ];
+    for (const [pattern, say] of known) {
+      const found = pattern.exec(english);
+      if (found) {
+        return say(...found.slice(1));
+      }
+    }
+    return '';
   },
   command: 'Am Terminal',
 

@@ -7,10 +7,10 @@ const channels = (n) => (n === 1 ? '1 channel' : `${n} channels`);
 export default {
   title: 'millrace',
   skip: 'To the content',
-  tabs: { plant: 'Plant', services: 'Services', calls: 'Calls', data: 'Data and programs', recordings: 'Recordings', doctor: 'Doctor' },
+  tabs: { plant: 'Plant', services: 'Services', calls: 'Calls', data: 'Data', recordings: 'Recordings', doctor: 'Diagnostics' },
   tabsLabel: 'Views',
-  theme: { label: 'Brightness', auto: '◐ auto', light: '◐ light', dark: '◐ dark' },
-  wall: 'Wall',
+  theme: { label: 'Theme', auto: '◐ auto', light: '◐ light', dark: '◐ dark' },
+  wall: 'Wall view',
   wallTitle: 'Only the plant, large, for a screen on the wall',
   wallLeave: 'Leave the wall view',
 
@@ -45,7 +45,7 @@ export default {
 
   plant: {
     nobody: 'No machine is known yet',
-    nobodyWhat: 'No gateway is on this fabric, or none has seen its machine. The view “Doctor” looks for the reason.',
+    nobodyWhat: 'No gateway is on this fabric, or none has seen its machine. The view “Diagnostics” looks for the reason.',
     well: 'All is well',
     needs: (n) => (n === 1 ? '1 channel needs somebody' : `${n} channels need somebody`),
     needsMachines: (n) => (n === 1 ? '1 machine needs somebody' : `${n} machines need somebody`),
@@ -74,9 +74,13 @@ export default {
     error: 'Error',
     attempt: (n) => `attempt ${n}`,
     quiet: 'no call yet',
-    linkUp: (roundTrip, poll) => `link up · ${roundTrip} round trip · looks every ${poll}`,
+    linkUp: (roundTrip, poll) => `link up · ${roundTrip} round trip · polled every ${poll}`,
+    linkPushed: (roundTrip) => `link up · ${roundTrip} round trip · notifications`,
     linkDown: 'link down',
     linkGone: 'gateway gone',
+    linkGoneOf: (host, pid) => `gateway gone (${host}, pid ${pid})`,
+    goneGateway: (clock, host, pid) => `The gateway has not reported since ${clock} (${host}, pid ${pid}).`,
+    restartGateway: (host) => `Restart the gateway on ${host}. Pending calls wait and are not lost.`,
     gateway: (host, version) => `gateway on ${host}, ${version}`,
     more: (n) => `and ${n} more`,
   },
@@ -89,9 +93,9 @@ export default {
       who: 'Maintenance: controller and network',
     },
     gone: {
-      means: 'No gateway that serves this machine is heard.',
-      todo: 'Start the gateway or its host again. Calls wait meanwhile; none is lost.',
-      who: 'Whoever runs the gateways',
+      means: 'The gateway of this machine does not report.',
+      todo: 'Restart the gateway or its host. Pending calls wait and are not lost.',
+      who: 'Gateway administrator',
     },
     journal: {
       means: 'The gateway takes no new calls: it cannot write its journal.',
@@ -100,8 +104,9 @@ export default {
     },
     unserved: {
       means: 'No running service answers this UUID.',
-      todo: 'Start the service, or correct the UUID in the program (that of a message queue: in the configuration of the gateway).',
-      who: 'Whoever runs the services, or wrote the program',
+      todo: 'Start the service, or correct the UUID in the program.',
+      todoOfQueue: 'Start the service, or correct the UUID in the configuration of the gateway.',
+      who: 'Service owner or NC programmer',
     },
     waiting: {
       means: 'All instances are busy.',
@@ -134,6 +139,8 @@ export default {
       who: 'Operator',
     },
   },
+  /** Sentences of a gateway that the page says itself; an empty text for all others. */
+  reason: (english) => english && '',
   command: 'At a terminal',
 
   services: {
@@ -312,7 +319,7 @@ export default {
   },
 
   doctor: {
-    title: 'Doctor',
+    title: 'Diagnostics',
     healthy: 'No problems found',
     ill: (n) => (n === 1 ? '1 problem' : `${n} problems`),
     warnings: (n) => (n === 1 ? '1 warning' : `${n} warnings`),
