@@ -97,8 +97,22 @@ struct LastGetEntry {
   bool operator==(const LastGetEntry&) const = default;
 };
 
+/// Why a channel stands until somebody does something, and since when: for people, who are told the
+/// same after a restart. Idle: it stands no more.
+struct StandingEntry {
+  fabric::ChannelKey key{};
+  /// Unserved or held, else.
+  fabric::ChannelState state = fabric::ChannelState::idle;
+  /// None where the request is left alone.
+  fabric::CallId call{};
+  std::string uuid{};
+  fabric::Time since{};
+  std::string reason{};
+  bool operator==(const StandingEntry&) const = default;
+};
+
 using JournalEntry =
     std::variant<NumbersEntry, DispatchedEntry, InterimEntry, AnsweredEntry, ClearingEntry,
-                 EndedEntry, MessageEntry, MessageEndedEntry, LastGetEntry>;
+                 EndedEntry, MessageEntry, MessageEndedEntry, LastGetEntry, StandingEntry>;
 
 }  // namespace millrace::gateway

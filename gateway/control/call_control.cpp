@@ -14,6 +14,7 @@ CallControl::CallControl(CallControlOptions options, const journal::Ledger& ledg
       recorded_(ledger.numbers().reserved),
       reserved_(ledger.numbers().reserved) {
   assert(epoch_ != 0);
+  standing_ = ledger.standing();
   for (const Call& call : ledger.open_calls()) {
     open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
   }
@@ -46,6 +47,9 @@ ChannelActions CallControl::on_read(const fabric::ChannelKey& key, const Snapsho
                                     Moment now) {
   if (!inherited_.empty() && snapshot.has(Variable::request_state) && snapshot.request_state == 0) {
     forget_looked_at(key);
+  }
+  if (snapshot.has(Variable::request_state) && snapshot.request_state == 0) {
+    forget_standing(key);
   }
   return step(key, now,
               [&](channel::ChannelSession& session) { return session.on_read(snapshot, now); });
@@ -151,6 +155,7 @@ void CallControl::run(channel::ChannelSession& session, SessionActions actions, 
       carry_out(dispatcher_.decline(declined->call, now.steady), now);
     }
   }
+  note_standing(session, now);
   constexpr std::size_t most_spare = 16;
   if (actions.capacity() != 0 && commons_.spare.size() < most_spare) {
     actions.clear();
@@ -171,6 +176,41 @@ void CallControl::withdraw(const std::vector<fabric::RequestKey>& requests) {
   }
 }
 
+void CallControl::note_standing(const channel::ChannelSession& session, Moment now) {
+  using enum fabric::ChannelState;
+  const fabric::ChannelStatus& status = session.status();
+  if (status.state == held || status.state == unserved) {
+    // A journal that is full says so itself, and is no place for this.
+    if (standing_of(status) == nullptr && obstacle_.empty()) {
+      StandingEntry entry{.key = session.key(),
+                          .state = status.state,
+                          .call = status.call,
+                          .uuid = status.uuid,
+                          .since = now.wall,
+                          .reason = status.reason};
+      standing_.insert_or_assign(session.key(), entry);
+      out_.push_back({session.key(), Record{0, std::move(entry)}});
+    }
+  } else if (const auto found = standing_.find(session.key()); found != standing_.end() &&
+                                                               status.call != fabric::CallId{} &&
+                                                               status.call != found->second.call) {
+    forget_standing(session.key());
+  }
+}
+
+void CallControl::forget_standing(const fabric::ChannelKey& key) {
+  if (!standing_.empty() && standing_.erase(key) != 0) {
+    out_.push_back({key, Record{0, StandingEntry{.key = key}}});
+  }
+}
+
+const StandingEntry* CallControl::standing_of(const fabric::ChannelStatus& status) const {
+  const auto found = standing_.find(status.key);
+  const bool same = found != standing_.end() && found->second.state == status.state &&
+                    found->second.call == status.call && found->second.uuid == status.uuid;
+  return same ? &found->second : nullptr;
+}
+
 void CallControl::pass_on(const channel::ChannelSession& session, Action action, Moment now) {
   if (auto* next = std::get_if<Publish>(&action)) {
     answered_.replace(key_of(next->request));
@@ -182,6 +222,14 @@ void CallControl::pass_on(const channel::ChannelSession& session, Action action,
     answered_.replace({session.key(), old->epoch, old->instance});
   } else if (std::holds_alternative<Read>(action) && !inherited_.empty()) {
     look_at_inherited(session.key());
+  } else if (auto* show = std::get_if<Show>(&action); show != nullptr && !standing_.empty()) {
+    if (const StandingEntry* standing = standing_of(show->status)) {
+      show->status.since = standing->since;
+      if (standing->state == fabric::ChannelState::held) {
+        // Who was lost with it only the one that saw it can name.
+        show->status.reason = standing->reason;
+      }
+    }
   }
   out_.push_back({session.key(), std::move(action)});
 }

@@ -157,6 +157,11 @@ class CallControl {
   [[nodiscard]] Pace pace_of(const std::string& machine) const;
   void lose_link(const std::string& machine);
   void run(channel::ChannelSession& session, SessionActions actions, Moment now);
+  /// Remembers since when the channel stands, and why, or that it does not any more.
+  void note_standing(const channel::ChannelSession& session, Moment now);
+  void forget_standing(const fabric::ChannelKey& key);
+  /// What it was remembered to stand for, if it is the same; nullptr if not.
+  [[nodiscard]] const StandingEntry* standing_of(const fabric::ChannelStatus& status) const;
   void pass_on(const channel::ChannelSession& session, Action action, Moment now);
   void withdraw(const std::vector<fabric::RequestKey>& requests);
   void forget_inherited(const fabric::ChannelKey& key, const fabric::CallId& call);
@@ -193,6 +198,7 @@ class CallControl {
   /// The gateway that had a channel before us, by its epoch: its calls there are over.
   std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash> predecessors_;
   AnsweredRequests answered_;
+  std::map<fabric::ChannelKey, StandingEntry> standing_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;
   /// The last number given; numbers up to `recorded_` may be used, the journal was asked for those

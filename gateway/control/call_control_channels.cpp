@@ -171,6 +171,7 @@ ChannelActions CallControl::finish() {
       withdraw(answered_.take(*it));
       add(left_counts_, sessions_.at(*it).status());
       out_.push_back({*it, Hide{}});
+      forget_standing(*it);
       index_.erase(*it);
       predecessors_.erase(*it);
       sessions_.erase(*it);

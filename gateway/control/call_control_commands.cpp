@@ -29,6 +29,7 @@ ChannelActions CallControl::on_retry(const fabric::ChannelKey& key, const fabric
       verdict = {false, *unserved + "; start the service, then retry"};
       return finish();
     }
+    forget_standing(key);
     run(*session, session->retry(by, now), now);
     carry_out(dispatcher_.add(*session->call()), now);
     verdict = {true, session->status().reason};

@@ -111,6 +111,32 @@ void put(pb::LastGet& out, const LastGetEntry& in) {
   out.set_number(in.number);
 }
 
+void put(pb::Standing& out, const StandingEntry& in) {
+  put_key(out, in.key);
+  if (in.state == fabric::ChannelState::held) {
+    out.set_held(true);
+  } else if (in.state == fabric::ChannelState::unserved) {
+    out.set_unserved(true);
+  } else {
+    return;
+  }
+  put(*out.mutable_call(), in.call);
+  out.set_uuid(in.uuid);
+  out.set_since(in.since.time_since_epoch().count());
+  out.set_reason(in.reason);
+}
+
+StandingEntry get(const pb::Standing& in) {
+  return {.key = key_of(in),
+          .state = in.held()       ? fabric::ChannelState::held
+                   : in.unserved() ? fabric::ChannelState::unserved
+                                   : fabric::ChannelState::idle,
+          .call = get(in.call()),
+          .uuid = in.uuid(),
+          .since = fabric::Time(std::chrono::nanoseconds(in.since())),
+          .reason = in.reason()};
+}
+
 pb::Record message_of(const JournalEntry& entry) {
   pb::Record record;
   std::visit(fabric::Cases{
@@ -132,6 +158,7 @@ pb::Record message_of(const JournalEntry& entry) {
                    record.mutable_message_ended()->set_number(in.number);
                  },
                  [&](const LastGetEntry& in) { put(*record.mutable_last_get(), in); },
+                 [&](const StandingEntry& in) { put(*record.mutable_standing(), in); },
              },
              entry);
   return record;
@@ -158,6 +185,8 @@ std::optional<JournalEntry> entry_of(const pb::Record& record) {
     case pb::Record::kLastGet:
       return LastGetEntry{key_of(record.last_get()), record.last_get().element(),
                           record.last_get().number()};
+    case pb::Record::kStanding:
+      return get(record.standing());
     case pb::Record::ENTRY_NOT_SET:
       break;
   }

@@ -28,6 +28,14 @@ void Ledger::apply(const JournalEntry& entry) {
     open(*dispatched);
     return;
   }
+  if (const auto* standing = std::get_if<StandingEntry>(&entry)) {
+    if (standing->state == fabric::ChannelState::idle) {
+      standing_.erase(standing->key);
+    } else {
+      standing_.insert_or_assign(standing->key, *standing);
+    }
+    return;
+  }
   std::visit(
       [this](const auto& one) {
         using T = std::decay_t<decltype(one)>;
@@ -35,7 +43,8 @@ void Ledger::apply(const JournalEntry& entry) {
           end(one);
         } else if constexpr (std::is_same_v<T, MessageEntry> || std::is_same_v<T, LastGetEntry>) {
           queues_[one.key].apply(one);
-        } else if constexpr (!std::is_same_v<T, NumbersEntry>) {
+        } else if constexpr (!std::is_same_v<T, NumbersEntry> &&
+                             !std::is_same_v<T, StandingEntry>) {
           const auto found = calls_.find(one.call);
           if (found == calls_.end()) {
             return;
@@ -109,6 +118,9 @@ std::vector<JournalEntry> Ledger::snapshot() const {
     if (call.clearing) {
       entries.emplace_back(ClearingEntry{call.id});
     }
+  }
+  for (const auto& [key, standing] : standing_) {
+    entries.emplace_back(standing);
   }
   return entries;
 }

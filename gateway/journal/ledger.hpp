@@ -27,6 +27,10 @@ class Ledger {
   [[nodiscard]] std::vector<Call> open_calls() const;
   /// What is known of message queues, by the key of each.
   [[nodiscard]] const std::map<fabric::ChannelKey, QueueBook>& queues() const { return queues_; }
+  /// The channels that stand.
+  [[nodiscard]] const std::map<fabric::ChannelKey, StandingEntry>& standing() const {
+    return standing_;
+  }
   /// Entries that lead to the same ledger.
   [[nodiscard]] std::vector<JournalEntry> snapshot() const;
 
@@ -37,6 +41,7 @@ class Ledger {
   NumbersEntry numbers_;
   std::map<fabric::CallId, Call> calls_;
   std::map<fabric::ChannelKey, QueueBook> queues_;
+  std::map<fabric::ChannelKey, StandingEntry> standing_;
 };
 
 }  // namespace millrace::gateway::journal

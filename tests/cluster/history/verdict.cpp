@@ -51,6 +51,8 @@ struct Reader {
   void operator()(const gateway::MessageEntry&) const {}
   void operator()(const gateway::MessageEndedEntry&) const {}
   void operator()(const gateway::LastGetEntry&) const {}
+  // For people.
+  void operator()(const gateway::StandingEntry&) const {}
 };
 
 /// Where the handler of one call was started.

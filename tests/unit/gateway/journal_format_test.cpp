@@ -43,7 +43,14 @@ std::vector<JournalEntry> one_of_each() {
                        std::string("\xe4\x00z", 3),
                        fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789))},
           MessageEndedEntry{{"press.alarms", 2}, 1'000'000'000'000},
-          LastGetEntry{{"press.alarms", 2}, 3, 1'000'000'000'000}};
+          LastGetEntry{{"press.alarms", 2}, 3, 1'000'000'000'000},
+          StandingEntry{.key = {"cnc", 1},
+                        .state = fabric::ChannelState::held,
+                        .call = first,
+                        .uuid = "560AACBF",
+                        .since = fabric::Time(std::chrono::nanoseconds(1'700'000'000'123'456'789)),
+                        .reason = "sq1 (pid 7 on hall) is lost"},
+          StandingEntry{.key = {"cnc", 2}}};
 }
 
 std::string file_of(const std::vector<JournalEntry>& entries) {
