@@ -183,7 +183,11 @@ std::optional<std::string> Dispatcher::why_unserved(const std::string& uuid,
     return fmt::format("{} {} is served for {}, not for {}", subject, printable(uuid),
                        scope_of(service.elsewhere->identity), key.to_string());
   }
-  std::string why = explain_unserved(uuid, instances_.uuids());
+  const auto last = last_of_.find(fabric::canonical_uuid(uuid));
+  std::string why = last == last_of_.end()
+                        ? explain_unserved(uuid, instances_.uuids())
+                        : fmt::format("{} {} is served by nobody; its last instance was {}",
+                                      variable, printable(uuid), last->second);
   if (why.starts_with(variable)) {
     why.replace(0, variable.size(), subject);
   }
@@ -361,6 +365,12 @@ void Dispatcher::lose(Instance& instance, Decisions& decisions) {
   std::ranges::sort(jobs, {}, &Job::number);
   for (Job* const job : jobs) {
     lose_call(*job, Loss::gone, decisions);
+  }
+  // A stranger can announce any number of UUIDs.
+  constexpr std::size_t most_remembered = 256;
+  const std::string& uuid = instance.identity.uuid;
+  if (instance.seen && (last_of_.size() < most_remembered || last_of_.contains(uuid))) {
+    last_of_.insert_or_assign(uuid, name_of(instance.identity));
   }
   instances_.erase(instance);
 }

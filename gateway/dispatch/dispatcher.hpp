@@ -12,6 +12,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -126,6 +127,8 @@ class Dispatcher {
   Instances instances_;
   Jobs jobs_;
   std::uint64_t given_ = 0;
+  /// By canonical UUID: who served it last, of services that have nobody any more.
+  std::map<std::string, std::string> last_of_;
 };
 
 }  // namespace millrace::gateway::dispatch

@@ -296,6 +296,19 @@ TEST_F(DispatcherTest, CountsAReturnedInstanceAsBusyWithWhatItHas) {
   EXPECT_THAT(remove(1), ElementsAre("2→1#1"));
 }
 
+TEST_F(DispatcherTest, NamesTheLastInstanceOfAServiceThatHasNoneAnyMore) {
+  auto last = instance(1);
+  last.name = "sq1";
+  last.pid = 7;
+  last.host = "hall";
+  sut.on_instance_ready(last);
+  sut.on_instance_gone(id(1), start);
+  sut.on_time(start + 10s);
+  EXPECT_THAT(sut.why_unserved(uuid, {"cnc", 1}),
+              testing::Optional(EndsWith("is served by nobody; its last instance was sq1 (pid 7 on "
+                                         "hall)")));
+}
+
 TEST_F(DispatcherTest, SaysWhetherAUuidIsServedForAChannel) {
   const fabric::ChannelKey channel{"cnc", 1};
   EXPECT_THAT(sut.why_unserved(uuid, channel), testing::Optional(EndsWith("served by nobody")));

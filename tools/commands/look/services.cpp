@@ -77,6 +77,16 @@ void print_notices(const bus::Live& live) {
   }
 }
 
+/// Discovery still shows them, and they send no heartbeat.
+void print_silent(const bus::Live& live) {
+  for (const auto& [id, gone] : live.gone()) {
+    const fabric::InstanceIdentity& identity = gone.last.identity;
+    fmt::print("\n{} {} ({}) on {}, pid {}: no heartbeat; its process is frozen or has ended\n",
+               base::text::safe(identity.name), id.to_string(), base::text::safe(identity.uuid),
+               base::text::safe(identity.host), identity.pid);
+  }
+}
+
 boost::json::array services_json(const bus::Live& live) {
   boost::json::array out;
   for (const bus::LiveInstance* instance : live.instances_of("")) {
@@ -108,6 +118,7 @@ int list_services(const LookOptions& options) {
     print_services(instances);
   }
   if (!options.json) {
+    print_silent(live);
     print_notices(live);
   }
   return base::program::exit_done;

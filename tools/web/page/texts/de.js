@@ -139,8 +139,8 @@ export default {
   },
   reason: (english) => {
     const known = [
-      [/^V\.G\.SERVICE\.UUID (.+?) is served by nobody(?:; did you mean (\S+), .*)?$/,
-        (uuid, meant) => `Kein Dienst hat die UUID ${uuid}.${meant ? ` Ist ${meant} gemeint?` : ''}`],
+      [/^V\.G\.SERVICE\.UUID (.+?) is served by nobody(?:; did you mean (\S+), .*|; its last instance was (.*))?$/,
+        (uuid, meant, last) => `Kein Dienst hat die UUID ${uuid}.${meant ? ` Ist ${meant} gemeint?` : ''}${last ? ` Die letzte Instanz war ${last}.` : ''}`],
       [/^(.+) is lost with this call, which must not run twice; an operator must answer or retry it$/,
         (who) => `${who} ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.`],
       [/^(.+) is deaf with this call, which must not run twice; an operator must answer or retry it$/,
