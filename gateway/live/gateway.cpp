@@ -130,6 +130,9 @@ void Gateway::Impl::tell_load() {
       queues.tell_numbers();
       tell_left_out();
       tell_calls();
+      for (const std::string& uuid : lost_services.on_time(now())) {
+        static_cast<void>(notices.clear("service", uuid));
+      }
       tell_load();
     }
   });

@@ -127,6 +127,7 @@ void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) 
               instance.uuid, instance.name, instance.host, instance.pid,
               instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
+  notice_service(instance);
   carry_out(control.on_instance_ready(instance, now()));
 }
 
@@ -136,11 +137,33 @@ void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance
     log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
               instance.draining ? ": it is draining" : "");
   }
+  notice_service(instance);
   carry_out(control.on_instance_ready(instance, now()));
+}
+
+/// Nothing but the log is told if that fails: it is no trouble of the gateway.
+void Gateway::Impl::notice_service(const fabric::InstanceIdentity& there) {
+  if (lost_services.on_ready(there)) {
+    static_cast<void>(notices.clear("service", there.uuid));
+  }
+}
+
+void Gateway::Impl::notice_lost(const control::LostService& lost) {
+  const fabric::InstanceIdentity& last = lost.last;
+  static_cast<void>(notices.raise(
+      {.key = {.kind = "service", .subject = lost.uuid},
+       .level = fabric::NoticeLevel::warning,
+       .text = fmt::format("{} ({}) has no instance: the last one, pid {} on {}, is gone without a "
+                           "word",
+                           last.name, lost.uuid, last.pid, last.host),
+       .advice = fmt::format("restart {} on {}", last.name, last.host)}));
 }
 
 void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
   begin_event();
+  if (const auto lost = lost_services.on_gone(instance, now())) {
+    notice_lost(*lost);
+  }
   if (instance_lines.admit(now().steady)) {
     log->info("instance {} is gone", instance.to_string());
   }

@@ -20,6 +20,7 @@
 #include "fabric/ends/gateway_watch.hpp"
 #include "fabric/ends/notice_end.hpp"
 #include "gateway/control/call_control.hpp"
+#include "gateway/control/lost_services.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/channel_timer.hpp"
 #include "gateway/live/done_commands.hpp"
@@ -62,6 +63,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void tell_left_out();
   void tell_calls();
   void notice_journal(const std::string& trouble);
+  void notice_service(const fabric::InstanceIdentity& there);
+  void notice_lost(const control::LostService& lost);
   void arm_timer();
 
   // What machines and message queues need.
@@ -149,6 +152,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   settings::Settings settings;
   std::unique_ptr<journal::Journal> journal;
   control::CallControl control;
+  control::LostServices lost_services;
   boost::asio::steady_timer timer;
   std::optional<SteadyTime> armed;
   boost::asio::steady_timer last_chance;

@@ -158,6 +158,27 @@ TEST_F(TheCommand, SaysByItsExitCodeThatTheFabricHasNoGateway) {
   EXPECT_EQ(exit_code, 3);
 }
 
+TEST_F(TheCommand, SaysByItsExitCodeThatAnInstanceIsFrozen) {
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  gateway.await_error("link up");
+  Process service = chain.square_root({"--name", "first"});
+  EXPECT_EQ(run({"health", "--all"}).error_output(), "");
+  EXPECT_EQ(exit_code, 0);
+  service.signal(SIGSTOP);
+  const std::string who = "pid " + std::to_string(service.pid()) + " on ";
+  await("word of it", [&] {
+    return run({"health", "--all"}).error_output().find(who) != std::string::npos;
+  });
+  EXPECT_EQ(exit_code, 5);
+  EXPECT_THAT(run({"services"}).output(), HasSubstr(who));
+  service.signal(SIGCONT);
+  await("its return", [&] {
+    run({"health", "--all"});
+    return exit_code == 0;
+  });
+}
+
 TEST_F(TheCommand, SaysByItsExitCodeThatGatewaysOrInstancesThatAreExpectedAreMissing) {
   Process cnc = chain.cnc();
   Process gateway = chain.gateway();

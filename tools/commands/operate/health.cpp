@@ -45,10 +45,11 @@ constexpr const char* exit_codes =
     "     --expect-gateway or --expect-service names\n"
     "  2  a wrong flag or value\n"
     "and with --all:\n"
-    "  1  an instance is frozen, or ended while this command looked\n"
+    "  1  an instance has frozen or ended while this command looked\n"
     "  3  no gateway is on the fabric, or the link of a machine is down\n"
     "  4  a call is held for an operator\n"
-    "  5  a call has no service, or has waited for a free instance for more than a minute\n"
+    "  5  a call has no service, or has waited for a free instance for more than a minute, or a\n"
+    "     service has lost its last instance in the last quarter of an hour\n"
     "  6  a program reports a problem\n\n";
 
 /// A call may wait for a free instance so long.
@@ -214,14 +215,25 @@ void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& w
   }
 }
 
+/// Gateways tell of services that have lost their last instance without a word.
+void look_at_lost_services(const bus::Live& live, Wrongs& wrongs) {
+  std::set<std::string> said;
+  for (const auto& [key, notice] : live.notices()) {
+    if (key.kind == "service" && live.instances_of(key.subject).empty() &&
+        said.insert(key.subject).second) {
+      wrongs.note(exit_unserved, notice.text);
+    }
+  }
+}
+
 /// What the programs of the host say of themselves. A warning is told, and is no failure.
 void look_at_notices(const std::vector<fabric::Notice>& notices, Wrongs& wrongs) {
   for (const fabric::Notice& notice : notices) {
     const std::string what =
         print::what_is_said(notice) + (notice.advice.empty() ? "" : " -> " + notice.advice);
-    if (notice.level == fabric::NoticeLevel::warning) {
+    if (notice.level == fabric::NoticeLevel::warning && notice.key.kind != "service") {
       wrongs.say(what);
-    } else if (notice.level != fabric::NoticeLevel::fine) {
+    } else if (notice.level != fabric::NoticeLevel::fine && notice.key.kind != "service") {
       wrongs.note(exit_trouble, what);
     }
   }
@@ -264,6 +276,7 @@ int check(const HealthOptions& options) {
   if (options.all) {
     look_at_the_silent(live, wrongs);
     look_at_machines(live, programs, wrongs);
+    look_at_lost_services(live, wrongs);
     look_at_notices(programs.notices, wrongs);
   }
   const bool healthy = wrongs.exit_code() == base::program::exit_done;

@@ -132,10 +132,10 @@ const concernOfNotice = (notice) => ({
 /**
  * The concerns of the whole plant (Model.plant()), and how many channels each level has. What a whole machine has in
  * common, a link that is down or a gateway that is gone, is one concern with all its channels. `notices` is what programs
- * say of themselves.
+ * say of themselves; a service that a gateway has lost stands among the services, and concerns those that call it.
  */
 export function assess(plant, now, notices = []) {
-  const concerns = notices.filter((notice) => notice.level !== 'fine').map(concernOfNotice);
+  const concerns = notices.filter((notice) => notice.level !== 'fine' && notice.kind !== 'service').map(concernOfNotice);
   const programs = concerns.filter((concern) => concern.level === 'person').length;
   const counts = { person: 0, look: 0, machines: 0, programs };
   for (const machine of plant) {
