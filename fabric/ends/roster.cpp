@@ -10,6 +10,10 @@ namespace millrace::fabric::ends {
 
 namespace {
 
+/// A timer that rings so late says that this process got no processor: its threads that receive may
+/// not have got one either.
+constexpr std::chrono::milliseconds stall{50};
+
 SteadyTime now() {
   return std::chrono::steady_clock::now();
 }
@@ -108,7 +112,8 @@ void Roster::await_silence() {
 
 void Roster::on_silence(SteadyTime due) {
   silence_at_.reset();
-  registry_.stood_still(now() - due);
+  const SteadyTime at = now();
+  at - due > stall ? registry_.start_over(at) : registry_.stood_still(at - due);
   owner_.drain_beats();
   registry_.on_time(now());
   if (proofs_) {

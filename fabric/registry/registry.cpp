@@ -220,6 +220,12 @@ void Registry::stood_still(std::chrono::nanoseconds late) {
   }
 }
 
+void Registry::start_over(SteadyTime now) {
+  for (auto& [participant, process] : processes_) {
+    process.heard_at = std::max(process.heard_at, now);
+  }
+}
+
 /// A fifth of the lease is left for who takes notice.
 SteadyTime Registry::silent_at(const Process& process) {
   return process.heard_at + std::chrono::duration_cast<SteadyTime::duration>(process.lease) * 4 / 5;

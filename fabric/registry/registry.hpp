@@ -91,6 +91,9 @@ class Registry {
   bool beat(EndpointHandle writer, SteadyTime now);
   /// For so long nobody could be heard, because whoever listens stood still.
   void stood_still(std::chrono::nanoseconds late);
+  /// The same, for so long that what was sent meanwhile may be on its way still: each process has
+  /// its whole time again before it is taken for silent.
+  void start_over(SteadyTime now);
   /// Takes those for gone that have been silent for too long, until they are heard again.
   void on_time(SteadyTime now);
   /// When on_time has something to do.

@@ -33,7 +33,8 @@ struct Listener : fabric::observer::ObserverListener, NoticeListener {
 
 }  // namespace
 
-Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience) {
+Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience,
+                   const std::function<bool(const Live&)>& enough) {
   fabric::dds::Participant participant(options);
   boost::asio::io_context io;
   const auto work = boost::asio::make_work_guard(io);
@@ -46,7 +47,7 @@ Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience pati
     const auto end =
         std::min(std::max(start + patience.at_least, listener.last_news + patience.quiet),
                  start + patience.at_most);
-    if (Clock::now() >= end) {
+    if (Clock::now() >= end || enough(listener.live)) {
       return std::move(listener.live);
     }
     io.run_one_until(end);

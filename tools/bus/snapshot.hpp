@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 
 #include "fabric/dds/participant.hpp"
 #include "tools/bus/live.hpp"
@@ -16,7 +17,10 @@ struct Patience {
   std::chrono::milliseconds at_most{5000};
 };
 
-/// Throws std::runtime_error if the fabric cannot be joined.
-Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience patience = {});
+/// Ends sooner once `enough` says so, after each change. Throws std::runtime_error if the fabric
+/// cannot be joined.
+Live take_snapshot(
+    const fabric::dds::ParticipantOptions& options, Patience patience = {},
+    const std::function<bool(const Live&)>& enough = [](const Live&) { return false; });
 
 }  // namespace millrace::tools::bus

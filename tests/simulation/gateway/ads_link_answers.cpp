@@ -121,11 +121,15 @@ void AdsLink::execute(const RequestPointer& request) {
 void AdsLink::apply(const RequestPointer& request) {
   MachineChannel& channel = controller_.channel(request->channel);
   const AdsWrite& write = *request->write;
-  const bool crosses = channel.moved_on_since(write.read) || channel.standing() != write.request;
+  const bool crosses =
+      channel.moved_on_since(write.read, gateway_) || channel.standing() != write.request;
   channel.crossed = channel.crossed || crosses;
   request->refused = !channel.write(write.variable, write.value);
   if (request->refused) {
     return;
+  }
+  if (write.answer) {
+    channel.released_by = gateway_;
   }
   // A kernel that clears REQUEST_STATE itself is about to do so.
   const std::uint32_t request_state =

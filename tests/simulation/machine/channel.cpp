@@ -103,6 +103,7 @@ void MachineChannel::report() {
     moved_on_ = agenda_.now();
   }
   released_ = false;
+  asked_ = agenda_.now();
   standing_ = now;
   crossed = false;
   if (now.state != 0) {

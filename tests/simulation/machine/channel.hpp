@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,9 +50,12 @@ class MachineChannel {
   /// What stands in the channel as a request; state 0 = nothing. A gateway's own writes change
   /// nothing of it.
   [[nodiscard]] const gateway::PendingRequest& standing() const { return standing_; }
-  /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it:
-  /// what was asked for earlier meets another request.
-  [[nodiscard]] bool moved_on_since(Time time) const { return moved_on_ > time; }
+  /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it,
+  /// or after another gateway had: what this one asked for earlier meets another request.
+  [[nodiscard]] bool moved_on_since(Time time, GatewayNumber gateway) const {
+    return moved_on_ > time || (asked_ > time && released_by && released_by != gateway);
+  }
+  std::optional<GatewayNumber> released_by{};
   /// Something was written for another request than the one that stands: it was on its way when the
   /// program asked anew, and nobody can help that.
   bool crossed = false;
@@ -89,6 +93,8 @@ class MachineChannel {
   /// RESPONSE_STATE has told the program to go on.
   bool released_ = false;
   Time moved_on_{-1};
+  /// When it asked last.
+  Time asked_{-1};
 };
 
 }  // namespace millrace::tests::simulation

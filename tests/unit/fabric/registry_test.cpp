@@ -180,6 +180,15 @@ TEST_F(RegistryTest, ForgivesSilenceInWhichNobodyListened) {
   EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
 }
 
+TEST_F(RegistryTest, GivesEverybodyAWholeIntervalAfterAStandstill) {
+  beating();
+  sut.start_over(start + 5s);
+  sut.on_time(start + 5s + 399ms);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  sut.on_time(start + 5s + 400ms);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
 TEST_F(RegistryTest, TakesABeatForItsOwnProcessOnly) {
   beating();
   constexpr registry::EndpointHandle strange = 6;

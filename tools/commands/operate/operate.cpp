@@ -116,9 +116,18 @@ void add_channel_key(CLI::App& command, fabric::ChannelKey& key) {
 
 int tell_gateway(const OperateOptions& options, const fabric::ChannelKey& key,
                  fabric::Command command) {
-  const bus::Live live = bus::take_snapshot(options.fabric.options());
+  const auto is_pending = [&key](const bus::Live& seen) {
+    const auto found = seen.channels().find(key);
+    return found != seen.channels().end() && found->second.call != fabric::CallId{};
+  };
+  bus::Live live = bus::take_snapshot(options.fabric.options(), {}, is_pending);
+  if (!live.channels().contains(key)) {
+    // On a busy host its gateway may be heard later than what is announced first.
+    live = bus::take_snapshot(options.fabric.options(), {.at_least = std::chrono::seconds(3)},
+                              is_pending);
+  }
   const auto channel = live.channels().find(key);
-  if (channel == live.channels().end() || channel->second.call == fabric::CallId{}) {
+  if (!is_pending(live)) {
     fmt::print(stderr, "millrace: no call is pending in {}; 'millrace channels' shows them\n",
                key.to_string());
     return program::exit_failed;
