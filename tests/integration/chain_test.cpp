@@ -115,7 +115,7 @@ TEST(TheChain, GoesOnAfterEachGatewayThatWasKilledInTheMiddle) {
   Process service = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "many_calls.nc"), "--exit-when-idle"});
   for (int round = 0; round < 5; ++round) {
-    Process gateway = sut.gateway({"--journal", journal});
+    Process gateway = sut.gateway({"--journal", journal, "--log-level", "debug"});
     gateway.await_error("answered");
     gateway.kill();
   }

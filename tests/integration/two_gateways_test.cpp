@@ -112,9 +112,9 @@ TEST(ASecondGateway, ServesTheChannelsThatTheFirstLeaves) {
   Process service = sut.square_root();
   Process cnc = sut.cnc({"--run", Chain::program(1, "square_root_of_3.nc"), "--run",
                          Chain::program(2, "square_root_of_3.nc"), "--exit-when-idle"});
-  Process first = sut.configured_gateway(machine + "channel: 1 }");
+  Process first = sut.configured_gateway(machine + "channel: 1 }", {"--log-level", "debug"});
   first.await_error("link up, channel 1");
-  Process second = sut.gateway();
+  Process second = sut.gateway({"--log-level", "debug"});
   second.await_error("channel 1 is served by gateway .* already; this gateway stands by for it");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
   first.await_error("cnc/1: call .* answered");
