@@ -88,24 +88,26 @@ bool finds_otherwise(std::string_view list) {
 
 }  // namespace
 
+bool uses_uri(const ParticipantOptions& options) {
+  return options.configuration.empty();
+}
+
 std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri) {
-  const std::string_view extra = options.configuration;
+  const std::string_view extra = uses_uri(options) ? uri : options.configuration;
   std::string list(settings);
   if (options.trust) {
     list += handshaking;
   }
-  const bool usual = uri.empty() && !finds_otherwise(extra);
+  const bool usual = uses_uri(options) ? uri.empty() : !finds_otherwise(extra);
   if (usual && options.finding == Finding::hears) {
     list += hearing;
   }
-  if (!names_interface(extra) && !names_interface(uri)) {
+  if (!names_interface(extra)) {
     list.insert(0, loopback);
   }
-  for (const std::string_view more : {extra, uri}) {
-    if (!more.empty()) {
-      list += ',';
-      list += more;
-    }
+  if (!extra.empty()) {
+    list += ',';
+    list += extra;
   }
   if (usual && options.finding == Finding::announces) {
     list += announcing(options.domain, extra);

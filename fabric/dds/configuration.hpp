@@ -8,11 +8,15 @@
 
 namespace millrace::fabric::dds {
 
-/// Ours, then that of `options`, then `uri` (what CYCLONEDDS_URI holds): a comma-separated list in
-/// which a later setting wins. The loopback interface is named only if neither of the others names
-/// an interface, in place or in a file of theirs, because Cyclone adds interfaces up. Who only
-/// announces himself does so in the group of his domain, unless his options have another way of
-/// finding others (peers, no multicast, other ports), or there is a `uri`.
+/// Whether CYCLONEDDS_URI applies. A program with a configuration of its own ignores the variable:
+/// Cyclone adds interfaces up, and one named in both is an error.
+bool uses_uri(const ParticipantOptions& options);
+
+/// Our settings, then those of `options`; then `uri` (the value of CYCLONEDDS_URI) if `options` has
+/// none. A comma-separated list in which a later setting wins. The loopback interface is added
+/// unless the list names an interface, directly or in a file. A participant that only announces
+/// itself does so in the group of its domain, unless `options` has another way of finding others
+/// (peers, no multicast, other ports), or `uri` applies.
 std::string cyclone_configuration(const ParticipantOptions& options, std::string_view uri);
 
 }  // namespace millrace::fabric::dds

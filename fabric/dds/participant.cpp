@@ -1,6 +1,8 @@
 #include "fabric/dds/participant.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <mutex>
 #include <stdexcept>
@@ -8,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "base/program/barrier.hpp"
+#include "base/text/quoted.hpp"
 #include "fabric/dds/badges.hpp"
 #include "fabric/dds/configuration.hpp"
 #include "fabric/dds/cyclone_log.hpp"
@@ -65,10 +68,27 @@ void check_fabric_name(const std::string& name) {
       fmt::format("cannot join DDS domain {}: {}\n{}", domain, dds_strretcode(reason), log.text()));
 }
 
+/// Once per process.
+void report_ignored(std::string_view uri) {
+  static const bool reported = [&] {
+    fmt::print(
+        stderr,
+        "{}: CYCLONEDDS_URI is ignored ({}): the fabric's profile (--fabric-config) says how "
+        "this program joins. Without a profile the variable applies\n",
+        program_invocation_short_name, base::text::safe(uri));
+    return true;
+  }();
+  (void)reported;
+}
+
 /// Joins what an earlier participant of this process created, or creates the domain.
 void ensure_domain(const ParticipantOptions& options, const LogCapture& log) {
-  const char* uri = std::getenv("CYCLONEDDS_URI");
-  const std::string configuration = cyclone_configuration(options, uri != nullptr ? uri : "");
+  const char* set = std::getenv("CYCLONEDDS_URI");
+  const std::string_view uri = set != nullptr ? set : "";
+  if (!uri.empty() && !uses_uri(options)) {
+    report_ignored(uri);
+  }
+  const std::string configuration = cyclone_configuration(options, uri);
   const dds_entity_t domain = dds_create_domain(options.domain, configuration.c_str());
   if (domain < 0 && domain != DDS_RETCODE_PRECONDITION_NOT_MET) {
     fail(options.domain, domain, log);

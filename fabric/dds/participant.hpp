@@ -41,9 +41,9 @@ struct ParticipantOptions {
   Finding finding = Finding::hears;
   /// What `ps`-like tools show.
   std::string name{};
-  /// Further Cyclone configuration (XML fragments or files, with commas between); wins over ours
-  /// and gives way to CYCLONEDDS_URI. The fabric stays on loopback unless one of them names an
-  /// interface.
+  /// Further Cyclone configuration (XML fragments or files, with commas between); wins over ours.
+  /// CYCLONEDDS_URI takes its place if it is empty and is ignored otherwise. The fabric stays on
+  /// loopback unless the one that applies names an interface.
   std::string configuration{};
   /// What the certificate says that `configuration` shows the others; null without trust.
   std::shared_ptr<const Trust> trust{};

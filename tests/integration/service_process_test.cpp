@@ -1,5 +1,6 @@
 // A service as the process that it is: its ready line, its end by signal and by accident.
 #include <chrono>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +9,7 @@
 #include "tests/support/caller.hpp"
 #include "tests/support/domain.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace millrace {
 namespace {
@@ -85,6 +87,33 @@ TEST_F(ServiceProcess, IsMissedWithinItsLeaseWhenItIsKilled) {
   sut.kill();
   ASSERT_TRUE(caller.await_no_instance(uuid));
   EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(2));
+}
+
+/// What a host with ROS 2 often has.
+const std::string environment =
+    R"(CYCLONEDDS_URI=<General><Interfaces><NetworkInterface name="lo" multicast="true"/></Interfaces></General>)";
+
+TEST_F(ServiceProcess, IgnoresCyclonesVariableIfItHasAProfileAndSaysSoOnce) {
+  const tests::TemporaryFolder folder;
+  const std::string profile = folder.path() / "fabric.textproto";
+  std::ofstream(profile) << "interface: \"lo\"\n";
+  Process sut({"/usr/bin/env", environment, tests::binary("millrace-square-root"), "--domain",
+               std::to_string(domain.number()), "--fabric-config", profile});
+  ASSERT_TRUE(caller.await_instance(uuid));
+  EXPECT_EQ(caller.call(uuid, "2").text, "1.414214");
+  sut.terminate();
+  EXPECT_EQ(sut.wait(), base::program::exit_done);
+  const std::string text = sut.error_output();
+  const auto first = text.find("CYCLONEDDS_URI is ignored");
+  EXPECT_NE(first, std::string::npos) << text;
+  EXPECT_EQ(text.find("CYCLONEDDS_URI", first + 1), std::string::npos) << text;
+}
+
+TEST_F(ServiceProcess, ObeysCyclonesVariableIfItHasNoProfile) {
+  Process sut({"/usr/bin/env", "MILLRACE_FABRIC_CONFIG=", "CYCLONEDDS_URI=<NoSuchElement/>",
+               tests::binary("millrace-square-root"), "--domain", std::to_string(domain.number())});
+  EXPECT_EQ(sut.wait(), base::program::exit_failed);
+  EXPECT_THAT(sut.error_output(), HasSubstr("NoSuchElement"));
 }
 
 TEST_F(ServiceProcess, RefusesAWrongCommandLine) {

@@ -25,8 +25,17 @@ TEST(CycloneConfiguration, StaysOnLoopback) {
 }
 
 TEST(CycloneConfiguration, PutsTheUsersSettingsLastSoThatTheyWin) {
-  EXPECT_THAT(dds::cyclone_configuration({.configuration = "<A/>"}, "<B/>"),
-              EndsWith(",<A/>,<B/>"));
+  EXPECT_THAT(dds::cyclone_configuration({.configuration = "<A/>"}, ""), EndsWith(",<A/>"));
+  EXPECT_THAT(dds::cyclone_configuration({}, "<B/>"), EndsWith(",<B/>"));
+}
+
+// Cyclone adds interfaces up: one that both name would be an error.
+TEST(CycloneConfiguration, IgnoresTheEnvironmentOfAProgramWithASettingOfItsOwn) {
+  for (const dds::Finding finding : {dds::Finding::hears, dds::Finding::announces}) {
+    const dds::ParticipantOptions options{.finding = finding, .configuration = "<A/>"};
+    EXPECT_EQ(dds::cyclone_configuration(options, loopback),
+              dds::cyclone_configuration(options, ""));
+  }
 }
 
 // Or what Cyclone asks for shares a packet with the end of a handshake, which Fast DDS then drops.

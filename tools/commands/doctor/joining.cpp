@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "base/configuration/config_file.hpp"
+#include "fabric/dds/configuration.hpp"
 #include "fabric/profile/credentials.hpp"
 #include "idl/fabric.pb.h"
 
@@ -11,10 +12,11 @@ namespace millrace::tools::commands::doctor {
 
 tools::doctor::Joining joining_of(const fabric::profile::FabricFlags& flags,
                                   const fabric::dds::ParticipantOptions& join) {
-  tools::doctor::Joining joining{.fabric = join.fabric,
-                                 .domain = join.domain,
-                                 .cyclone_uri = std::getenv("CYCLONEDDS_URI") != nullptr,
-                                 .version = MILLRACE_VERSION};
+  tools::doctor::Joining joining{
+      .fabric = join.fabric,
+      .domain = join.domain,
+      .cyclone_uri = fabric::dds::uses_uri(join) && std::getenv("CYCLONEDDS_URI") != nullptr,
+      .version = MILLRACE_VERSION};
   if (!flags.file().empty()) {
     const auto profile = base::configuration::read_config<config::Fabric>(flags.file());
     if (!profile) {

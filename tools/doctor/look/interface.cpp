@@ -43,7 +43,7 @@ void at_the_interface(const Findings& found, Report& report) {
   if (found.joining.cyclone_uri) {
     report.warning(
         "CYCLONEDDS_URI is set and may change interface, multicast and peers",
-        "unset it unless you know why it is there; the fabric's file says the same in words");
+        "unset it, or name a fabric profile (--fabric-config), with which it is ignored");
   }
   if (own == nullptr) {
     report.problem(fmt::format("this host has no interface '{}'", safe(name)),
