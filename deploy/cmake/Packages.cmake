@@ -2,7 +2,7 @@
 #
 #   cmake --build --preset release && cpack --preset release      # into build/release/packages
 #
-# millrace-common   fabric.textproto, profiles, the target that all units belong to
+# millrace-common   fabric.textproto, profiles, the target that all units belong to, documentation, schemas of all files
 # millrace-gateway  the gateway, its unit and configuration
 # millrace-services the services that come with millrace, the unit of a service, example configurations
 # millrace-tools    the operator's command, the units of recorder and web page, alerts for Prometheus
@@ -24,6 +24,13 @@ foreach(component IN ITEMS common gateway services)
     endif()]] COMPONENT ${component})
 endforeach()
 set(millrace_etc "\${millrace_etc}")
+
+# Together as in the source tree, so that links between pages, and to schemas, hold.
+set(millrace_doc ${CMAKE_INSTALL_DATADIR}/doc/millrace-common)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION ${millrace_doc} COMPONENT common)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION ${millrace_doc} COMPONENT common)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl DESTINATION ${millrace_doc} COMPONENT common
+  FILES_MATCHING PATTERN "*.proto" PATTERN "*.idl" PATTERN lcm EXCLUDE)
 
 install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
 install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
@@ -108,7 +115,8 @@ set(CPACK_DEBIAN_SERVICES_PACKAGE_RECOMMENDS "ca-certificates")
 set(CPACK_DEBIAN_CNC_PACKAGE_RECOMMENDS "millrace-gateway, millrace-services")
 
 set(CPACK_COMPONENT_COMMON_DESCRIPTION "millrace: what all its programs on a host share
- Profiles of the fabric, and the systemd target of everything that is enabled.")
+ Profiles of the fabric, the systemd target of everything that is enabled, the
+ documentation, and the schemas of configuration files and DDS topics.")
 set(CPACK_COMPONENT_GATEWAY_DESCRIPTION "millrace gateway: the Service Interface of CNC channels on DDS
  Polls the controllers over ADS and gives each call of an NC program to one live
  service of its UUID.")
