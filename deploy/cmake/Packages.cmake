@@ -34,8 +34,10 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/idl DESTINATION ${millrace_doc} COMPONEN
 
 install(FILES ${millrace_deploy}/systemd/millrace.target DESTINATION ${millrace_units} COMPONENT common)
 install(DIRECTORY ${millrace_deploy}/profiles DESTINATION ${millrace_share} COMPONENT common)
-# An example of a drop-in for all units.
+# What units with trust have more, what installs it, and where to.
 install(FILES ${millrace_deploy}/systemd/trust.conf DESTINATION ${millrace_share}/systemd COMPONENT common)
+install(PROGRAMS ${millrace_deploy}/install-trust DESTINATION ${millrace_share} COMPONENT common)
+install(DIRECTORY DESTINATION ${millrace_etc}/trust COMPONENT common)
 install(FILES ${millrace_deploy}/profiles/one_host.fabric.textproto DESTINATION ${millrace_etc}
   RENAME fabric.textproto COMPONENT common)
 

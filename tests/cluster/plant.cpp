@@ -29,7 +29,7 @@ constexpr std::uint64_t seed = 20260301;
 
 constexpr const char* default_profile = "one_network.fabric.textproto";
 /// What shipped profiles of networks say, which the desk of the plant has to make first.
-constexpr const char* shipped_trust = "trust { folder: \"/etc/millrace/trust\" }";
+constexpr const char* shipped_trust = "trust { folder: \"$CREDENTIALS_DIRECTORY\" }";
 
 /// Of docker/Dockerfile.
 constexpr uid_t container_user = 10001;

@@ -178,8 +178,8 @@ int write_archive(const ExportOptions& options) {
   }
   must(base::posix::write_durably(options.output, archive, tools::trust::owner_only));
   fmt::print(
-      "{}: all that {} needs, its private key among it; unpack it where its fabric.textproto "
-      "says, then remove it\n",
+      "{0}: all that {1} needs, its private key among it; on its host "
+      "`/usr/share/millrace/install-trust UNIT {0}` puts it in place; then remove it\n",
       options.output, options.name);
   return base::program::exit_done;
 }
