@@ -129,7 +129,7 @@ void AdsLink::apply(const RequestPointer& request) {
     return;
   }
   if (write.answer) {
-    channel.released_by = gateway_;
+    channel.released_by.insert(gateway_);
   }
   // A kernel that clears REQUEST_STATE itself is about to do so.
   const std::uint32_t request_state =

@@ -2,10 +2,11 @@
 // kernel's rules and the interpreter, and a history of what its program asks.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -53,9 +54,13 @@ class MachineChannel {
   /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it,
   /// or after another gateway had: what this one asked for earlier meets another request.
   [[nodiscard]] bool moved_on_since(Time time, GatewayNumber gateway) const {
-    return moved_on_ > time || (asked_ > time && released_by && released_by != gateway);
+    return moved_on_ > time ||
+           (asked_ > time && std::ranges::any_of(released_before_, [&](GatewayNumber one) {
+              return one != gateway;
+            }));
   }
-  std::optional<GatewayNumber> released_by{};
+  /// Who has written an answer since the program asked.
+  std::set<GatewayNumber> released_by{};
   /// Something was written for another request than the one that stands: it was on its way when the
   /// program asked anew, and nobody can help that.
   bool crossed = false;
@@ -93,8 +98,9 @@ class MachineChannel {
   /// RESPONSE_STATE has told the program to go on.
   bool released_ = false;
   Time moved_on_{-1};
-  /// When it asked last.
+  /// When it asked last, and who had released it before.
   Time asked_{-1};
+  std::set<GatewayNumber> released_before_{};
 };
 
 }  // namespace millrace::tests::simulation
