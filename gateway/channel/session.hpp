@@ -202,6 +202,8 @@ class ChannelSession {
   SteadyTime whole_due_{};
   /// When the last read was asked for, and when its answer came.
   ReadTime read_time_{};
+  /// When the last read of an answer's own came: others do not take in its request.
+  SteadyTime answer_read_at_{};
 
   RequestWatch watch_;
   std::optional<PendingRequest> offered_;

@@ -66,7 +66,7 @@ SessionActions ChannelSession::on_recorded(Ticket ticket, Moment now) {
   if (!call_ || ticket == 0) {
     return {};
   }
-  const bool fresh = now.steady - read_time_.came <= pace_.fresh;
+  const bool fresh = now.steady - answer_read_at_ <= pace_.fresh;
   return with_call(now, [&](OpenCall& call) { call.on_recorded(ticket, fresh, out_, now); });
 }
 
@@ -205,6 +205,7 @@ bool ChannelSession::drive_writer(Moment now) {
 }
 
 void ChannelSession::answer_looked(const Snapshot& snapshot, Moment now) {
+  answer_read_at_ = now.steady;
   if (other_can_see(snapshot)) {
     leave_to_the_other(now);
     return;

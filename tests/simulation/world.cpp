@@ -124,6 +124,7 @@ void World::rescue() {
                 status->second.state == fabric::ChannelState::answering);
       });
       const bool excused = lost_memory || controller->channel(number).crossed ||
+                           controller->channel(number).writers.size() > 1 ||
                            controller->program(number).may_be_stuck();
       if (excused && idle && !controller->program(number).done()) {
         controller->reset(number, 100ms);

@@ -128,6 +128,7 @@ void AdsLink::apply(const RequestPointer& request) {
   if (request->refused) {
     return;
   }
+  channel.writers.insert(gateway_);
   if (write.answer) {
     channel.released_by.insert(gateway_);
   }

@@ -215,7 +215,14 @@ void GatewayProcess::cut_links(const std::string& machine, const std::string& re
 }
 
 std::size_t GatewayProcess::open_calls() const {
-  return keeper_ ? keeper_->ledger().open_calls().size() : 0;
+  if (!keeper_) {
+    return 0;
+  }
+  // One that is answered may stay until its program asks again, where no read shows that it is
+  // over.
+  const auto calls = keeper_->ledger().open_calls();
+  return static_cast<std::size_t>(std::ranges::count_if(
+      calls, [](const gateway::Call& call) { return !call.answer || !call.clearing; }));
 }
 
 std::size_t GatewayProcess::waiting_messages() const {

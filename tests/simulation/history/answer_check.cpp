@@ -30,11 +30,14 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
       finals_.erase(*one.answered_by);
     }
   }
+  // Word for word the same: a 0 that was written before may be meant for it as well.
+  channel.cleared = channel.cleared && !channel.stretches.empty() &&
+                    channel.stretches.back().request == fact.request;
   channel.stretches.push_back({fact.request, now, {}, {}});
-  channel.cleared = false;
   channel.wiped = false;
   channel.texts_left = false;
-  channel.writers.clear();
+  channel.crossed = false;
+  channel.writers_before = std::exchange(channel.writers, {});
 }
 
 void AnswerCheck::on(const ProgramMoved& fact, Time now) {
@@ -115,10 +118,12 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   const bool seems_to_wait =
       channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
   // Where the kernel clears REQUEST_STATE nobody can tell the answer of a gateway that is not heard
-  // from an interim one.
+  // from an interim one; and a text that releases a program may be anybody's.
   const bool answered_unseen =
-      channel.kernel_clears && channel.writers.size() > channel.writers.count(fact.gateway);
-  if (!stood && !seems_to_wait && !answered_unseen) {
+      (channel.kernel_clears || fact.awaited == fabric::Awaited::response) &&
+      channel.writers.size() + channel.writers_before.size() >
+          channel.writers.count(fact.gateway) + channel.writers_before.count(fact.gateway);
+  if (!stood && !seems_to_wait && !answered_unseen && !channel.crossed) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
         name_of(fact.variable).substr(12), fact.call.to_string(), fact.request.text));
@@ -146,6 +151,7 @@ void AnswerCheck::on(const Answered& fact, Time now) {
 void AnswerCheck::on(const WriteDone& fact, Time now) {
   Channel& channel = channels_[fact.key];
   channel.writers.insert(fact.gateway);
+  channel.crossed = channel.crossed || fact.crossed;
   if (fact.variable == gateway::Variable::response) {
     channel.text_by = fact.gateway;
   }

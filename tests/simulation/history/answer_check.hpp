@@ -44,8 +44,12 @@ class AnswerCheck final : public Check {
     std::optional<GatewayNumber> text_by{};
     /// Nobody else clears REQUEST_STATE.
     bool kernel_clears = false;
+    /// What was meant for an earlier request has met the one that stands.
+    bool crossed = false;
     /// Who has written since the program asked.
     std::set<GatewayNumber> writers;
+    /// The same, for the request before that.
+    std::set<GatewayNumber> writers_before;
   };
   struct LookAt {
     Time first{};

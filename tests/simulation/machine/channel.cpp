@@ -105,6 +105,7 @@ void MachineChannel::report() {
   released_ = false;
   asked_ = agenda_.now();
   released_before_ = std::exchange(released_by, {});
+  writers.clear();
   standing_ = now;
   crossed = false;
   if (now.state != 0) {

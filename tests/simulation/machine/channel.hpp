@@ -59,7 +59,9 @@ class MachineChannel {
               return one != gateway;
             }));
   }
-  /// Who has written an answer since the program asked.
+  /// Who has written anything since the program asked.
+  std::set<GatewayNumber> writers{};
+  /// Who has written an answer since then.
   std::set<GatewayNumber> released_by{};
   /// Something was written for another request than the one that stands: it was on its way when the
   /// program asked anew, and nobody can help that.
