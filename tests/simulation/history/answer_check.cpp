@@ -119,10 +119,12 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
       channel.wiped && !stretches.empty() && stretches.back().request == fact.request;
   // Where the kernel clears REQUEST_STATE nobody can tell the answer of a gateway that is not heard
   // from an interim one; and a text that releases a program may be anybody's.
-  const bool answered_unseen =
-      (channel.kernel_clears || fact.awaited == fabric::Awaited::response) &&
-      channel.writers.size() + channel.writers_before.size() >
-          channel.writers.count(fact.gateway) + channel.writers_before.count(fact.gateway);
+  const auto others = [&](const std::set<GatewayNumber>& writers) {
+    return writers.size() > writers.count(fact.gateway);
+  };
+  const bool answered_unseen = (channel.kernel_clears && others(channel.all_writers)) ||
+                               (fact.awaited == fabric::Awaited::response &&
+                                (others(channel.writers) || others(channel.writers_before)));
   if (!stood && !seems_to_wait && !answered_unseen && !channel.crossed) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
@@ -151,6 +153,7 @@ void AnswerCheck::on(const Answered& fact, Time now) {
 void AnswerCheck::on(const WriteDone& fact, Time now) {
   Channel& channel = channels_[fact.key];
   channel.writers.insert(fact.gateway);
+  channel.all_writers.insert(fact.gateway);
   channel.crossed = channel.crossed || fact.crossed;
   if (fact.variable == gateway::Variable::response) {
     channel.text_by = fact.gateway;

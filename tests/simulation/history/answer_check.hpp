@@ -50,6 +50,8 @@ class AnswerCheck final : public Check {
     std::set<GatewayNumber> writers;
     /// The same, for the request before that.
     std::set<GatewayNumber> writers_before;
+    /// Who has ever written.
+    std::set<GatewayNumber> all_writers;
   };
   struct LookAt {
     Time first{};

@@ -100,7 +100,10 @@ void MachineChannel::report() {
   const gateway::PendingRequest now{text(Variable::uuid), text(Variable::request),
                                     state(Variable::request_state)};
   if (standing_.state != 0 && (crossed || !released_)) {
-    moved_on_ = agenda_.now();
+    move_on();
+  }
+  if (now.state != 0) {
+    gave_up_before_ = std::exchange(gave_up_, false);
   }
   released_ = false;
   asked_ = agenda_.now();
@@ -130,9 +133,14 @@ std::string MachineChannel::place() const {
                      crossed);
 }
 
+void MachineChannel::move_on() {
+  moved_on_ = agenda_.now();
+  gave_up_ = true;
+}
+
 void MachineChannel::cleared(const std::string& why) {
   standing_ = {};
-  moved_on_ = agenda_.now();
+  move_on();
   history_.add(ProgramMoved{key_, why + ", both states are 0"});
 }
 
@@ -198,7 +206,7 @@ void MachineChannel::power_up() {
         // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts,
         // and until one of them differs nobody can see that.
         if (crossed || !std::exchange(released_, false)) {
-          moved_on_ = agenda_.now();
+          move_on();
         }
         standing_ = {};
         crossed = false;

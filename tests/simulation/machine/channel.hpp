@@ -54,7 +54,7 @@ class MachineChannel {
   /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it,
   /// or after another gateway had: what this one asked for earlier meets another request.
   [[nodiscard]] bool moved_on_since(Time time, GatewayNumber gateway) const {
-    return moved_on_ > time ||
+    return moved_on_ > time || (asked_ > time && gave_up_before_) ||
            (asked_ > time && std::ranges::any_of(released_before_, [&](GatewayNumber one) {
               return one != gateway;
             }));
@@ -78,6 +78,7 @@ class MachineChannel {
   void changed();
   [[nodiscard]] cnc::simulator::Variable& at(gateway::Variable variable) const;
   void report();
+  void move_on();
   void cleared(const std::string& why);
 
   class Programs final : public cnc::simulator::ProgramSource {
@@ -100,6 +101,9 @@ class MachineChannel {
   /// RESPONSE_STATE has told the program to go on.
   bool released_ = false;
   Time moved_on_{-1};
+  /// It has done so since it asked, or with the request before.
+  bool gave_up_ = false;
+  bool gave_up_before_ = false;
   /// When it asked last, and who had released it before.
   Time asked_{-1};
   std::set<GatewayNumber> released_before_{};
