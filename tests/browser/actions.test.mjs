@@ -110,9 +110,13 @@ test('a held call that is given out again through the page is run again', async 
   await lost.stop('SIGKILL');
   await page.waitForSelector('[data-channel="cnc/2"][data-state="held"]');
   const next = await plant.slowService({ seconds: 0 });
-  const card = await page.waitForFunction(() => [...document.querySelectorAll('.concern[data-kind="held"]')]
-    .find((each) => each.querySelector('.concern-name').textContent === 'cnc/2')?.querySelector('[data-action="retry"]'));
-  await card.click();
+  // The card is made again when the instance comes: the button is found and clicked in one step.
+  await page.waitForFunction(() => {
+    const button = [...document.querySelectorAll('.concern[data-kind="held"]')]
+      .find((each) => each.querySelector('.concern-name').textContent === 'cnc/2')?.querySelector('[data-action="retry"]');
+    button?.click();
+    return button !== undefined && button !== null;
+  });
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog', /Give the call of cnc\/2 out again\?[\s\S]*it runs twice/);
   await page.click('dialog [data-confirm]');
