@@ -53,6 +53,15 @@ async function logIn(page, password) {
   await page.click('dialog [data-confirm]');
 }
 
+// Finds and clicks a button on the card of a held call in one step: a card is made again whenever
+// something about it changes.
+const clickOnCard = (page, channel, button) => page.waitForFunction((name, selector) => {
+  const found = [...document.querySelectorAll('.concern[data-kind="held"]')]
+    .find((each) => each.querySelector('.concern-name').textContent === name)?.querySelector(selector);
+  found?.click();
+  return Boolean(found);
+}, {}, channel, button);
+
 test('a held call stands first, with what to do and who', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
   await awaitText(page, '.concern[data-kind="held"] .concern-name', /^cnc\/1$/);
@@ -110,13 +119,7 @@ test('a held call that is given out again through the page is run again', async 
   await lost.stop('SIGKILL');
   await page.waitForSelector('[data-channel="cnc/2"][data-state="held"]');
   const next = await plant.slowService({ seconds: 0 });
-  // The card is made again when the instance comes: the button is found and clicked in one step.
-  await page.waitForFunction(() => {
-    const button = [...document.querySelectorAll('.concern[data-kind="held"]')]
-      .find((each) => each.querySelector('.concern-name').textContent === 'cnc/2')?.querySelector('[data-action="retry"]');
-    button?.click();
-    return button !== undefined && button !== null;
-  });
+  await clickOnCard(page, 'cnc/2', '[data-action="retry"]');
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog', /Give the call of cnc\/2 out again\?[\s\S]*it runs twice/);
   await page.click('dialog [data-confirm]');
@@ -154,9 +157,7 @@ test('a question about a call that is over sends nothing', async () => {
   await plant.request(3, slowUuid, 'never mind');
   await page.waitForSelector('[data-channel="cnc/3"][data-state="running"]');
   await lost.stop('SIGKILL');
-  const card = await page.waitForFunction(() => [...document.querySelectorAll('.concern[data-kind="held"]')]
-    .find((each) => each.querySelector('.concern-name').textContent === 'cnc/3')?.querySelector('[data-action="retry"]'));
-  await card.click();
+  await clickOnCard(page, 'cnc/3', '[data-action="retry"]');
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog h2', /cnc\/3/);
   await plant.withdraw(3);
