@@ -2,6 +2,7 @@
 // notifications), and what is known of how a controller treats what is written there.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 
@@ -32,10 +33,25 @@ struct Pace {
   std::chrono::milliseconds retry{500};
   /// How old a look may be when REQUEST_STATE is cleared.
   std::chrono::milliseconds fresh{10};
-  /// The controller's kernel clears REQUEST_STATE itself once RESPONSE_STATE is written, and takes no
-  /// 0 from outside: none is written.
+  /// The controller's kernel clears REQUEST_STATE itself once RESPONSE_STATE is written, and takes
+  /// no 0 from outside: none is written.
   bool kernel_clears_request_state = false;
   bool operator==(const Pace&) const = default;
+};
+
+/// What reads have shown of how one controller treats ADS writes. Its channels share it: what one
+/// answer had to find out, the next one of any channel knows.
+struct WriteEffects {
+  /// A read shows REQUEST_STATE = 0 after it was written; false where the kernel clears it itself
+  /// once RESPONSE_STATE is written, and no read shows 0 before that.
+  bool clearing_is_shown = true;
+  /// The longest time lately from a write's acknowledgement to the read that showed it; 0 where the
+  /// first read does.
+  std::chrono::nanoseconds lag{0};
+
+  /// A write was shown after this time. One that was slow for once is forgotten after some thirty
+  /// others (our choice).
+  void note_shown_after(std::chrono::nanoseconds time) { lag = std::max(time, lag - lag / 8); }
 };
 
 }  // namespace millrace::gateway

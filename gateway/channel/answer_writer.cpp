@@ -25,6 +25,20 @@ bool Sent::due_again(const ReadTime& read) const {
          read.asked - last >= std::min(takes_effect * (1U << doublings), longest_repeat);
 }
 
+std::optional<std::chrono::nanoseconds> Sent::note_read(bool shows, const ReadTime& read) {
+  if (times == 0 || shown || read.asked < last) {
+    return {};
+  }
+  if (!shows) {
+    late = true;
+    return {};
+  }
+  shown = true;
+  // Of one that was written again, nobody can tell which write is shown.
+  return times > 1 ? std::nullopt
+                   : std::optional(late ? read.came - last : std::chrono::nanoseconds{});
+}
+
 SteadyTime Sent::next_read(SteadyTime now) const {
   return now + (now - last < soon_for ? soon : later);
 }
@@ -51,6 +65,10 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
   response_stands_ = snapshot.has(Variable::response) && snapshot.response == text();
   request_state_zero_ = snapshot.request_state == 0;
   state_stands_ = snapshot.response_state == state();
+  if (kind_ == Kind::final) {
+    note_shown(response_sent_, snapshot.has(Variable::response) && response_stands_, time);
+    note_shown(clear_sent_, request_state_zero_, time);
+  }
   if (state_sent_.times == 0) {
     state_stood_ = state_stood_ || (state_stands_ && state() != 0);
   } else {
@@ -69,6 +87,12 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
   }
   unreleased_ = next_ == Step::read && at_once_;
   return next_;
+}
+
+void AnswerWriter::note_shown(Sent& sent, bool shows, const ReadTime& time) {
+  if (const auto after = sent.note_read(shows, time)) {
+    shown_after_ = std::max(shown_after_.value_or(std::chrono::nanoseconds{}), *after);
+  }
 }
 
 AnswerWriter::Step AnswerWriter::decide_interim(const Snapshot& snapshot, Standing standing,

@@ -60,11 +60,17 @@ struct ReadTime {
 struct Sent {
   unsigned times = 0;
   SteadyTime last{};
+  bool shown = false;
+  /// A read that was asked for later did not show it.
+  bool late = false;
 
   void note(SteadyTime now) {
     ++times;
     last = now;
+    shown = false;
   }
+  /// How long after its acknowledgement it was shown, the first time that a read shows it.
+  std::optional<std::chrono::nanoseconds> note_read(bool shows, const ReadTime& read);
   /// A read that was asked for then and does not show it proves that it is lost.
   [[nodiscard]] bool due_again(const ReadTime& read) const;
   /// When the next read is worth its request while this write is not visible.
@@ -162,6 +168,10 @@ class AnswerWriter {
   [[nodiscard]] bool state_seen() const { return state_seen_; }
   /// Why the answer is not in yet; empty while nothing is wrong.
   [[nodiscard]] std::string_view problem() const { return problem_; }
+  /// How long after its acknowledgement the last read showed a write that no read had shown before.
+  std::optional<std::chrono::nanoseconds> take_shown_after() {
+    return std::exchange(shown_after_, std::nullopt);
+  }
   /// A line for the log that was not given out yet.
   std::optional<std::string> take_report() { return std::exchange(report_, std::nullopt); }
 
@@ -179,6 +189,7 @@ class AnswerWriter {
   [[nodiscard]] Step bring(const Sent& sent, Step write, std::string_view what,
                            const ReadTime& time);
   [[nodiscard]] Step clear() const;
+  void note_shown(Sent& sent, bool shows, const ReadTime& time);
   [[nodiscard]] Step over() const { return may_be_released() ? Step::done : Step::dropped; }
   void repeat(const Sent& sent, std::string_view what);
 
@@ -210,6 +221,7 @@ class AnswerWriter {
   /// A read has shown that a release of unknown outcome did not take place; the next must, too.
   bool unreleased_ = false;
   bool at_once_ = false;
+  std::optional<std::chrono::nanoseconds> shown_after_;
   std::string problem_;
   std::optional<std::string> report_;
 };

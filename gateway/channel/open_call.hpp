@@ -144,11 +144,12 @@ class OpenCall {
   /// The writer's own read, which `standing` judges.
   AnswerWriter::Step on_read(const Snapshot& snapshot, Standing standing, ChannelOutput& out,
                              const ReadTime& time);
-  /// The state of an interim answer is written, and no read has shown it: a kernel may clear
-  /// REQUEST_STATE when it takes effect.
-  [[nodiscard]] bool interim_is_late() const {
+  /// The state of an interim answer was written just now, or may have been: a kernel may still
+  /// clear REQUEST_STATE because of it.
+  [[nodiscard]] bool interim_is_fresh(Moment now) const {
     const auto* const writer = std::get_if<AnswerWriter>(&interim_);
-    return interim_unseen_ || (writer != nullptr && writer->may_be_released());
+    return (interim_at_ && now.steady - *interim_at_ < takes_effect) ||
+           (writer != nullptr && writer->may_be_released());
   }
   /// A read may show the state of the last interim answer.
   void on_states(const Snapshot& snapshot, Moment now);
@@ -223,6 +224,7 @@ class OpenCall {
   /// When the state of the last interim answer was written; nothing once a read has shown it. The
   /// next one waits for that.
   std::optional<SteadyTime> interim_unseen_;
+  std::optional<SteadyTime> interim_at_;
   /// Instances whose mailboxes the request may stand in.
   std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.

@@ -277,6 +277,7 @@ void OpenCall::interim_written(ChannelOutput& out, Moment now) {
   event.state = writer.state();
   out.tell(std::move(event), now);
   interim_unseen_ = now.steady;
+  interim_at_ = now.steady;
   interim_ = std::monostate{};
 }
 

@@ -29,6 +29,9 @@ class RequestWatch {
   /// that has not changed since ignore() is not looked into.
   std::optional<PendingRequest> on_look(const Snapshot& snapshot, bool with_texts = true);
 
+  /// The next look decides whether what the one before has shown is a whole request.
+  [[nodiscard]] bool confirming() const { return step_ == Step::confirm; }
+
   /// This request is left to others; it is not reported again until it changes.
   void ignore(PendingRequest request);
   [[nodiscard]] const std::optional<PendingRequest>& ignored() const { return ignored_; }

@@ -20,8 +20,9 @@ SteadyTime next_beat(SteadyTime now, std::chrono::milliseconds period) {
 
 }  // namespace
 
-ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace, Commons* commons)
-    : pace_(pace), out_(std::move(key), commons) {}
+ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace, Commons* commons,
+                               std::shared_ptr<WriteEffects> effects)
+    : pace_(pace), out_(std::move(key), commons), effects_(std::move(effects)) {}
 
 SessionActions ChannelSession::on_link_up(Moment now) {
   assert(io_ == Io::none && "each read and write is answered before the link comes back");
@@ -253,12 +254,17 @@ void ChannelSession::advance(Moment now) {
   }
   if (now.steady < not_before_) {
     out_.put(WakeAt{not_before_});
-  } else if (drive_writer(now)) {
     return;
-  } else if (now.steady >= due_) {
+  }
+  if (drive_writer(now)) {
+    return;
+  }
+  const bool confirming = !call_ && !released_call_ && watch_.confirming();
+  const SteadyTime due = confirming ? std::max(due_, confirm_at_) : due_;
+  if (now.steady >= due) {
     read(poll_look(now), Io::poll, now);
   } else {
-    out_.put(WakeAt{due_});
+    out_.put(WakeAt{due});
   }
 }
 
@@ -286,6 +292,8 @@ void ChannelSession::poll(const Snapshot& snapshot, Moment now) {
     out_.put(Offer{*offered_, left_.out_of_patience});
   }
   due_ = watch_.reading() ? now.steady : next_look(now);
+  // A controller that shows our writes late may show the variables of a request one after another.
+  confirm_at_ = now.steady + effects_->lag;
 }
 
 void ChannelSession::expect_anything(Moment now) {
@@ -332,7 +340,7 @@ void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
     end(false, why_over(standing, snapshot), now);
     return;
   }
-  if (other_can_see(snapshot)) {
+  if (other_can_see(snapshot, now)) {
     leave_to_the_other(now);
     return;
   }

@@ -17,6 +17,7 @@
 // After each input the actions are carried out in their order.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,8 +34,10 @@ namespace millrace::gateway::channel {
 
 class ChannelSession {
  public:
-  /// `commons` outlives the session; see ChannelOutput.
-  explicit ChannelSession(fabric::ChannelKey key, Pace pace = {}, Commons* commons = nullptr);
+  /// `commons` outlives the session; see ChannelOutput. `effects` is what all channels of this
+  /// controller share.
+  explicit ChannelSession(fabric::ChannelKey key, Pace pace = {}, Commons* commons = nullptr,
+                          std::shared_ptr<WriteEffects> effects = std::make_shared<WriteEffects>());
 
   /// A call of an earlier run, from the journal; before the link comes up.
   void resume(Call call, const Policy& policy);
@@ -168,11 +171,12 @@ class ChannelSession {
   /// There is a call, or one whose end the journal does not know.
   [[nodiscard]] bool has_work() const { return call_ || (released_call_ && released_call_->open); }
   /// The channel is another gateway's, which finds the request there.
-  [[nodiscard]] bool other_can_see(const Snapshot& snapshot) const;
+  [[nodiscard]] bool other_can_see(const Snapshot& snapshot, Moment now) const;
   void leave_to_the_other(Moment now);
 
   Pace pace_;
   ChannelOutput out_;
+  std::shared_ptr<WriteEffects> effects_;
 
   bool link_up_ = false;
   /// Since the link is up a read has shown the channel without a request, or a call of ours has
@@ -197,6 +201,8 @@ class ChannelSession {
   std::string trouble_;
   Io io_ = Io::none;
   SteadyTime due_{};
+  /// The read that confirms a request comes no sooner after the one before it.
+  SteadyTime confirm_at_{};
   SteadyTime not_before_{};
   SteadyTime active_until_{};
   SteadyTime whole_due_{};
@@ -219,9 +225,6 @@ class ChannelSession {
     bool write_again = false;
   };
   std::optional<ReleasedCall> released_call_;
-  /// What the answers of this channel have found: no read shows REQUEST_STATE = 0 before the
-  /// release.
-  bool clearing_is_shown_ = true;
   std::optional<EndedCall> past_;
   /// To whom that one was given.
   std::vector<fabric::InstanceId> past_asked_;

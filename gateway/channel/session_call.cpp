@@ -173,8 +173,9 @@ bool ChannelSession::drive_writer(Moment now) {
   if (writer == nullptr) {
     return false;
   }
-  writer->set_clearing({.is_shown = clearing_is_shown_ && !pace_.kernel_clears_request_state,
-                        .is_written = !pace_.kernel_clears_request_state});
+  writer->set_clearing(
+      {.is_shown = effects_->clearing_is_shown && !pace_.kernel_clears_request_state,
+       .is_written = !pace_.kernel_clears_request_state});
   switch (writer->next()) {
     case AnswerWriter::Step::read:
       if (now.steady < writer->read_at()) {
@@ -206,7 +207,7 @@ bool ChannelSession::drive_writer(Moment now) {
 
 void ChannelSession::answer_looked(const Snapshot& snapshot, Moment now) {
   answer_read_at_ = now.steady;
-  if (other_can_see(snapshot)) {
+  if (other_can_see(snapshot, now)) {
     leave_to_the_other(now);
     return;
   }
@@ -231,9 +232,13 @@ void ChannelSession::report_writer() {
   if (const auto report = writer.take_report()) {
     out_.say(Level::warn, fmt::format("call {}: {}", call_->id().to_string(), *report));
   }
+  if (const auto after = writer.take_shown_after()) {
+    effects_->note_shown_after(*after);
+  }
   if (!pace_.kernel_clears_request_state && writer.kind() == AnswerWriter::Kind::final) {
     // Found by this answer, until another one finds the contrary.
-    clearing_is_shown_ = (clearing_is_shown_ && writer.clearing_is_shown()) || writer.zero_seen();
+    bool& shown = effects_->clearing_is_shown;
+    shown = (shown && writer.clearing_is_shown()) || writer.zero_seen();
   }
 }
 
@@ -318,8 +323,8 @@ void ChannelSession::end(bool written, const std::string& detail, Moment now) {
   active_until_ = now.steady + pace_.active_for;
 }
 
-bool ChannelSession::other_can_see(const Snapshot& snapshot) const {
-  return !handed_over_.empty() && !call_->call().clearing && !call_->interim_is_late() &&
+bool ChannelSession::other_can_see(const Snapshot& snapshot, Moment now) const {
+  return !handed_over_.empty() && !call_->call().clearing && !call_->interim_is_fresh(now) &&
          snapshot.has(Variable::request_state) && snapshot.request_state != 0;
 }
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -186,6 +187,7 @@ class CallControl {
   dispatch::Dispatcher dispatcher_;
   /// Before the sessions, which refer to it.
   channel::Commons commons_;
+  std::map<std::string, std::shared_ptr<WriteEffects>> effects_;
   std::map<fabric::ChannelKey, channel::ChannelSession> sessions_;
   /// The same, to find one quickly.
   std::unordered_map<fabric::ChannelKey, channel::ChannelSession*, fabric::ChannelKeyHash> index_;

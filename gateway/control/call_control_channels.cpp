@@ -25,8 +25,12 @@ CallCounts CallControl::counts() const {
 }
 
 channel::ChannelSession& CallControl::open(const fabric::ChannelKey& key) {
+  std::shared_ptr<WriteEffects>& effects = effects_[key.machine];
+  if (effects == nullptr) {
+    effects = std::make_shared<WriteEffects>();
+  }
   channel::ChannelSession& session =
-      sessions_.try_emplace(key, key, pace_of(key.machine), &commons_).first->second;
+      sessions_.try_emplace(key, key, pace_of(key.machine), &commons_, effects).first->second;
   index_[key] = &session;
   return session;
 }

@@ -175,6 +175,30 @@ TEST_F(Visibility, AProgramWhoseKernelShowsAClearedRequestBeforeAnInterimStateIs
   EXPECT_EQ(desk->channel.values().response_state, 1U);
 }
 
+// The other gateway then finds no request, and the program waited for ever. Found by the
+// simulation.
+TEST_F(Visibility, AChannelIsNotHandedOverWhileTheKernelMayStillClearTheRequestOfAnInterimAnswer) {
+  desk->dispatched_call();
+  reply(desk->interim("half way", 50));
+  desk->wait(20ms);
+  desk->feed(sut().hand_over("served by another gateway", desk->now));
+  desk->wait(20ms);
+  desk->channel.write(Variable::request_state, std::uint32_t{0});  // as such a kernel does
+  desk->wait(20ms);
+  reply(desk->reply("1.414", 1));
+  desk->wait(200ms);
+  EXPECT_EQ(desk->channel.values().response_state, 1U);
+}
+
+TEST_F(Visibility, AChannelIsHandedOverOnceItsRequestOutlastsAnInterimAnswer) {
+  desk->dispatched_call();
+  reply(desk->interim("half way", 50));
+  desk->feed(sut().hand_over("served by another gateway", desk->now));
+  desk->wait(2s);
+  EXPECT_TRUE(sut().is_over());
+  EXPECT_THAT(desk->withdrawn, testing::SizeIs(1));
+}
+
 TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleGivesWayToTheFinalOne) {
   desk.emplace(tests::KernelRules{.response_after = 50ms});
   desk->dispatched_call();
@@ -183,6 +207,35 @@ TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleGivesWayToTheFinalOne) {
   desk->wait(200ms);
   EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=half way", "RESPONSE=1.414", "REQUEST_STATE=0",
                                         "RESPONSE_STATE=1"));
+}
+
+// Such a controller may show the variables of a request one after another as well.
+TEST_F(Visibility, ARequestIsReadTwiceAsFarApartAsTheControllerShowsWritesLate) {
+  desk.emplace(tests::KernelRules{.request_state_after = 20ms});
+  desk->dispatched_call();
+  reply(desk->reply("1.414", 1));
+  desk->wait(100ms);
+  desk->call("UUID and REQUEST of before", 2);
+  desk->wait(15ms);
+  desk->call("3", 2);
+  desk->wait(100ms);
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "3");
+  EXPECT_EQ(desk->offers, 2U);
+}
+
+TEST_F(Visibility, WhatOneChannelHasFoundOfAControllerTheOthersNeedNotFindAgain) {
+  const tests::KernelRules rules{.kernel_clears_after = 1ms};
+  const auto effects = std::make_shared<WriteEffects>();
+  desk.emplace(rules);
+  for (const bool first : {true, false}) {
+    desk->sut.emplace(fabric::ChannelKey{"cnc", 1}, Pace{}, nullptr, effects);
+    desk->dispatched_call();
+    reply(desk->reply("1.414", 1));
+    desk->wait(first ? 5s : 100ms);
+    EXPECT_THAT(desk->writes, testing::Contains("RESPONSE_STATE=1"));
+    desk->writes.clear();
+  }
 }
 
 TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
