@@ -1,7 +1,9 @@
 #include "services/sdk/member.hpp"
 
+#include <condition_variable>
 #include <future>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <thread>
 
@@ -27,6 +29,14 @@ namespace {
 
 /// For `top -H`: of the threads of a service this is the one that keeps it on the fabric.
 constexpr const char* loop_thread = "loop";
+constexpr const char* stand_in_thread = "heartbeat";
+
+/// A loop that has not beaten for so long does no work any more: its process is to be missed.
+constexpr std::chrono::seconds longest_busy{5};
+
+fabric::Time wall_time() {
+  return std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now());
+}
 
 /// Services have nothing to say to each other.
 fabric::dds::ParticipantOptions announcing(fabric::dds::ParticipantOptions join) {
@@ -43,8 +53,16 @@ struct Member::Impl final : fabric::ends::InstanceCommandsListener {
         beat_end(participant),
         beat_timer(context) {}
 
+  ~Impl();
   void start();
   void beat();
+  /// Beats for the loop while it has other work.
+  void stand_in();
+  void send(const fabric::Beat& beat);
+  [[nodiscard]] std::chrono::nanoseconds period() const {
+    return std::chrono::nanoseconds(participant.options().lease) /
+           fabric::ends::BeatEnd::beats_per_lease;
+  }
   [[nodiscard]] std::optional<std::uint32_t> running(
       const fabric::InstanceId& instance) const override;
   void on_drain(const fabric::InstanceId& instance, const std::string& issuer) override;
@@ -63,10 +81,28 @@ struct Member::Impl final : fabric::ends::InstanceCommandsListener {
   std::optional<fabric::dds::Badges::Watcher> badges;
   // On the loop only.
   std::map<fabric::InstanceId, Hosted*> hosted;
-  fabric::registry::Beats beats{fabric::InstanceId::random()};
-  // Last: it uses all of the above.
+  const fabric::InstanceId member = fabric::InstanceId::random();
+  fabric::registry::Beats beats{member};
+
+  std::mutex beat_lock;
+  std::condition_variable ends;
+  bool ended = false;
+  std::chrono::steady_clock::time_point loop_beat_at{};
+  // Last: they use all of the above.
   std::thread thread;
+  std::thread heartbeat;
 };
+
+Member::Impl::~Impl() {
+  {
+    const std::lock_guard guard(beat_lock);
+    ended = true;
+  }
+  ends.notify_one();
+  if (heartbeat.joinable()) {
+    heartbeat.join();
+  }
+}
 
 void Member::Impl::start() {
   commands.emplace(participant, context.get_executor(), *this);
@@ -75,6 +111,8 @@ void Member::Impl::start() {
                    [this] { asio::post(context, [this] { tell_ignored(); }); });
   }
   beat_timer.expires_after(std::chrono::nanoseconds(0));
+  heartbeat = std::thread([this] { stand_in(); });
+  ::pthread_setname_np(heartbeat.native_handle(), stand_in_thread);
   thread = std::thread([this] {
     const auto work = asio::make_work_guard(context);
     beat();
@@ -87,18 +125,38 @@ void Member::Impl::beat() {
   for (const auto& [id, one] : hosted) {
     beats.note(one->load());
   }
-  // A beat that is lost is followed by the next one.
-  static_cast<void>(beat_end.publish(beats.next(
-      std::chrono::time_point_cast<fabric::Time::duration>(std::chrono::system_clock::now()))));
-  const auto period = std::chrono::nanoseconds(participant.options().lease) /
-                      fabric::ends::BeatEnd::beats_per_lease;
+  {
+    const std::lock_guard guard(beat_lock);
+    loop_beat_at = std::chrono::steady_clock::now();
+  }
+  send(beats.next(wall_time()));
   // Late ones are not made up for.
-  beat_timer.expires_at(std::max(beat_timer.expiry() + period, std::chrono::steady_clock::now()));
+  beat_timer.expires_at(std::max(beat_timer.expiry() + period(), std::chrono::steady_clock::now()));
   beat_timer.async_wait([this](const boost::system::error_code& error) {
     if (!error) {
       beat();
     }
   });
+}
+
+void Member::Impl::send(const fabric::Beat& beat) {
+  // A beat that is lost is followed by the next one.
+  static_cast<void>(beat_end.publish(beat));
+}
+
+/// What the instances do only the loop knows, so that is left out.
+void Member::Impl::stand_in() {
+  std::unique_lock guard(beat_lock);
+  loop_beat_at = std::chrono::steady_clock::now();
+  while (!ended) {
+    ends.wait_for(guard, period(), [this] { return ended; });
+    const auto late = std::chrono::steady_clock::now() - loop_beat_at;
+    if (!ended && late > period() * 3 / 2 && late < longest_busy) {
+      guard.unlock();
+      send({.member = member, .at = wall_time()});
+      guard.lock();
+    }
+  }
 }
 
 std::optional<std::uint32_t> Member::Impl::running(const fabric::InstanceId& instance) const {

@@ -138,7 +138,7 @@ TEST_F(IsgService, LetsNoExceptionOfItsFunctionThrough) {
 }
 
 TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
-  constexpr int threads = 2;  // for signals, and for the fabric
+  constexpr int threads = 3;  // for signals, and two for the fabric
   for (int started = 0; started < threads; ++started) {
     const tests::ThreadShortage shortage(started);
     EXPECT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut),

@@ -1,6 +1,8 @@
 // Several services in one process.
 #include "services/sdk/member.hpp"
 
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <dds/dds.h>
 #include <gmock/gmock.h>
 
@@ -52,6 +54,30 @@ TEST_F(MemberTest, KeepsTheOthersWhenOneServiceLeaves) {
   ASSERT_TRUE(until([&] { return gateway.gone == 1; }));
   call(request(stays, 1));
   EXPECT_EQ(next_reply().call, request(stays, 1).call);
+}
+
+TEST_F(MemberTest, IsNotMissedWhileItsLoopHasOtherWork) {
+  const Service one(hosted("one"), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(one));
+  Door door;
+  boost::asio::post(sut->loop(), [&door] { door.pass(); });
+  boost::asio::steady_timer busy(context, 3 * participant.options().lease);
+  bool over = false;
+  busy.async_wait([&over](boost::system::error_code) { over = true; });
+  ASSERT_TRUE(until([&over] { return over; }));
+  EXPECT_EQ(gateway.gone, 0U);
+  door.open();
+  call(request(one, 1));
+  EXPECT_EQ(next_reply().call, request(one, 1).call);
+}
+
+TEST_F(MemberTest, IsMissedOnceItsLoopIsStuck) {
+  const Service one(hosted("one"), echo, base::program::no_log());
+  ASSERT_TRUE(until_ready(one));
+  Door door;
+  boost::asio::post(sut->loop(), [&door] { door.pass(); });
+  EXPECT_TRUE(until([&] { return gateway.gone == 1; }));
+  door.open();
 }
 
 TEST_F(MemberTest, MayBeLetGoBeforeItsServices) {

@@ -367,7 +367,7 @@ TEST_F(ServiceTest, RefusesOptionsThatMakeNoSense) {
 // One that had started its loop, or some of its threads, waited for ever for those that ran.
 TEST_F(ServiceTest, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   constexpr int workers = 3;
-  constexpr int threads = 1 + workers;
+  constexpr int threads = 2 + workers;
   for (int started = 0; started < threads; ++started) {
     const tests::ThreadShortage shortage(started);
     EXPECT_THROW(Service(options(workers), echo, base::program::no_log()), std::system_error);
