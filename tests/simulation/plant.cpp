@@ -108,6 +108,24 @@ void Plant::let_wait_for_text(ProgramHabits& habits) const {
   }
 }
 
+/// What is rare in most histories is all that happens in some. From a source of its own, as above.
+void Plant::exaggerate(ProgramHabits& habits) const {
+  Random random(~random_.state() ^ 0x5a3a11fa11c0ffeeU);
+  if (random.chance(15)) {
+    habits.impatient = static_cast<unsigned>(50 + random.below(51));
+    habits.patience = random.mostly(2ms, 30ms, 300ms, 30);
+  }
+  if (random.chance(15)) {
+    habits.repeats_itself = static_cast<unsigned>(50 + random.below(51));
+  }
+  if (random.chance(20) && !habits.waits_for_text) {
+    habits.changes = static_cast<unsigned>(10 + random.below(91));
+  }
+  if (random.chance(15)) {
+    habits.pause = Time{};
+  }
+}
+
 void Plant::build_controllers() {
   const std::size_t count = 1 + random_.below(3);
   for (std::size_t i = 0; i < count; ++i) {
@@ -140,6 +158,7 @@ void Plant::build_controllers() {
         habits.services_know = false;
         habits.uuids = uuids_;
       }
+      exaggerate(habits);
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());
@@ -198,8 +217,8 @@ NoticeHabits Plant::draw_notices() const {
   return habits;
 }
 
-/// From a source of its own: what else a seed means stays what it was. Half of the controllers apply
-/// writes up to 50 ms after they have acknowledged them.
+/// From a source of its own: what else a seed means stays what it was. Half of the controllers
+/// apply writes up to 50 ms after they have acknowledged them.
 WriteHabits Plant::draw_writes() const {
   Random random(~random_.state() ^ 0x1a7e3417c0de5eedU);
   WriteHabits habits;

@@ -48,6 +48,7 @@ class Plant {
   void let_kernel_clear(cnc::simulator::ServiceRules& rules) const;
   [[nodiscard]] fabric::Awaited draw_awaited(std::size_t service) const;
   void let_wait_for_text(ProgramHabits& habits) const;
+  void exaggerate(ProgramHabits& habits) const;
   gateway::settings::MachineSettings settings_of(const Controller& controller);
   void build_queues();
 

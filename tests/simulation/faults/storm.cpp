@@ -36,10 +36,15 @@ Storm::Storm(Plant& plant, Random random) : plant_(plant), random_(random) {
       kinds_.push_back(fault);
     }
   }
+  pause_ = random_.between(20ms, 400ms);
+  if (random_.chance(20)) {
+    // One or two kinds alone, often.
+    kinds_ = {all[random_.below(all.size())], all[random_.below(all.size())]};
+    pause_ = random_.between(2ms, 60ms);
+  }
   if (kinds_.empty()) {
     kinds_.push_back(all[random_.below(all.size())]);
   }
-  pause_ = random_.between(20ms, 400ms);
 }
 
 void Storm::begin(Time duration) {

@@ -223,9 +223,10 @@ void AnswerCheck::on(const ProgramReleased& fact, Time) {
         fmt::format("I3: {} goes on although RESPONSE_STATE is 0", fact.key.to_string()));
     return;
   }
-  if (!fact.crossed && !answers(fact.text, fact.request.text)) {
-    violations_.push_back(fmt::format("I2: {} asked \"{}\" and reads \"{}\"", fact.key.to_string(),
-                                      fact.request.text, fact.text));
+  if (!fact.crossed && !answers(fact.text, fact.request)) {
+    violations_.push_back(fmt::format(
+        "I2: {} asked \"{}\" of {} with state {} and reads \"{}\"", fact.key.to_string(),
+        fact.request.text, fact.request.uuid.substr(0, 8), fact.request.state, fact.text));
   }
 }
 

@@ -109,7 +109,7 @@ std::string InterpretedProgram::write_call(std::size_t number) {
                           "  $IF V.G.SERVICE.RESPONSE_STATE == V.P.STATE\n"
                           "    V.P.OUT = 1\n"
                           "  $ENDIF\n",
-                          1 + random_.below(1500))
+                          1 + random_.below(static_cast<std::size_t>(habits_.patience / 1ms)))
                     : "  L CYCLE [NAME=\"SysServiceWait.cyc\", @P1=V.P.STATE]\n";
   // Where writing REQUEST_STATE clears RESPONSE_STATE, an interim state that ended the wait may be
   // 0 by the time it is read: not yet. With the mistake, that would hide it.

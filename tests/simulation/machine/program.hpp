@@ -17,6 +17,10 @@ struct ProgramHabits {
   /// In a hundred calls.
   unsigned impatient = 10;
   unsigned repeats_itself = 0;
+  /// It writes one of the three variables of its request anew while it waits.
+  unsigned changes = 0;
+  /// The longest that an impatient one waits.
+  Time patience = 1500ms;
   /// It waits until RESPONSE, which it empties before, has a text, and looks at no state.
   bool waits_for_text = false;
   /// All services that it calls know that: then its haste does no harm, but after an answer that no

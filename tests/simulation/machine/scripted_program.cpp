@@ -105,13 +105,43 @@ void ScriptedProgram::write_state() {
   looking_ = false;
   wait_at_ = 0;
   if (!calm_ && random_.chance(habits_.impatient)) {
-    agenda_.after(random_.between(1ms, 1500ms),
+    agenda_.after(random_.between(std::min<Time>(1ms, habits_.patience), habits_.patience),
                   {.parties = std::uint64_t{1} << party_, .timer = true},
                   [this, life = life_, call = call_] {
                     if (life == life_) {
                       lose_patience(call);
                     }
                   });
+  }
+  if (!calm_ && random_.chance(habits_.changes)) {
+    agenda_.after(random_.mostly(Time{}, 20ms, 1000ms, 30),
+                  {.parties = std::uint64_t{1} << party_, .timer = true},
+                  [this, life = life_, call = call_] {
+                    if (life == life_) {
+                      change(call);
+                    }
+                  });
+  }
+}
+
+void ScriptedProgram::change(std::uint64_t call) {
+  if (!waiting_ || call != call_ || channel_.state(Variable::request_state) == 0 ||
+      channel_.state(Variable::response_state) != wait_at_) {
+    return;
+  }
+  switch (random_.below(3)) {
+    case 0:
+      request_.uuid = random_.pick(habits_.uuids);
+      channel_.set(Variable::uuid, request_.uuid);
+      break;
+    case 1:
+      request_.text += '+';
+      channel_.set(Variable::request, request_.text);
+      break;
+    default:
+      request_.state = request_.state % 3 + 1;
+      wait_at_ = 0;
+      channel_.set(Variable::request_state, request_.state);
   }
 }
 

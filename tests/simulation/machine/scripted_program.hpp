@@ -24,6 +24,7 @@ class ScriptedProgram final : public Program {
   void begin();
   void write_request();
   void write_state();
+  void change(std::uint64_t call);
   void look();
   void look_at_text();
   void read_response();

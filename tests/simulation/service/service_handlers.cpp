@@ -22,9 +22,9 @@ void ServiceProcess::handle(const RunPointer& run) {
     for (std::size_t i = 0; i < count; ++i) {
       const auto state = static_cast<std::uint32_t>(
           first_interim + random_.below(last_interim - first_interim + 1));
-      sdk::Response response{answer_to(request.text) + in_progress, state};
+      sdk::Response response{answer_to(request) + in_progress, state};
       if (random_.chance(plan_.habits.refused)) {
-        response = garbage(request.text);
+        response = garbage(request);
       }
       // Also when it has answered.
       process().timer(random_.between(Time{}, end + end / 8),
@@ -43,7 +43,7 @@ void ServiceProcess::say_meanwhile(const RunPointer& run, const sdk::Response& r
   }
 }
 
-sdk::Response ServiceProcess::garbage(const std::string& request) {
+sdk::Response ServiceProcess::garbage(const fabric::Request& request) {
   switch (random_.below(3)) {
     case 0:
       return awaited_text() ? sdk::Response{"", 1} : sdk::Response{answer_to(request), 0};
@@ -55,22 +55,22 @@ sdk::Response ServiceProcess::garbage(const std::string& request) {
 }
 
 sdk::Result ServiceProcess::result_of(const Run& run) {
-  const std::string& text = run.request.text;
+  const std::string answer = answer_to(run.request);
   if (run.cancelled) {
-    return sdk::Response{unwanted + text, 1};
+    return sdk::Response{unwanted + answer, 1};
   }
   garbled_.erase(run.request.call);
   if (random_.chance(plan_.habits.fails)) {
-    return tl::unexpected(failure_of(text));
+    return tl::unexpected(failure_of(answer));
   }
   if (random_.chance(plan_.habits.refused)) {
-    const sdk::Response response = garbage(text);
+    const sdk::Response response = garbage(run.request);
     if (!plan_.foreign) {
       return response;
     }
     garbled_[run.request.call] = response;
   }
-  return sdk::Response{answer_to(text), awaited_text() && random_.chance(50) ? 0U : 1U};
+  return sdk::Response{answer, awaited_text() && random_.chance(50) ? 0U : 1U};
 }
 
 void ServiceProcess::finish(const RunPointer& run) {

@@ -96,7 +96,7 @@ class ServiceProcess final : public Member, private InstanceListener {
   [[nodiscard]] services::sdk::Result result_of(const Run& run);
   [[nodiscard]] bool awaited_text() const { return plan_.awaited == fabric::Awaited::response; }
   /// What no channel can take.
-  [[nodiscard]] services::sdk::Response garbage(const std::string& request);
+  [[nodiscard]] services::sdk::Response garbage(const fabric::Request& request);
   // service_process.cpp
   void open_desk();
   void beat();

@@ -16,17 +16,23 @@ constexpr bool is_interim(std::uint32_t state) {
   return state >= first_interim && state <= last_interim;
 }
 
-/// The answer to a request begins with it.
-inline std::string answer_to(const std::string& request) {
-  return fmt::format("re {};", request);
+/// The answer to a request begins with it: each of the three variables that make the request is in
+/// it.
+inline std::string answer_to(const std::string& uuid, const std::string& text,
+                             std::uint32_t state) {
+  return fmt::format("re {}; {} {};", text, uuid.substr(0, 8), state);
+}
+template <typename Request>
+std::string answer_to(const Request& request) {
+  return answer_to(request.uuid, request.text, request.state);
 }
 
 /// An interim answer ends with it.
 inline constexpr const char* in_progress = " soon";
 
 /// An error of the SDK names it.
-inline std::string failure_of(const std::string& request) {
-  return fmt::format("cannot do re {};", request);
+inline std::string failure_of(const std::string& answer) {
+  return "cannot do " + answer;
 }
 
 /// What the SDK answers for a handler that was told to stop and must not run twice.
@@ -49,7 +55,8 @@ inline bool is_settlement(const std::string& answer) {
   return answer.starts_with("millrace: ") || answer.starts_with("operator: ");
 }
 
-inline bool answers(const std::string& answer, const std::string& request) {
+template <typename Request>
+bool answers(const std::string& answer, const Request& request) {
   return answer.find(answer_to(request)) != std::string::npos || is_settlement(answer) ||
          stands_for_a_refused_one(answer) || answer.starts_with(given_up);
 }
