@@ -1,9 +1,11 @@
 // millrace-simulation: runs simulations by their seeds, or every order of a small one.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
+#include <deque>
 #include <string>
 #include <string_view>
 
@@ -11,7 +13,9 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "fabric/words.hpp"
 #include "tests/simulation/exhaustive/walk.hpp"
+#include "tests/simulation/shrink.hpp"
 #include "tests/simulation/world.hpp"
 
 namespace {
@@ -29,6 +33,11 @@ struct Flags {
   bool trace = false;
   std::string bug;
   unsigned most = 10;
+  Limits limits;
+  std::vector<std::string> quiet;
+  std::vector<std::string> without;
+  std::int64_t faults_for = 0;
+  bool reach = false;
   // Of a walk through every order.
   std::string mishap;
   SmallPlan plan;
@@ -75,6 +84,41 @@ std::string today() {
   return fmt::format("{:%F}", fmt::gmtime(std::time(nullptr)));
 }
 
+/// The end of the smallest simulation that still breaks the same promise.
+void print_small(std::uint64_t seed, Options options, const Outcome& failed) {
+  constexpr std::size_t most_lines = 60;
+  options.limits = shrink(seed, options, failed);
+  std::deque<std::string> lines;
+  options.trace = [&lines](const std::string& line) {
+    lines.push_back(line);
+    if (lines.size() > most_lines) {
+      lines.pop_front();
+    }
+  };
+  World(seed, options).run();
+  fmt::print("  the smallest that fails so: {}\n  it ends:\n  {}\n",
+             replay(seed, options.bug, options.limits), fmt::join(lines, "\n  "));
+  std::fflush(stdout);
+}
+
+/// How often each kind of fault met a channel in each state.
+void print(const Storm::Reach& reach) {
+  using enum fabric::ChannelState;
+  constexpr std::array states{link_down, idle, unserved, waiting, running, answering, held};
+  fmt::print("{:<24}", "");
+  for (const fabric::ChannelState state : states) {
+    fmt::print("{:>11}", fabric::name_of(state));
+  }
+  for (const std::string& fault : Storm::names()) {
+    fmt::print("\n{:<24}", fault);
+    for (const fabric::ChannelState state : states) {
+      const auto found = reach.find({fault, state});
+      fmt::print("{:>11}", found == reach.end() ? 0 : found->second);
+    }
+  }
+  fmt::print("\n");
+}
+
 int run(const Flags& flags) {
   const auto [first, last] = seeds_of(flags);
   if (flags.fresh > 0) {
@@ -86,9 +130,11 @@ int run(const Flags& flags) {
   std::size_t answered = 0;
   Time virtual_time{};
   std::uint64_t runs = 0;
+  Storm::Reach reach;
   for (std::uint64_t seed = first; seed <= last && failed < flags.most; ++seed) {
     Options options;
     options.bug = bug_of(flags.bug);
+    options.limits = flags.limits;
     if (flags.trace) {
       options.trace = [](const std::string& line) { fmt::print("{}\n", line); };
     }
@@ -97,17 +143,26 @@ int run(const Flags& flags) {
     ++runs;
     answered += outcome.answered;
     virtual_time += outcome.took;
+    for (const auto& [pair, times] : outcome.reach) {
+      reach[pair] += times;
+    }
     if (!outcome.violations.empty()) {
       ++failed;
       fmt::print("seed {}: {}\n  replay: {}\n", seed, fmt::join(outcome.violations, "\n  "),
-                 replay(seed, options.bug));
+                 replay(seed, options.bug, options.limits));
       std::fflush(stdout);
+      if (!flags.trace && options.limits == Limits{}) {
+        print_small(seed, options, outcome);
+      }
     }
   }
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   fmt::print("{} seeds, {} failed; {} calls answered in {:.0f} virtual seconds, {:.1f} real ones\n",
              runs, failed, answered, std::chrono::duration<double>(virtual_time).count(),
              took.count());
+  if (flags.reach) {
+    print(reach);
+  }
   return failed == 0 ? 0 : 1;
 }
 
@@ -171,6 +226,15 @@ int main(int argc, char** argv) {
   app.add_option("--bug", flags.bug, "A mistake to make on purpose (docs/simulation.md)")
       ->check(CLI::IsMember(names_of(bug_names)));
   app.add_option("--most", flags.most, "Stop after so many failures");
+  app.add_option("--quiet", flags.quiet,
+                 "Channels and queues whose programs ask nothing: m0/3,m1.q0/2")
+      ->delimiter(',');
+  app.add_option("--without", flags.without, "Kinds of faults that do not come about")
+      ->delimiter(',')
+      ->check(CLI::IsMember(Storm::names()));
+  app.add_option("--faults-for", flags.faults_for, "Faults end after so many nanoseconds");
+  app.add_flag("--reach", flags.reach,
+               "Print how often each kind of fault met a channel in each state");
   auto* orders = app.add_option("--every-order", flags.mishap,
                                 "Walk every order of one channel, two instances and this mishap")
                      ->check(CLI::IsMember(names_of(mishap_names)));
@@ -191,5 +255,10 @@ int main(int argc, char** argv) {
       app.add_option("--draw", flags.drawn,
                      "Then take so many orders at random and say what the walk has not seen"));
   CLI11_PARSE(app, argc, argv);
+  flags.limits.quiet.insert(flags.quiet.begin(), flags.quiet.end());
+  flags.limits.without.insert(flags.without.begin(), flags.without.end());
+  if (flags.faults_for > 0) {
+    flags.limits.faults_for = Time(flags.faults_for);
+  }
   return flags.mishap.empty() ? run(flags) : walk(flags);
 }

@@ -16,11 +16,12 @@ std::string uuid_number(std::size_t number) {
 
 }  // namespace
 
-Plant::Plant(Agenda& agenda, History& history, Random random, Bug bug)
+Plant::Plant(Agenda& agenda, History& history, Random random, Bug bug, Limits limits)
     : agenda_(agenda),
       history_(history),
       random_(random),
       bug_(bug),
+      limits_(std::move(limits)),
       fabric_(agenda, random_.fork()) {
   build_services();
   policies_ = draw_policies(random_);
@@ -159,6 +160,9 @@ void Plant::build_controllers() {
         habits.uuids = uuids_;
       }
       exaggerate(habits);
+      if (limits_.quiet.contains(fmt::format("m{}/{}", i, channel + 1))) {
+        habits.calls = 0;
+      }
       controller->add(rules, habits, random_.fork());
     }
     cables_.push_back(std::make_unique<Cable>());
@@ -197,6 +201,9 @@ void Plant::build_queues() {
     plan.repeats = random.chance(15);
     plan.keeps = random.chance(60);
     const Key key = settings.key(controller.name());
+    if (limits_.quiet.contains(key.to_string())) {
+      plan.messages = 0;
+    }
     history_.add(
         QueuePlanned{key, settings.drain == gateway::queues::Drain::when_answered, plan.repeats});
     controller.add_queue(std::move(plan), random.fork());
@@ -303,6 +310,19 @@ std::vector<GatewayProcess*> Plant::gateways_of(const Controller& controller) {
     }
   }
   return found;
+}
+
+std::vector<std::string> Plant::programs() const {
+  std::vector<std::string> names;
+  for (const auto& controller : controllers_) {
+    for (const std::uint16_t number : controller->numbers()) {
+      names.push_back(Key{controller->name(), number}.to_string());
+    }
+    for (const auto& ring : controller->queues()) {
+      names.push_back(ring->key().to_string());
+    }
+  }
+  return names;
 }
 
 std::size_t Plant::channels_of(const std::string& machine) const {

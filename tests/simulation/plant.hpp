@@ -3,6 +3,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,9 +14,20 @@
 
 namespace millrace::tests::simulation {
 
+/// What a simulation goes without; all else that its seed means stays as it is.
+struct Limits {
+  /// Channels and queues whose programs ask nothing: "m0/3", "m0.q1/2".
+  std::set<std::string> quiet{};
+  /// Kinds of faults that do not come about (faults/storm.hpp).
+  std::set<std::string> without{};
+  /// Faults end so long after they have begun.
+  std::optional<Time> faults_for{};
+  bool operator==(const Limits&) const = default;
+};
+
 class Plant {
  public:
-  Plant(Agenda& agenda, History& history, Random random, Bug bug);
+  Plant(Agenda& agenda, History& history, Random random, Bug bug, Limits limits = {});
 
   [[nodiscard]] Agenda& agenda() { return agenda_; }
   [[nodiscard]] History& history() { return history_; }
@@ -36,6 +49,9 @@ class Plant {
   }
   /// Of the services.
   [[nodiscard]] const std::vector<std::string>& uuids() const { return uuids_; }
+  [[nodiscard]] const Limits& limits() const { return limits_; }
+  /// Of all channels and queues.
+  [[nodiscard]] std::vector<std::string> programs() const;
   /// Policies that no configuration had before.
   gateway::Policies draw_policies(Random& random);
 
@@ -56,6 +72,7 @@ class Plant {
   History& history_;
   Random random_;
   Bug bug_;
+  Limits limits_;
   Fabric fabric_;
   Party parties_ = 0;
   unsigned policies_drawn_ = 0;

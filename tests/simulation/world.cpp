@@ -4,8 +4,8 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "tests/simulation/faults/storm.hpp"
 #include "tests/simulation/last_words.hpp"
 
 namespace millrace::tests::simulation {
@@ -21,8 +21,17 @@ constexpr Time settlement = 500ms;
 
 }  // namespace
 
-std::string replay(std::uint64_t seed, Bug bug) {
+std::string replay(std::uint64_t seed, Bug bug, const Limits& limits) {
   std::string command = fmt::format("millrace-simulation --seed {} --trace", seed);
+  if (!limits.quiet.empty()) {
+    command += fmt::format(" --quiet {}", fmt::join(limits.quiet, ","));
+  }
+  if (!limits.without.empty()) {
+    command += fmt::format(" --without {}", fmt::join(limits.without, ","));
+  }
+  if (limits.faults_for) {
+    command += fmt::format(" --faults-for {}", limits.faults_for->count());
+  }
   for (const BugName& one : bug_names) {
     if (one.bug == bug) {
       command += fmt::format(" --bug {}", one.name);
@@ -34,9 +43,10 @@ std::string replay(std::uint64_t seed, Bug bug) {
 World::World(std::uint64_t seed, Options options)
     : seed_(seed),
       bug_(options.bug),
+      limits_(options.limits),
       random_(Random(~seed).next()),
       history_(agenda_, std::move(options.trace)),
-      plant_(agenda_, history_, random_.fork(), options.bug) {
+      plant_(agenda_, history_, random_.fork(), options.bug, options.limits) {
   storm_ = std::make_unique<Storm>(plant_, random_.fork());
 }
 
@@ -182,7 +192,7 @@ void World::judge_the_end() {
 }
 
 Outcome World::run() {
-  const LastWords words(fmt::format("seed {}", seed_), replay(seed_, bug_));
+  const LastWords words(fmt::format("seed {}", seed_), replay(seed_, bug_, limits_));
   for (auto& service : plant_.services()) {
     agenda_.after(random_.between(Time{}, 300ms), {}, [&service] { service->start(); });
   }
@@ -199,7 +209,8 @@ Outcome World::run() {
   operate();
   watch_the_serving();
 
-  const Time storm = random_.between(1s, 8s);
+  const Time drawn = random_.between(1s, 8s);
+  const Time storm = limits_.faults_for.value_or(drawn);
   agenda_.after(100ms, {}, [this, storm] { storm_->begin(storm); });
   const auto go_on = [&](Time until) {
     while (history_.violations().empty() && agenda_.now() < until && agenda_.step()) {
@@ -224,7 +235,7 @@ Outcome World::run() {
       history_.judge_the_end();
     }
   }
-  Outcome outcome{history_.violations(), agenda_.now(), 0};
+  Outcome outcome{history_.violations(), agenda_.now(), 0, storm, storm_->reach()};
   for (const auto& controller : plant_.controllers()) {
     for (const std::uint16_t number : controller->numbers()) {
       outcome.answered += controller->program(number).answered();

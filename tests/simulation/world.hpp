@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/simulation/faults/storm.hpp"
 #include "tests/simulation/plant.hpp"
 
 namespace millrace::tests::simulation {
@@ -18,6 +19,7 @@ namespace millrace::tests::simulation {
 struct Options {
   Bug bug = Bug::none;
   History::Trace trace{};
+  Limits limits{};
 };
 
 struct Outcome {
@@ -25,12 +27,13 @@ struct Outcome {
   /// Virtual.
   Time took{};
   std::size_t answered = 0;
+  /// When the faults ended.
+  Time faults_for{};
+  Storm::Reach reach{};
 };
 
 /// The command that repeats a simulation.
-std::string replay(std::uint64_t seed, Bug bug);
-
-class Storm;
+std::string replay(std::uint64_t seed, Bug bug, const Limits& limits = {});
 
 class World {
  public:
@@ -40,6 +43,8 @@ class World {
   World& operator=(const World&) = delete;
 
   Outcome run();
+  /// Of what may be in Limits::quiet.
+  [[nodiscard]] std::vector<std::string> programs() const { return plant_.programs(); }
 
  private:
   void operate();
@@ -52,6 +57,7 @@ class World {
   /// The seed and the mistake.
   std::uint64_t seed_;
   Bug bug_;
+  Limits limits_;
   Random random_;
   Agenda agenda_;
   History history_;

@@ -1,37 +1,50 @@
 #include "tests/simulation/faults/storm.hpp"
 
-#include <array>
 #include <utility>
 
 namespace millrace::tests::simulation {
 
+const std::vector<Storm::Fault>& Storm::all() {
+  static const std::vector<Fault> all{
+      {"cut-link", &Storm::cut_link},
+      {"silence-link", &Storm::silence_link},
+      {"slow-link", &Storm::slow_link},
+      {"refuse-requests", &Storm::refuse_requests},
+      {"lose-requests", &Storm::lose_requests},
+      {"reset-channel", &Storm::reset_channel},
+      {"switch-controller-off", &Storm::switch_controller_off},
+      {"kill-gateway", &Storm::kill_gateway},
+      {"cut-gateway-power", &Storm::cut_gateway_power},
+      {"stop-gateway", &Storm::stop_gateway},
+      {"freeze-gateway", &Storm::freeze_gateway},
+      {"kill-service", &Storm::kill_service},
+      {"drain-service", &Storm::drain_service},
+      {"freeze-service", &Storm::freeze_service},
+      {"fill-disk", &Storm::fill_disk},
+      {"step-clock", &Storm::step_clock},
+      {"cut-path", &Storm::cut_path},
+      {"cut-off", &Storm::cut_off},
+      {"lose-samples", &Storm::lose_samples},
+      {"reload-gateway", &Storm::reload_gateway},
+      {"part-gateways", &Storm::part_gateways},
+      {"stranger-speaks", &Storm::stranger_speaks},
+      {"speak-for-another", &Storm::speak_for_another},
+      {"speak-again", &Storm::speak_again},
+  };
+  return all;
+}
+
+std::vector<std::string> Storm::names() {
+  std::vector<std::string> names;
+  for (const Fault& one : all()) {
+    names.emplace_back(one.name);
+  }
+  return names;
+}
+
 Storm::Storm(Plant& plant, Random random) : plant_(plant), random_(random) {
-  static constexpr std::array all{&Storm::cut_link,
-                                  &Storm::silence_link,
-                                  &Storm::slow_link,
-                                  &Storm::refuse_requests,
-                                  &Storm::lose_requests,
-                                  &Storm::reset_channel,
-                                  &Storm::switch_controller_off,
-                                  &Storm::kill_gateway,
-                                  &Storm::cut_gateway_power,
-                                  &Storm::stop_gateway,
-                                  &Storm::freeze_gateway,
-                                  &Storm::kill_service,
-                                  &Storm::drain_service,
-                                  &Storm::freeze_service,
-                                  &Storm::fill_disk,
-                                  &Storm::step_clock,
-                                  &Storm::cut_path,
-                                  &Storm::cut_off,
-                                  &Storm::lose_samples,
-                                  &Storm::reload_gateway,
-                                  &Storm::part_gateways,
-                                  &Storm::stranger_speaks,
-                                  &Storm::speak_for_another,
-                                  &Storm::speak_again};
   const auto share = static_cast<unsigned>(10 + random_.below(60));
-  for (const Fault fault : all) {
+  for (const Fault& fault : all()) {
     if (random_.chance(share)) {
       kinds_.push_back(fault);
     }
@@ -39,11 +52,11 @@ Storm::Storm(Plant& plant, Random random) : plant_(plant), random_(random) {
   pause_ = random_.between(20ms, 400ms);
   if (random_.chance(20)) {
     // One or two kinds alone, often.
-    kinds_ = {all[random_.below(all.size())], all[random_.below(all.size())]};
+    kinds_ = {random_.pick(all()), random_.pick(all())};
     pause_ = random_.between(2ms, 60ms);
   }
   if (kinds_.empty()) {
-    kinds_.push_back(all[random_.below(all.size())]);
+    kinds_.push_back(random_.pick(all()));
   }
 }
 
@@ -68,7 +81,15 @@ void Storm::strike() {
   if (plant_.agenda().now() >= end_) {
     return;
   }
-  (this->*random_.pick(kinds_))();
+  const Fault& fault = random_.pick(kinds_);
+  if (!plant_.limits().without.contains(std::string(fault.name))) {
+    for (const auto& gateway : plant_.gateways()) {
+      for (const auto& [key, status] : gateway->statuses()) {
+        ++reach_[{std::string(fault.name), status.state}];
+      }
+    }
+    (this->*fault.begin)();
+  }
   soon(random_.between(Time{}, 2 * pause_), [this] { strike(); });
 }
 

@@ -2,7 +2,11 @@
 // that rare ones are not drowned by frequent ones.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tests/simulation/plant.hpp"
@@ -19,9 +23,19 @@ class Storm {
   /// All is mended, as far as it is not by itself.
   void end();
   [[nodiscard]] bool over() const { return over_; }
+  /// Of all kinds of faults.
+  static std::vector<std::string> names();
+  /// How often each kind came about while a channel was in each state, as its gateways say:
+  /// "cut-link", "running".
+  using Reach = std::map<std::pair<std::string, fabric::ChannelState>, std::uint64_t>;
+  [[nodiscard]] const Reach& reach() const { return reach_; }
 
  private:
-  using Fault = void (Storm::*)();
+  struct Fault {
+    std::string_view name;
+    void (Storm::*begin)();
+  };
+  static const std::vector<Fault>& all();
   void strike();
   void soon(Time delay, std::function<void()> act);
   /// Undone at the end at the latest.
@@ -63,6 +77,7 @@ class Storm {
   Time pause_ = 200ms;
   Time end_{};
   bool over_ = false;
+  Reach reach_;
 };
 
 }  // namespace millrace::tests::simulation

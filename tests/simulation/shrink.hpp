@@ -1,0 +1,14 @@
+// Makes a simulation that fails small: fewer programs, fewer kinds of faults, for a shorter time.
+//
+//   const Limits limits = shrink(17, options, World(17, options).run());
+#pragma once
+
+#include "tests/simulation/world.hpp"
+
+namespace millrace::tests::simulation {
+
+/// Leaves out what the same promise is broken without, one thing after the other, until nothing is
+/// left to leave out. `failed` is the outcome with `options`.
+Limits shrink(std::uint64_t seed, Options options, const Outcome& failed);
+
+}  // namespace millrace::tests::simulation
