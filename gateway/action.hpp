@@ -78,8 +78,16 @@ struct Say {
   bool operator==(const Say&) const = default;
 };
 
+/// The write that the controller acknowledged and does not show; empty once there is none. Each
+/// time it changes.
+struct WriteProblem {
+  std::string text;
+  bool operator==(const WriteProblem&) const = default;
+};
+
 /// What leaves the core: somebody with hands carries it out.
-using Action = std::variant<Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say>;
+using Action = std::variant<Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say,
+                            WriteProblem>;
 
 /// A request is there: answer with claim() or leave() before anything else.
 struct Offer {

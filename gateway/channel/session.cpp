@@ -386,6 +386,11 @@ void ChannelSession::hold_off(const std::string& reason, Moment now) {
 }
 
 void ChannelSession::show(Moment now) {
+  const std::string_view problem = link_up_ ? write_problem() : std::string_view();
+  if (write_problem_ != problem) {
+    write_problem_ = problem;
+    out_.put(WriteProblem{write_problem_});
+  }
   if (!call_ && last_word_) {
     return;
   }
@@ -410,7 +415,6 @@ void ChannelSession::show(Moment now) {
     view.reason = unknown_ ? "RESPONSE_STATE stands beside a request: it may be answered already"
                            : "connected; what stands in the channel is not known yet";
   }
-  const std::string_view problem = write_problem();
   if (!link_up_) {
     view.state = link_down;
     view.reason = link_reason_;

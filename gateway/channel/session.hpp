@@ -196,6 +196,8 @@ class ChannelSession {
   /// What is shown of the channel stays the call that was left to the other gateway, which must not
   /// give it out again.
   bool last_word_ = false;
+  /// The last WriteProblem.
+  std::string write_problem_;
   std::string link_reason_ = "not connected yet";
   /// What the controller refused last; empty while it answers.
   std::string trouble_;

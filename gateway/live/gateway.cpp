@@ -73,20 +73,18 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
   journal->on_trouble([this](const std::string& trouble) {
     begin_event();
     carry_out(control.set_journal_trouble(trouble, now()));
-    notice_journal(trouble);
+    set_notice({.kind = "journal"}, trouble,
+               "make room on the disk, or give it its folder back; it goes on by itself");
   });
 }
 
-void Gateway::Impl::notice_journal(const std::string& trouble) {
-  const auto told =
-      trouble.empty()
-          ? notices.clear("journal")
-          : notices.raise(
-                {.key = {.kind = "journal"},
-                 .level = fabric::NoticeLevel::problem,
-                 .text = trouble,
-                 .advice =
-                     "make room on the disk, or give it its folder back; it goes on by itself"});
+void Gateway::Impl::set_notice(const fabric::NoticeKey& key, const std::string& text,
+                               const std::string& advice) {
+  const auto told = text.empty() ? notices.clear(key.kind, key.subject)
+                                 : notices.raise({.key = key,
+                                                  .level = fabric::NoticeLevel::problem,
+                                                  .text = text,
+                                                  .advice = advice});
   if (!told) {
     log->warn("nobody but this log is told of it: {}", told.error());
   }

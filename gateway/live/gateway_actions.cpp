@@ -2,6 +2,8 @@
 #include <utility>
 #include <variant>
 
+#include <fmt/format.h>
+
 #include "gateway/live/gateway_impl.hpp"
 
 namespace millrace::gateway::live {
@@ -102,6 +104,15 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Hide&) {
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Say& action) {
   log->log(level_of(action.level), "{}: {}", key.to_string(), action.text);
+}
+
+void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WriteProblem& action) {
+  set_notice(
+      {.kind = "write", .subject = key.to_string()},
+      action.text.empty() ? "" : fmt::format("{}: {}", key.to_string(), action.text),
+      "the NC program waits; check whether the controller runs, and whether a PLC or another "
+      "ADS client writes V.G.SERVICE of this channel; the gateway repeats the write at least "
+      "once a minute");
 }
 
 }  // namespace millrace::gateway::live

@@ -62,7 +62,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   /// How often what was said once has happened since.
   void tell_left_out();
   void tell_calls();
-  void notice_journal(const std::string& trouble);
+  /// Raises what the gateway says of itself, or clears it if `text` is empty.
+  void set_notice(const fabric::NoticeKey& key, const std::string& text, const std::string& advice);
   void notice_service(const fabric::InstanceIdentity& there);
   void notice_lost(const control::LostService& lost);
   void arm_timer();
@@ -106,8 +107,6 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
                        std::function<void()> recorded) override;
   void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) override;
   void tell_queue(const fabric::DataSample& sample) override;
-  void notice_queue(const std::string& kind, const fabric::ChannelKey& key,
-                    const std::string& trouble, const std::string& advice);
   void warn_of_volatile_queues();
 
   // What other gateways say.
@@ -143,6 +142,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void carry_out(const fabric::ChannelKey& key, const Show& action);
   void carry_out(const fabric::ChannelKey& key, const Hide&);
   void carry_out(const fabric::ChannelKey& key, const Say& action);
+  void carry_out(const fabric::ChannelKey& key, const WriteProblem& action);
 
   boost::asio::any_io_executor executor;
   /// What may be called after the gateway's end sees it gone.

@@ -67,25 +67,12 @@ void Gateway::Impl::say_of_queue(const fabric::ChannelKey& key, const queues::Qu
     log->log(level_of(line.level), "{}: {}", key.to_string(), line.text);
   }
   if (news.trouble) {
-    notice_queue("queue", key, *news.trouble,
-                 "see the names in gateway.textproto, and whether a program has initialised it");
+    set_notice({.kind = "queue", .subject = key.to_string()}, *news.trouble,
+               "see the names in gateway.textproto, and whether a program has initialised it");
   }
   if (news.filling) {
-    notice_queue("queue_filling", key, *news.filling,
-                 "start its service, or see why it does not answer");
-  }
-}
-
-void Gateway::Impl::notice_queue(const std::string& kind, const fabric::ChannelKey& key,
-                                 const std::string& trouble, const std::string& advice) {
-  const auto told = trouble.empty()
-                        ? notices.clear(kind, key.to_string())
-                        : notices.raise({.key = {.kind = kind, .subject = key.to_string()},
-                                         .level = fabric::NoticeLevel::problem,
-                                         .text = trouble,
-                                         .advice = advice});
-  if (!told) {
-    log->warn("nobody but this log is told of it: {}", told.error());
+    set_notice({.kind = "queue_filling", .subject = key.to_string()}, *news.filling,
+               "start its service, or see why it does not answer");
   }
 }
 

@@ -10,10 +10,12 @@
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/sinks/null_sink.h>
 
 #include "tests/integration/chain.hpp"
+#include "tests/support/await.hpp"
 
 namespace millrace::tests::failures {
 namespace {
@@ -63,6 +65,15 @@ class LateControllers : public testing::Test {
     return text;
   }
 
+  /// All controllers, for as long as the thread lives.
+  std::jthread running() {
+    return std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        io_.run_for(10ms);
+      }
+    });
+  }
+
   /// Until all programs have their answers.
   void run_until_done() {
     const auto end = std::chrono::steady_clock::now() + 60s;
@@ -97,11 +108,7 @@ TEST_F(LateControllers, GetEachRequestRunOnceAndAnsweredWithItsOwnAnswer) {
                                          "--texts", (chain_.folder() / "texts").string()});
   // The gateway says that it is ready once its controllers answer.
   Process gateway = [&] {
-    std::jthread controllers([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) {
-        io_.run_for(10ms);
-      }
-    });
+    const std::jthread controllers = running();
     return chain_.configured_gateway(configuration());
   }();
   run_until_done();
@@ -118,6 +125,21 @@ TEST_F(LateControllers, GetEachRequestRunOnceAndAnsweredWithItsOwnAnswer) {
     ++executions;
   }
   EXPECT_EQ(executions, machines_.size() * requests);
+}
+
+TEST_F(LateControllers, ThatDoNotShowAWriteAreAFindingOfTheDoctor) {
+  add(1h, false, false, true, false);
+  const Process service = chain_.slow_service();
+  const std::jthread controllers = running();
+  const Process gateway = chain_.configured_gateway(configuration());
+  const std::string channel = machines_.front().name + "/1";
+  std::string words;
+  await("the doctor's word of " + channel, [&] {
+    Process doctor = chain_.millrace({"doctor"});
+    words = doctor.wait() == 0 ? "" : doctor.output();
+    return words.find(channel + ": the controller acknowledged RESPONSE") != std::string::npos;
+  });
+  EXPECT_THAT(words, testing::HasSubstr("another ADS client writes V.G.SERVICE"));
 }
 
 }  // namespace

@@ -135,6 +135,10 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Say& action) {
   history().note(fmt::format("{} says of {}", name(), key.to_string()), action.text);
 }
 
+void GatewayProcess::carry_out(const Key& key, const gateway::WriteProblem& action) {
+  history().note(fmt::format("{} has a write problem in {}", name(), key.to_string()), action.text);
+}
+
 void GatewayProcess::carry_out(const Key& key, const gateway::Hide&) {
   ++wake_numbers_[key];
   wakes_.erase(key);

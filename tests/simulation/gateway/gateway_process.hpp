@@ -151,6 +151,7 @@ class GatewayProcess final : public Member,
   void carry_out(const Key& key, const gateway::Tell& action);
   void carry_out(const Key& key, const gateway::Show& action);
   void carry_out(const Key& key, const gateway::Say& action);
+  void carry_out(const Key& key, const gateway::WriteProblem& action);
   void carry_out(const Key& key, const gateway::Hide& action);
   void arm_timer();
 

@@ -152,6 +152,7 @@ class Desk {
   std::vector<fabric::CallId> declined;
   std::vector<fabric::Event> events;
   std::vector<std::string> said;
+  std::vector<std::string> write_problems;
   std::vector<Record> unconfirmed;
   std::uint64_t calls = 0;
   std::uint64_t offers = 0;
@@ -230,6 +231,7 @@ class Desk {
   void carry_out(const Show&) {}
   void carry_out(const Hide&) {}
   void carry_out(const Say& one) { said.push_back(one.text); }
+  void carry_out(const WriteProblem& one) { write_problems.push_back(one.text); }
 
   void append(const SessionActions& actions) {
     todo_.insert(todo_.end(), actions.begin(), actions.end());

@@ -247,7 +247,10 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   desk->wait(1100ms);
   EXPECT_THAT(desk->said, testing::Contains(HasSubstr("RESPONSE and does not show it")));
   EXPECT_THAT(sut().status().reason, HasSubstr("does not show it"));
+  EXPECT_THAT(desk->write_problems, ElementsAre(HasSubstr("written 2 times")));
   desk->wait(8s);
+  EXPECT_THAT(desk->write_problems, testing::Contains("").Times(1)) << "it is over once";
+  EXPECT_EQ(desk->write_problems.back(), "");
   EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
   EXPECT_EQ(desk->offers, 1U);
 }
