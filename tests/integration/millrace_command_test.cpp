@@ -151,6 +151,27 @@ TEST_F(TheCommand, SaysByItsExitCodeThatNobodyServesACall) {
   });
 }
 
+TEST_F(TheCommand, SaysByItsExitCodeThatACallHasWaitedLongerThanAMinute) {
+  Process cnc = chain.cnc();
+  Process gateway = chain.gateway();
+  gateway.await_error("link up");
+  Process service = chain.square_root();
+  fabric::dds::Participant participant({.domain = chain.domain()});
+  fabric::wire::Writer<fabric::ChannelStatus> channels(participant, "millrace");
+  fabric::ChannelStatus status{.key = {"cnc", 9},
+                               .state = fabric::ChannelState::waiting,
+                               .since = std::chrono::system_clock::now(),
+                               .uuid = square_root};
+  ASSERT_TRUE(channels.write(status));
+  EXPECT_EQ(run({"health", "--all"}).error_output(), "");
+  EXPECT_EQ(exit_code, 0);
+  status.since -= std::chrono::seconds(61);
+  ASSERT_TRUE(channels.write(status));
+  EXPECT_THAT(run({"health", "--all"}).error_output(),
+              HasSubstr("cnc/9: a call of " + std::string(square_root) + " has waited since "));
+  EXPECT_EQ(exit_code, 5);
+}
+
 TEST_F(TheCommand, SaysByItsExitCodeThatTheFabricHasNoGateway) {
   Process service = chain.square_root();
   EXPECT_THAT(run({"health", "--all"}).error_output(),

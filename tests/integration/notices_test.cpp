@@ -203,5 +203,22 @@ TEST_F(WhatProgramsSay, AGatewayTellsThatItsJournalIsFullUntilItIsNot) {
   await_wellness();
 }
 
+TEST_F(WhatProgramsSay, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
+  const std::string unserved = chain.counting_program("c0ffee00-0000-4000-8000-000000000009", 1);
+  cnc.emplace(
+      chain.cnc({"--run", Chain::program(1, "endless_calls.nc"), "--run", "2=" + unserved}));
+  const Process service = chain.square_root();
+  gateway.emplace(chain.gateway({"--journal", (chain.folder() / "journal").string()}));
+  const auto shows = [&](const std::string& state) {
+    words = output_of({"channels"});
+    return words.find("  " + state + "  ") != std::string::npos;
+  };
+  await("a call without a service", [&] { return shows("unserved"); });
+  const rlimit none{.rlim_cur = 0, .rlim_max = RLIM_INFINITY};
+  ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, nullptr), 0);
+  await("the cause", [&] { return shows("no new calls"); });
+  EXPECT_FALSE(shows("unserved")) << words;
+}
+
 }  // namespace
 }  // namespace millrace::tests::integration

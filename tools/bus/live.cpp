@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "fabric/channel_scope.hpp"
+
 namespace millrace::tools::bus {
 
 bool Live::add(const recording::Entry& entry) {
@@ -116,6 +118,25 @@ const fabric::Notice* Live::journal_trouble(std::string_view machine) const {
     }
   }
   return nullptr;
+}
+
+Obstacle Live::obstacle_of(const fabric::ChannelStatus& status, fabric::Time now) const {
+  using enum fabric::ChannelState;
+  switch (status.state) {
+    case held:
+      return Obstacle::held;
+    case unserved:
+      return journal_trouble(fabric::machine_of(status.key.machine)) != nullptr
+                 ? Obstacle::journal
+                 : Obstacle::unserved;
+    case waiting:
+      if (takers(status.uuid, status.key) == 0) {
+        return Obstacle::unserved;
+      }
+      return now - status.since > patience_of_a_call ? Obstacle::long_busy : Obstacle::busy;
+    default:
+      return Obstacle::none;
+  }
 }
 
 std::vector<const LiveInstance*> Live::instances_of(const std::string& what) const {

@@ -4,6 +4,8 @@
 //   for (const auto& [id, instance] : live.instances()) …
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,6 +29,21 @@ struct LostMachine {
   /// What that gateway told of it last.
   fabric::MachineStatus last{};
   fabric::Time since{};
+};
+
+/// Why a channel's call does not go on, the cause before what follows from it.
+enum class Obstacle : std::uint8_t {
+  none,
+  /// An operator must answer or retry it.
+  held,
+  /// Its gateway takes no new calls for want of a journal, whoever serves them.
+  journal,
+  /// No instance takes calls of its UUID from this channel.
+  unserved,
+  /// All instances are busy.
+  busy,
+  /// The same for longer than a call may wait.
+  long_busy,
 };
 
 struct GoneInstance {
@@ -80,6 +97,9 @@ class Live {
   /// Why the gateways of this machine take no new call; nullptr if that is not for want of a
   /// journal.
   [[nodiscard]] const fabric::Notice* journal_trouble(std::string_view machine) const;
+  /// A call may wait for a free instance so long.
+  static constexpr std::chrono::minutes patience_of_a_call{1};
+  [[nodiscard]] Obstacle obstacle_of(const fabric::ChannelStatus& status, fabric::Time now) const;
   /// The instances whose UUID, id or name is `what`, compared without regard to case for the first
   /// two; all for an empty text.
   [[nodiscard]] std::vector<const LiveInstance*> instances_of(const std::string& what) const;

@@ -24,6 +24,18 @@ std::string call_text(const fabric::ChannelStatus& status) {
                             : status.call.to_string();
 }
 
+/// Its state, or what is the cause of it.
+std::string state_text(const bus::Live& live, const fabric::ChannelStatus& status) {
+  switch (live.obstacle_of(status, std::chrono::system_clock::now())) {
+    case bus::Obstacle::journal:
+      return "no new calls";
+    case bus::Obstacle::unserved:
+      return std::string(fabric::name_of(fabric::ChannelState::unserved));
+    default:
+      return std::string(fabric::name_of(status.state));
+  }
+}
+
 void print_channels(const bus::Live& live) {
   print::Table table({{"CHANNEL"},
                       {"STATE"},
@@ -35,9 +47,8 @@ void print_channels(const bus::Live& live) {
                       {"FAILED", Align::right},
                       {"WHY"}});
   for (const auto& [key, status] : live.channels()) {
-    table.add({base::text::safe(key.to_string()), std::string(fabric::name_of(status.state)),
-               ago(status.since), call_text(status),
-               status.uuid.empty() ? "-" : base::text::safe(status.uuid),
+    table.add({base::text::safe(key.to_string()), state_text(live, status), ago(status.since),
+               call_text(status), status.uuid.empty() ? "-" : base::text::safe(status.uuid),
                std::to_string(status.calls), std::to_string(status.answered),
                std::to_string(status.failed), base::text::safe(status.reason)});
   }

@@ -52,9 +52,6 @@ constexpr const char* exit_codes =
     "     service has lost its last instance in the last quarter of an hour\n"
     "  6  a program reports a problem\n\n";
 
-/// A call may wait for a free instance so long.
-constexpr auto patience_of_a_call = std::chrono::minutes(1);
-
 /// Whoever has a loop that may hang: the gateways of a host, in the words of an instance, and its
 /// services.
 struct Programs {
@@ -195,22 +192,24 @@ void look_at_machines(const bus::Live& live, const Programs& programs, Wrongs& w
     if (!machines.contains(key.machine)) {
       continue;
     }
-    if (status.state == fabric::ChannelState::held) {
-      wrongs.note(exit_held, fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
-    } else if (status.state == fabric::ChannelState::unserved &&
-               live.journal_trouble(fabric::machine_of(key.machine)) != nullptr) {
-      // Its gateway says it itself.
-      continue;
-    } else if (status.state == fabric::ChannelState::unserved ||
-               (status.state == fabric::ChannelState::waiting &&
-                live.takers(status.uuid, key) == 0)) {
-      wrongs.note(exit_unserved, fmt::format("{}: nobody serves {}: {}", key.to_string(),
-                                             status.uuid, status.reason));
-    } else if (status.state == fabric::ChannelState::waiting &&
-               std::chrono::system_clock::now() - status.since > patience_of_a_call) {
-      wrongs.note(exit_unserved,
-                  fmt::format("{}: a call of {} has waited since {}: {}", key.to_string(),
-                              status.uuid, print::time_text(status.since), status.reason));
+    switch (live.obstacle_of(status, std::chrono::system_clock::now())) {
+      case bus::Obstacle::none:
+      case bus::Obstacle::journal:  // its gateway says it itself
+      case bus::Obstacle::busy:
+        break;
+      case bus::Obstacle::held:
+        wrongs.note(exit_held,
+                    fmt::format("{}: a call is held: {}", key.to_string(), status.reason));
+        break;
+      case bus::Obstacle::unserved:
+        wrongs.note(exit_unserved, fmt::format("{}: nobody serves {}: {}", key.to_string(),
+                                               status.uuid, status.reason));
+        break;
+      case bus::Obstacle::long_busy:
+        wrongs.note(exit_unserved,
+                    fmt::format("{}: a call of {} has waited since {}: {}", key.to_string(),
+                                status.uuid, print::time_text(status.since), status.reason));
+        break;
     }
   }
 }

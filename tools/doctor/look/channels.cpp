@@ -23,18 +23,6 @@ bool is_told(const Findings& found, const std::string& machine) {
                              [&](const auto& each) { return each.second.machine == machine; });
 }
 
-/// It waits, or is left alone, because its gateway takes no new call.
-bool is_left_for_the_journal(const Findings& found, const fabric::ChannelStatus& status) {
-  return status.state == fabric::ChannelState::unserved &&
-         found.live.journal_trouble(fabric::machine_of(status.key.machine)) != nullptr;
-}
-
-/// It waits for an instance, and there is none.
-bool has_no_instance(const Findings& found, const fabric::ChannelStatus& status) {
-  return status.state == fabric::ChannelState::waiting &&
-         found.live.takers(status.uuid, status.key) == 0;
-}
-
 /// What must be done before a retry helps.
 std::string before_a_retry(const Findings& found, const fabric::ChannelStatus& status) {
   return found.live.takers(status.uuid, status.key) == 0
@@ -52,20 +40,27 @@ void at_channels(const Findings& found, Report& report) {
     if (status.state == link_down &&
         !is_told(found, std::string(fabric::machine_of(key.machine)))) {
       report.problem(fmt::format("{} has no link: {}", channel, why), "see its gateway's log");
-    } else if (is_left_for_the_journal(found, status)) {
-      // The gateway says it itself: one cause, one diagnosis.
-    } else if (status.state == unserved || has_no_instance(found, status)) {
-      report.problem(
-          fmt::format("{} waits for {}, which nobody serves: {}", channel, safe(status.uuid), why),
-          fmt::format("start the service, or correct the UUID in {}",
-                      where_the_uuid_stands(key.machine)));
-    } else if (status.state == held) {
-      report.problem(fmt::format("{} holds an at-most-once call: {}", channel, why),
-                     fmt::format("millrace answer {} RESPONSE --state N, or millrace retry {}{}",
-                                 channel, channel, before_a_retry(found, status)));
-    } else if (status.state == waiting) {
-      report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
-                     "start more instances; millrace stats shows how busy they are");
+    }
+    switch (found.live.obstacle_of(status, found.joining.now)) {
+      case bus::Obstacle::none:
+      case bus::Obstacle::journal:  // its gateway says it itself: one cause, one diagnosis
+        break;
+      case bus::Obstacle::unserved:
+        report.problem(fmt::format("{} waits for {}, which nobody serves: {}", channel,
+                                   safe(status.uuid), why),
+                       fmt::format("start the service, or correct the UUID in {}",
+                                   where_the_uuid_stands(key.machine)));
+        break;
+      case bus::Obstacle::held:
+        report.problem(fmt::format("{} holds an at-most-once call: {}", channel, why),
+                       fmt::format("millrace answer {} RESPONSE --state N, or millrace retry {}{}",
+                                   channel, channel, before_a_retry(found, status)));
+        break;
+      case bus::Obstacle::busy:
+      case bus::Obstacle::long_busy:
+        report.warning(fmt::format("{} waits for a free instance: {}", channel, why),
+                       "start more instances; millrace stats shows how busy they are");
+        break;
     }
   }
 }

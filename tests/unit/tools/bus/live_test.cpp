@@ -169,5 +169,27 @@ TEST(TheLivePicture, HasWhatAProgramSaysUntilThatIsOver) {
   EXPECT_THAT(sut.notices(), IsEmpty());
 }
 
+TEST(TheLivePicture, NamesTheCauseOfACallThatDoesNotGoOn) {
+  using enum fabric::ChannelState;
+  Live sut;
+  const fabric::Time now(std::chrono::hours(1));
+  fabric::ChannelStatus status{
+      .key = {"cnc", 1}, .state = waiting, .since = now, .uuid = square_root};
+  EXPECT_EQ(sut.obstacle_of(status, now), Obstacle::unserved) << "no instance is left";
+  sut.add(news(Change::ready, 1, "a"));
+  EXPECT_EQ(sut.obstacle_of(status, now), Obstacle::busy);
+  EXPECT_EQ(sut.obstacle_of(status, now + std::chrono::seconds(60)), Obstacle::busy);
+  EXPECT_EQ(sut.obstacle_of(status, now + std::chrono::seconds(61)), Obstacle::long_busy);
+  status.state = held;
+  EXPECT_EQ(sut.obstacle_of(status, now), Obstacle::held);
+  status.state = unserved;
+  EXPECT_EQ(sut.obstacle_of(status, now), Obstacle::unserved);
+  sut.add({.sample = fabric::MachineStatus{.machine = "cnc", .gateway = instance(7)}});
+  sut.add(fabric::Notice{.key = {instance(7), "journal", ""}, .text = "disk full"});
+  EXPECT_EQ(sut.obstacle_of(status, now), Obstacle::journal);
+  status.state = running;
+  EXPECT_EQ(sut.obstacle_of(status, now), Obstacle::none);
+}
+
 }  // namespace
 }  // namespace millrace::tools::bus
