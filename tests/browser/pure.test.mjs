@@ -1,11 +1,13 @@
 // The page's parts that decide and draw nothing: what is known, what needs somebody, where a step stands in time, and
 // that both languages say everything.
 import assert from 'node:assert/strict';
+import { readdirSync, readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { assess, concernName, stateOf } from './page/attention.js';
 import { isNumber, Line, placeOf, qualityOf, variablesOf } from './page/lines.js';
 import { keptCalls, Model } from './page/model.js';
 import german from './page/texts/de.js';
+import { reasons } from './page/texts/de_reasons.js';
 import english from './page/texts/en.js';
 import { age, duration, fineClock, milliseconds } from './page/time.js';
 import { layOut, ticks } from './page/waterfall.js';
@@ -193,11 +195,64 @@ test('a gateway that is gone is named with its host and process', () => {
 
 test('what a gateway says is said in German where the page knows the sentence', () => {
   assert.equal(german.reason('V.G.SERVICE.UUID 560a is served by nobody; did you mean 560b, one character differs'),
-    'Kein Dienst hat die UUID 560a. Ist 560b gemeint?');
+    'Kein Dienst hat die UUID 560a. Ist 560b gemeint? (ein Zeichen ist anders)');
   assert.equal(german.reason('sq1 (pid 7 on hall) is lost with this call, which must not run twice; an operator must answer or retry it'),
     'sq1 (pid 7 on hall) ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.');
   assert.equal(german.reason('connection refused'), '');
   assert.equal(english.reason('all 3 instances are busy'), '');
+});
+
+/** Sentences of these sources that are no reason of a channel, a link or a notice: answers to commands, parts of the log. */
+const noReasons = new Set([
+  'the program took the request back', 'the program put another request in its place', 'somebody else answered it with RESPONSE_STATE {}',
+  'the program asks anew', 'no write was asked for', 'each read and write is answered before the link comes back', '{} after {} ms', '{} s',
+  'the answer in the journal {}', '{}; the program gets state {}', 'answered by {}', 'the gateway',
+  'the gateway was restarted before it had answered; the request is read again', 'the call is answered already',
+  'the program waits for this answer no more', 'the answer {}', '{}; nothing is written', 'the answer is on its way to the program',
+  '{}; start the service, then retry', 'the program\'s request is left alone, so there is no call to act on: {}',
+  'no call is pending on this channel', 'another call is pending by now: {}', 'the call\'s answer is being written',
+  'millrace: served by nobody', '{}: {}; move it away or choose another journal folder', 'instance {}', '{} (pid {} on {})',
+  'gateway {} (pid {} on {})', '{} at byte {}: the last {} bytes are cut off, as after a crash', '{}: {} {}',
+  'this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this machine, and its first answer need not wait',
+  'would release the program, which waits for RESPONSE and looks at no state', 'already connected', 'channels 1 to {} have a Service Interface',
+  '{} of channel 1 (AMS port {}, index group {})',
+  'LastGet is {}, not {} as this gateway has left it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind {}',
+  'LastFilled is {}, but element {} was read already: a program has initialised the queue (SSDQInit); going on behind LastGet, {}',
+  'element {} does not hold the message that was read of it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind LastGet',
+]);
+
+/** The sentences in a C++ source but for those of its log, with {} for each value. */
+function sentencesOf(source) {
+  const text = source.replace(/^\s*\/\/.*$/gm, '');
+  return [...text.matchAll(/"(?:[^"\\\n]|\\.)*"(?:\s*"(?:[^"\\\n]|\\.)*")*/g)].filter((found) => {
+    const before = text.slice(0, found.index);
+    const statement = before.slice(Math.max(before.lastIndexOf(';'), before.lastIndexOf('{\n'), before.lastIndexOf('}\n')));
+    return !/\b(say|complain)\w*\(|log_?->|Level::|#include/.test(statement);
+  }).map((found) => found[0].replace(/"\s*"/g, '').slice(1, -1).replace(/\{[^}]*\}/g, '{}'))
+    .filter((sentence) => /[a-z}] [a-z{]/.test(sentence))
+    .map((sentence) => (/^[ ;]/.test(sentence) ? '{}' : '') + sentence + (sentence.endsWith(' ') ? '{}' : ''));
+}
+
+/** Whether a text contains this sentence, with anything in the place of its values. */
+const partOf = (sentence) => new RegExp(sentence.split('{}').map((part) => part.replace(/[.*+?^${}()|[\]\\]/g, '\\$&')).join('.*'));
+
+test('each reason of a gateway has a German sentence, with all its values', () => {
+  const root = process.env.MILLRACE_SOURCE;
+  const rooms = ['channel', 'control', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
+    .filter((file) => file.endsWith('.cpp') && file !== 'watch.cpp').map((file) => `gateway/${room}/${file}`));
+  const files = [...rooms, 'gateway/response.cpp', 'gateway/words.cpp', 'gateway/journal/keeper.cpp', 'gateway/live/machine_link.cpp',
+    'gateway/live/service_interfaces.cpp', 'gateway/live/symbol_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp',
+    'cnc/ads/requester.cpp', 'cnc/variables/survey.cpp', 'fabric/observer/observer.cpp'];
+  const known = reasons.map(([sentence]) => sentence);
+  const missing = files.flatMap((file) => sentencesOf(readFileSync(`${root}/${file}`, 'utf8'))
+    .filter((sentence) => !noReasons.has(sentence) && !known.some((one) => partOf(sentence).test(one))).map((sentence) => `${file}: ${sentence}`));
+  assert.deepEqual(missing, [], 'add them to texts/de_reasons.js, or to noReasons if the page never shows them');
+  for (const sentence of known) {
+    const values = [...sentence.matchAll(/\{\}/g)].map((_, i) => `<${i}>`);
+    let next = 0;
+    const said = german.reason(sentence.replace(/\{\}/g, () => values[next++]));
+    assert.ok(said && !said.includes('{') && !said.includes('undefined'), sentence);
+  }
 });
 
 test('a machine that was never reached is a concern, too; one that has a second gateway is none', () => {

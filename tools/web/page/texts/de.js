@@ -1,4 +1,5 @@
 // Alle Texte der Seite auf Deutsch; dieselben Schlüssel wie texts/en.js.
+import { inGerman } from './de_reasons.js';
 
 const calls = (n) => (n === 1 ? '1 Aufruf' : `${n} Aufrufe`);
 const channels = (n) => (n === 1 ? '1 Kanal' : `${n} Kanäle`);
@@ -137,25 +138,7 @@ export default {
       who: 'Maschinenbediener',
     },
   },
-  reason: (english) => {
-    const known = [
-      [/^V\.G\.SERVICE\.UUID (.+?) is served by nobody(?:; did you mean (\S+), .*|; its last instance was (.*))?$/,
-        (uuid, meant, last) => `Kein Dienst hat die UUID ${uuid}.${meant ? ` Ist ${meant} gemeint?` : ''}${last ? ` Die letzte Instanz war ${last}.` : ''}`],
-      [/^(.+) is lost with this call, which must not run twice; an operator must answer or retry it$/,
-        (who) => `${who} ist während dieses Aufrufs ausgefallen, der nicht zweimal laufen darf.`],
-      [/^(.+) is deaf with this call, which must not run twice; an operator must answer or retry it$/,
-        (who) => `${who} nimmt diesen Aufruf nicht an, der nicht zweimal laufen darf.`],
-      [/^all (\d+) instances are busy$/, (n) => `Alle ${n} Instanzen sind belegt.`],
-      [/^no instance of (.+) is ready for (.+)$/, (uuid, channel) => `Keine Instanz von ${uuid} ist für ${channel} bereit.`],
-    ];
-    for (const [pattern, say] of known) {
-      const found = pattern.exec(english);
-      if (found) {
-        return say(...found.slice(1));
-      }
-    }
-    return '';
-  },
+  reason: inGerman,
   command: 'Am Terminal',
 
   services: {
@@ -305,7 +288,7 @@ export default {
   recordings: {
     title: 'Aufzeichnungen',
     none: 'Im Ordner ist noch keine Aufzeichnung.',
-    noneWhat: 'millrace record --output ORDNER schreibt sie.',
+    noneWhat: 'millrace record --output ORDNER/NAME.mcap schreibt eine.',
     columns: { name: 'Name', size: 'Größe', modified: 'Zuletzt geschrieben', download: 'Herunterladen' },
     download: 'Herunterladen',
     downloadOf: (name) => `${name} herunterladen`,

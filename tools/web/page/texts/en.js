@@ -290,7 +290,7 @@ export default {
   recordings: {
     title: 'Recordings',
     none: 'No recording is in the folder yet.',
-    noneWhat: 'millrace record --output FOLDER writes them.',
+    noneWhat: 'millrace record --output FOLDER/NAME.mcap writes one.',
     columns: { name: 'Name', size: 'Size', modified: 'Last written', download: 'Download' },
     download: 'Download',
     downloadOf: (name) => `Download ${name}`,
