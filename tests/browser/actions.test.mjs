@@ -53,14 +53,8 @@ async function logIn(page, password) {
   await page.click('dialog [data-confirm]');
 }
 
-// Finds and clicks a button on the card of a held call in one step: a card is made again whenever
-// something about it changes.
-const clickOnCard = (page, channel, button) => page.waitForFunction((name, selector) => {
-  const found = [...document.querySelectorAll('.concern[data-kind="held"]')]
-    .find((each) => each.querySelector('.concern-name').textContent === name)?.querySelector(selector);
-  found?.click();
-  return Boolean(found);
-}, {}, channel, button);
+const cardButton = (page, channel, button) => page.waitForFunction((name, selector) => [...document.querySelectorAll('.concern[data-kind="held"]')]
+  .find((each) => each.querySelector('.concern-name').textContent === name)?.querySelector(selector), {}, channel, button);
 
 test('a held call stands first, with what to do and who', async () => {
   const page = await browser.open(web.url, { view: '#/plant' });
@@ -118,8 +112,15 @@ test('a held call that is given out again through the page is run again', async 
   await page.waitForSelector('[data-channel="cnc/2"][data-state="running"]');
   await lost.stop('SIGKILL');
   await page.waitForSelector('[data-channel="cnc/2"][data-state="held"]');
+  // The card changes while the button is pressed, and the click is not lost.
+  const retry = await cardButton(page, 'cnc/2', '[data-action="retry"]');
+  await awaitText(page, '.concern[data-kind="held"] .concern-why', /no running instance/);
+  const at = await retry.clickablePoint();
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
   const next = await plant.slowService({ seconds: 0 });
-  await clickOnCard(page, 'cnc/2', '[data-action="retry"]');
+  await page.waitForFunction((button) => !/no running instance/.test(button.closest('.concern').querySelector('.concern-why').textContent), {}, retry);
+  await page.mouse.up();
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog', /Give the call of cnc\/2 out again\?[\s\S]*it runs twice/);
   await page.click('dialog [data-confirm]');
@@ -157,7 +158,7 @@ test('a question about a call that is over sends nothing', async () => {
   await plant.request(3, slowUuid, 'never mind');
   await page.waitForSelector('[data-channel="cnc/3"][data-state="running"]');
   await lost.stop('SIGKILL');
-  await clickOnCard(page, 'cnc/3', '[data-action="retry"]');
+  await (await cardButton(page, 'cnc/3', '[data-action="retry"]')).click();
   await logIn(page, 'a good password');
   await awaitText(page, 'dialog h2', /cnc\/3/);
   await plant.withdraw(3);

@@ -45,6 +45,24 @@ export function replace(parent, ...children) {
   return append(parent, children);
 }
 
+/**
+ * Shows in `parent` what `make` returns, made anew only when `key` changes: a click on an element that is replaced between
+ * press and release is lost.
+ *
+ *   const show = slot(buttons);
+ *   show([call, user], () => buttonsFor(call));
+ */
+export function slot(parent) {
+  let shown;
+  return (key, make) => {
+    const fresh = JSON.stringify(key);
+    if (fresh !== shown) {
+      shown = fresh;
+      replace(parent, make());
+    }
+  };
+}
+
 /** Sets the text of a node unless it is there already: what does not change keeps the reader's selection. */
 export function setText(node, text) {
   if (node.textContent !== text) {
@@ -81,11 +99,17 @@ export class Keyed {
   }
 
   show(data, keyOf) {
-    const keep = new Set();
+    // Those that are gone leave first: what stays is then where it belongs, and an element that is moved loses a click.
+    const keep = new Set(data.map(keyOf));
+    for (const [key, part] of this.#parts) {
+      if (!keep.has(key)) {
+        part.node.remove();
+        this.#parts.delete(key);
+      }
+    }
     let before = this.#parent.firstElementChild;
     for (const datum of data) {
       const key = keyOf(datum);
-      keep.add(key);
       let part = this.#parts.get(key);
       if (!part) {
         part = this.#make(datum);
@@ -96,12 +120,6 @@ export class Keyed {
         before = before.nextElementSibling;
       } else {
         this.#parent.insertBefore(part.node, before);
-      }
-    }
-    for (const [key, part] of this.#parts) {
-      if (!keep.has(key)) {
-        part.node.remove();
-        this.#parts.delete(key);
       }
     }
   }

@@ -74,6 +74,12 @@ export function makeSession(app) {
     }
   }
 
+  /** What is known of the call by now. */
+  function asItIs(channel) {
+    const current = app.model.channels.get(keyOf(channel.machine, channel.channel));
+    return current?.call === channel.call ? current : channel;
+  }
+
   const pairsOf = (channel) => [
     [text.channel, visible(channelName(channel))],
     [text.call, channel.call],
@@ -146,9 +152,10 @@ export function makeSession(app) {
     },
     /** Stays the same as long as the same buttons are to be shown. */
     describe: () => [state.actions, state.user, state.may],
+    /** They act on the call that waits in the channel, and ask about it as it is when they are clicked. */
     buttonsFor: (channel) => [
-      button('answer', text.answer, () => answer(channel)),
-      button('retry', text.retry, () => retry(channel)),
+      button('answer', text.answer, () => answer(asItIs(channel))),
+      button('retry', text.retry, () => retry(asItIs(channel))),
     ].filter(Boolean),
     drainButton: (service) => button('drain', text.drain, () => drain(service)) || null,
     login,

@@ -1,12 +1,12 @@
 // One thing that needs a person: where, what, since when, why, what to do, who.
 import { concernName, isOfProgram } from '../attention.js';
-import { element, replace, setAttribute, setText } from '../dom.js';
+import { element, setAttribute, setText, slot } from '../dom.js';
 import { age, clock, moment } from '../time.js';
 import { words } from '../words.js';
-import { said, stateMark, visible } from './marks.js';
+import { reasonOf, said, stateMark, visible } from './marks.js';
 
-/** The sentence of a shell that does what the advice says; nothing where there is none. */
-function commandOf(concern) {
+/** The command lines that do what the advice says. */
+function commandsOf(concern) {
   const where = concernName(concern);
   return concern.kind === 'held'
     ? [`millrace answer ${quoted(where)} RESPONSE --state N`, `millrace retry ${quoted(where)}`]
@@ -41,12 +41,21 @@ export function concernCard(app) {
   const channels = element('p', { class: 'concern-channels', hidden: true });
   const lasting = element('p', { class: 'concern-age' });
   const since = element('p', { class: 'concern-since' });
-  const body = element('div', { class: 'concern-body' });
+  const why = element('div', { class: 'concern-why' });
+  const todo = element('div', { class: 'concern-advice' });
+  const buttons = element('div', { class: 'buttons' });
+  const terminal = element('div', { class: 'at-terminal' });
+  const call = element('dl', { class: 'facts concern-call' });
+  const body = element('div', { class: 'concern-body' }, why, element('div', { class: 'concern-todo' }, todo, buttons, terminal), call);
   const node = element('article', { class: 'concern' },
     element('div', { class: 'concern-head' }, mark.node, element('div', { class: 'concern-where' }, name, channels),
       element('div', { class: 'concern-when' }, lasting, since)),
     body);
-  let shown = '';
+  const showWhy = slot(why);
+  const showTodo = slot(todo);
+  const showButtons = slot(buttons);
+  const showTerminal = slot(terminal);
+  const showCall = slot(call);
   return {
     node,
     update({ concern, now }) {
@@ -61,49 +70,41 @@ export function concernCard(app) {
       setText(lasting, known ? age(now - concern.since) : '');
       setText(since, known ? words.plant.since(moment(concern.since - app.clockOffset(), Date.now())) : '');
       const channel = concern.channels.length === 1 ? concern.channels[0] : {};
-      const fresh = JSON.stringify([concern.kind, concern.reason, concern.todo, concern.gone, concern.since, channel.call, channel.attempt, channel.service, channel.uuid,
-        channel.request, channel.name, channel.host, channel.program, channel.instances, app.session.describe()]);
-      if (fresh !== shown) {
-        shown = fresh;
-        replace(body, ...bodyOf(app, concern, channel));
-      }
+      const mayAct = (concern.kind === 'held' || concern.kind === 'stuck') && channel.call;
+      const isStranded = concern.kind === 'held' && channel.instances === 0;
+      showWhy([concern.kind, concern.reason, concern.gone, concern.since, isStranded], () => whyOf(app, concern, isStranded));
+      showTodo([concern.kind, concern.todo, concern.gone, concern.channels[0]?.machine], () => todoOf(concern));
+      showButtons([mayAct, app.session.describe()], () => (mayAct ? app.session.buttonsFor(channel) : []));
+      buttons.hidden = !buttons.firstChild;
+      const commands = buttons.hidden ? commandsOf(concern) : [];
+      showTerminal(commands, () => commands.length > 0 && [element('span', { class: 'label' }, words.command),
+        commands.map((command) => element('code', {}, command))]);
+      terminal.hidden = commands.length === 0;
+      const facts = concern.channels.length === 1 ? callFacts(channel, concern.kind) : [];
+      showCall([concern.kind, channel.call, channel.attempt, channel.service, channel.uuid, channel.request, channel.name, channel.host, isOfProgram(concern.kind) && channel.program],
+        () => facts.map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value))));
+      call.hidden = facts.length === 0;
     },
   };
 }
 
-/** What a gateway says of it, in the reader's language where the page knows the sentence. */
-function reasonOf(reason) {
-  const known = words.reason(reason ?? '');
-  return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(reason, { lang: 'en', class: 'said reason' }));
-}
-
-function todoOf(concern, advice) {
-  if (concern.gone) {
-    return words.plant.restartGateway(visible(concern.gone.host));
-  }
-  return concern.kind === 'unserved' && concern.channels[0]?.machine.includes('.') ? advice.todoOfQueue : advice.todo;
-}
-
-function bodyOf(app, concern, channel) {
+function whyOf(app, concern, isStranded) {
   const advice = words.advice[concern.kind];
-  const isOperators = concern.kind === 'held' || concern.kind === 'stuck';
-  const isStranded = concern.kind === 'held' && channel.instances === 0;
-  const facts = concern.channels.length === 1 ? callFacts(channel, concern.kind) : [];
-  const buttons = isOperators && channel.call ? app.session.buttonsFor(channel) : [];
-  const commands = buttons.length === 0 ? commandOf(concern) : [];
   return [
-    element('div', { class: 'concern-why' },
-      advice && element('p', { class: 'concern-means' }, concern.gone
-        ? words.plant.goneGateway(clock(concern.since - app.clockOffset()), visible(concern.gone.host), concern.gone.pid) : advice.means),
-      reasonOf(concern.reason),
-      isStranded && element('p', { class: 'concern-means' }, words.plant.noInstance)),
-    advice && element('div', { class: 'concern-todo' },
-      element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
-      element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo), concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todoOf(concern, advice)),
-      buttons.length > 0 && element('div', { class: 'buttons' }, buttons),
-      commands.length > 0 && element('div', { class: 'at-terminal' }, element('span', { class: 'label' }, words.command),
-        commands.map((command) => element('code', {}, command)))),
-    facts.length > 0 && element('dl', { class: 'facts concern-call' },
-      facts.map(([term, value]) => element('div', {}, element('dt', {}, term), element('dd', {}, value)))),
+    advice && element('p', { class: 'concern-means' }, concern.gone
+      ? words.plant.goneGateway(clock(concern.since - app.clockOffset()), visible(concern.gone.host), concern.gone.pid) : advice.means),
+    reasonOf(concern.reason),
+    isStranded && element('p', { class: 'concern-means' }, words.plant.noInstance),
+  ];
+}
+
+function todoOf(concern) {
+  const advice = words.advice[concern.kind];
+  const isQueue = concern.kind === 'unserved' && concern.channels[0]?.machine.includes('.');
+  const todo = concern.gone ? words.plant.restartGateway(visible(concern.gone.host)) : isQueue ? advice?.todoOfQueue : advice?.todo;
+  return advice && [
+    element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
+    element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo),
+      concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todo),
   ];
 }

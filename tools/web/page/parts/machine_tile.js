@@ -98,7 +98,7 @@ export function machineTile() {
         const host = visible(link.gateway_host ?? '');
         setText(gateway, host && several ? words.plant.gateway(host, link.gateway_version) : '');
         setAttribute(item, 'title', [visible(link.address), host && words.plant.gateway(host, link.gateway_version),
-          visible(link.reason)].filter(Boolean).join(' · '));
+          visible(words.reason(link.reason ?? '') || link.reason)].filter(Boolean).join(' · '));
       },
     };
   });

@@ -29,6 +29,12 @@ export function said(text, properties = {}) {
   return element('q', { class: 'said', ...properties }, visible(text));
 }
 
+/** What a gateway says of it, in the reader's language where the page knows the sentence. */
+export function reasonOf(reason) {
+  const known = words.reason(reason ?? '');
+  return reason && (known ? element('p', { class: 'reason' }, visible(known)) : said(reason, { lang: 'en', class: 'said reason' }));
+}
+
 /** Control characters, and marks that turn the direction of what follows, as the command prints them: \x1b. */
 export function visible(text) {
   return String(text ?? '').replace(/[\p{Cc}\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu,

@@ -1,7 +1,7 @@
 // One call over every hop: what it was, and its waterfall. While it is under way the view follows it.
 import { get } from '../api.js';
-import { element, replace } from '../dom.js';
-import { facts, notice, said, stateMark, visible } from '../parts/marks.js';
+import { element, replace, slot } from '../dom.js';
+import { facts, notice, reasonOf, said, stateMark, visible } from '../parts/marks.js';
 import { levelOf, stateOf } from '../attention.js';
 import { waterfallChart } from '../parts/waterfall_chart.js';
 import { words } from '../words.js';
@@ -12,13 +12,16 @@ const followMs = 1000;
 /** `path` is where the timeline lies below /api; `back` a link to where the reader came from. */
 export function callView(app, id, path, back) {
   const content = element('div', { class: 'call' }, element('p', {}, words.showing));
-  const channelPart = element('div', { class: 'call-channel', hidden: true });
+  const mark = stateMark('span', 'state');
+  const why = element('div');
+  const buttons = element('div', { class: 'buttons' });
+  const channelPart = element('div', { class: 'call-channel', hidden: true }, mark.node, why, buttons);
   const node = element('div', {},
     element('nav', { class: 'back', 'aria-label': back.text }, element('a', { href: back.href }, `← ${back.text}`)),
     element('h1', { tabindex: '-1' }, text.title(id)), channelPart, content);
-  const mark = stateMark('span', 'state');
+  const showWhy = slot(why);
+  const showButtons = slot(buttons);
   let timer = 0;
-  let shownChannel = '';
   let shown = null;
   let shownNames = '';
 
@@ -57,12 +60,8 @@ export function callView(app, id, path, back) {
     }
     const state = stateOf(channel);
     mark.update(state, levelOf(state));
-    const fresh = JSON.stringify([state, channel.reason, channel.attempt, app.session.describe()]);
-    if (fresh !== shownChannel) {
-      shownChannel = fresh;
-      replace(channelPart, mark.node, channel.reason && said(channel.reason, { lang: 'en' }),
-        element('div', { class: 'buttons' }, app.session.buttonsFor(channel)));
-    }
+    showWhy(channel.reason, () => reasonOf(channel.reason));
+    showButtons([channel.call, app.session.describe()], () => app.session.buttonsFor(channel));
   }
 
   async function ask() {
