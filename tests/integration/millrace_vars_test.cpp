@@ -85,6 +85,8 @@ TEST_F(TheVariables, OfEveryTypeAreWrittenAndReadBack) {
             "V.E.TABLE was [0, 0, 0], is [1, -2, 3]\n");
   EXPECT_EQ(run({"write", "V.E.TABLE[1]", "7"}), "V.E.TABLE[1] was -2, is 7\n");
   EXPECT_EQ(run({"write", "V.E.ON", "true"}), "V.E.ON was FALSE, is TRUE\n");
+  EXPECT_EQ(run({"write", "V.E.NOTE", "[1,2]"}), "V.E.NOTE was \"\", is \"[1,2]\"\n");
+  EXPECT_EQ(run({"write", "V.E.NOTE", ""}), "V.E.NOTE was \"[1,2]\", is \"\"\n");
   EXPECT_EQ(run({"write", "V.E.NOTE", "Maß"}), "V.E.NOTE was \"\", is \"Maß\"\n");
   EXPECT_EQ(exit_code, 0);
   const std::string values =

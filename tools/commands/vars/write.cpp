@@ -14,6 +14,7 @@ namespace program = base::program;
 
 struct WriteOptions : VarsOptions {
   using VarsOptions::VarsOptions;
+  std::string first;
   NewValue value;
 };
 
@@ -48,14 +49,16 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   auto options = std::make_shared<WriteOptions>(command, machine);
   command.add_option("NAME", options->value.name, "A variable, as the program writes it")
       ->required();
+  // By itself, since CLI11 takes a [1,2] among several values for two.
   command
-      .add_option("VALUE", options->value.values,
-                  "In the variable's type; TRUE or FALSE; a text of at most 127 bytes; a value for "
-                  "each element of an array")
+      .add_option("VALUE", options->first,
+                  "In the variable's type; TRUE or FALSE; a text of at most 127 bytes")
       ->required();
+  command.add_option("MORE", options->value.values, "The values of the other elements of an array");
   command.add_flag("--force", options->value.force,
                    "With --direct: also what is READ_ONLY for programs, and V.G.SERVICE.*");
   command.callback([options, &chosen] {
+    options->value.values.insert(options->value.values.begin(), options->first);
     chosen.run = [options] {
       return with_source(*options, [&](Source& source) { return write_it(*options, source); });
     };
