@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <boost/json/array.hpp>
 #include <boost/json/serialize.hpp>
+#include <boost/json/string.hpp>
 #include <fmt/format.h>
 
 #include "base/text/cp1252.hpp"
@@ -17,16 +17,16 @@ using fabric::DataSample;
 using fabric::Quality;
 using fabric::Value;
 
-boost::json::value json_of(std::int64_t element) {
-  return element;
+std::string json_of(std::int64_t element) {
+  return std::to_string(element);
 }
-/// JSON has no word for what is no number.
-boost::json::value json_of(double element) {
-  return std::isfinite(element) ? boost::json::value(element)
-                                : boost::json::value(fmt::format("{}", element));
+/// As 10 and not as 1E1. JSON has no word for what is no number.
+std::string json_of(double element) {
+  const std::string text = fmt::format("{}", element);
+  return std::isfinite(element) ? text : '"' + text + '"';
 }
-boost::json::value json_of(const std::string& element) {
-  return boost::json::string(base::text::to_utf8(element));
+std::string json_of(const std::string& element) {
+  return boost::json::serialize(boost::json::string(base::text::to_utf8(element)));
 }
 
 void bind_one(SQLite::Statement& statement, int index, std::int64_t element) {
@@ -44,11 +44,11 @@ void bind_value(SQLite::Statement& statement, int index, const Value& value) {
   std::visit(
       [&](const auto& elements) {
         if (value.is_array) {
-          boost::json::array all;
+          std::string all;
           for (const auto& element : elements) {
-            all.push_back(json_of(element));
+            all += (all.empty() ? "" : ",") + json_of(element);
           }
-          statement.bind(index, boost::json::serialize(all));
+          statement.bind(index, "[" + all + "]");
         } else if (elements.empty()) {
           statement.bind(index);
         } else {

@@ -73,13 +73,13 @@ TEST_F(ArchivedSamples, ThatComeAgainAddNothing) {
 }
 
 TEST_F(ArchivedSamples, HoldArraysAsJsonAlsoWhereAnElementIsNoNumber) {
-  sut.append(
-      {sample({{.name = "A",
-                .type = ValueType::real64,
-                .at = morning,
-                .is_array = true,
-                .elements = std::vector<double>{1.5, std::numeric_limits<double>::quiet_NaN()}}})});
-  EXPECT_THAT(found(), ElementsAre(HasSubstr(R"("value":"[1.5E0,\"nan\"]")")));
+  sut.append({sample(
+      {{.name = "A",
+        .type = ValueType::real64,
+        .at = morning,
+        .is_array = true,
+        .elements = std::vector<double>{10, 1.5, std::numeric_limits<double>::quiet_NaN()}}})});
+  EXPECT_THAT(found(), ElementsAre(HasSubstr(R"("value":"[10,1.5,\"nan\"]")")));
 }
 
 TEST_F(ArchivedSamples, HoldTextsIntegersArraysAndWhatIsRefused) {
