@@ -101,7 +101,16 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
              now.steady, actions);
     return nullptr;
   }
-  if (!rules_.any_uuid && rules_.find(uuid) == nullptr) {
+  const bool is_named = rules_.find(uuid) != nullptr;
+  if (!is_named && rules_.any_uuid && !fabric::is_uuid(uuid)) {
+    complain("no uuid", "",
+             fmt::format("{} at {} announces '{}', which is no UUID; it is not served unless the "
+                         "configuration names it (service {{ uuid }})",
+                         program_name(number), sender.to_string(), base::text::safe(uuid)),
+             now.steady, actions);
+    return nullptr;
+  }
+  if (!is_named && !rules_.any_uuid) {
     complain("uuid", uuid,
              fmt::format("{} at {} announces {}, which the configuration does not name; it is not "
                          "served",
@@ -122,11 +131,16 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
              now.steady, actions);
     return nullptr;
   }
-  if (programs_.size() >= rules_.most_programs) {
-    complain("full", "",
+  // Programs that the configuration does not name take no room from those that it names.
+  const auto there =
+      static_cast<std::size_t>(std::ranges::count_if(programs_, [&](const auto& one) {
+        return (rules_.find(one.first.first) != nullptr) == is_named;
+      }));
+  if (there >= rules_.most_programs) {
+    complain("full", is_named ? "named" : "",
              fmt::format("{} programs are there, and no more are let in (most_programs); {} of {} "
                          "at {} is not served",
-                         programs_.size(), program_name(number), uuid, sender.to_string()),
+                         there, program_name(number), uuid, sender.to_string()),
              now.steady, actions);
     return nullptr;
   }

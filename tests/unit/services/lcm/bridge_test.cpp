@@ -122,6 +122,30 @@ TEST_F(BridgeTest, LetsNoMoreProgramsInThanThereIsRoomFor) {
   EXPECT_EQ(sut->programs(), 64U);
 }
 
+TEST_F(BridgeTest, ServesWhatIsNoUuidOnlyIfTheConfigurationNamesIt) {
+  rules.services["press"] = {};
+  sut = std::make_unique<Bridge>(rules);
+  presence_t message = tests::presence(microseconds());
+  message.uuid = "nonsense";
+  const Actions refused = present(message, there);
+  EXPECT_THAT(all<Register>(refused), IsEmpty());
+  EXPECT_THAT(said(refused), HasSubstr("announces 'nonsense', which is no UUID"));
+  message.uuid = "press";
+  EXPECT_THAT(all<Register>(present(message, there)), SizeIs(1));
+}
+
+TEST_F(BridgeTest, KeepsRoomForTheProgramsThatTheConfigurationNames) {
+  rules.services["press"] = {};
+  sut = std::make_unique<Bridge>(rules);
+  presence_t message = tests::presence(microseconds());
+  for (message.program = 1; message.program <= 65; ++message.program) {
+    present(message, there);
+  }
+  message.uuid = "press";
+  EXPECT_THAT(all<Register>(present(message, there)), SizeIs(1));
+  EXPECT_EQ(sut->programs(), 65U);
+}
+
 TEST_F(BridgeWithProgram, HasAProgramDrainThatSaysSo) {
   give(17);
   draining = true;
