@@ -18,7 +18,7 @@ CLI::Option* add_call(CLI::App& command, const std::string& name, fabric::CallId
 /// `250ms`, `30s`, `5m`, `2h`, `7d`.
 CLI::Option* add_duration(CLI::App& command, const std::string& name,
                           std::chrono::nanoseconds& duration, const std::string& description);
-/// `64MiB`.
+/// `64MiB`, `64MB`.
 CLI::Option* add_size(CLI::App& command, const std::string& name, std::uint64_t& size,
                       const std::string& description);
 

@@ -20,14 +20,26 @@ struct Unit {
   double factor;
 };
 
-constexpr std::array<Unit, 8> size_units{{{"B", 1},
-                                          {"KiB", 1024.},
-                                          {"MiB", 1024. * 1024},
-                                          {"GiB", 1024. * 1024 * 1024},
-                                          {"k", 1e3},
-                                          {"M", 1e6},
-                                          {"G", 1e9},
-                                          {"T", 1e12}}};
+/// As people write them: MB is 1,000,000 bytes, MiB 1,048,576.
+constexpr std::array<Unit, 19> size_units{{{"B", 1},
+                                           {"k", 1e3},
+                                           {"K", 1e3},
+                                           {"M", 1e6},
+                                           {"G", 1e9},
+                                           {"T", 1e12},
+                                           {"kB", 1e3},
+                                           {"KB", 1e3},
+                                           {"MB", 1e6},
+                                           {"GB", 1e9},
+                                           {"TB", 1e12},
+                                           {"Ki", 1024.},
+                                           {"Mi", 1024. * 1024},
+                                           {"Gi", 1024. * 1024 * 1024},
+                                           {"Ti", 1024. * 1024 * 1024 * 1024},
+                                           {"KiB", 1024.},
+                                           {"MiB", 1024. * 1024},
+                                           {"GiB", 1024. * 1024 * 1024},
+                                           {"TiB", 1024. * 1024 * 1024 * 1024}}};
 
 /// A number followed by a unit, or by nothing for `default_factor`.
 template <std::size_t count>
@@ -111,8 +123,9 @@ tl::expected<std::uint64_t, std::string> parse_size(std::string_view text) {
   constexpr double largest = 1e18;
   const auto value = parse_scaled(text, size_units, 1);
   if (!value || *value > largest) {
-    return tl::unexpected(
-        fmt::format("'{}' is no size; expected a number with B, KiB, MiB, GiB, k, M or G", text));
+    return tl::unexpected(fmt::format(
+        "'{}' is no size; expected a number with B, kB, MB, GB or KiB, MiB, GiB, as in 64MiB",
+        text));
   }
   return static_cast<std::uint64_t>(*value);
 }

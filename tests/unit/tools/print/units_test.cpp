@@ -41,7 +41,11 @@ TEST(Units, ReadSizes) {
   EXPECT_EQ(parse_size("500"), 500U);
   EXPECT_EQ(parse_size("64KiB"), 65536U);
   EXPECT_EQ(parse_size("1.5M"), 1500000U);
+  EXPECT_EQ(parse_size("1MB"), 1'000'000U);
+  EXPECT_EQ(parse_size("1 GB"), 1'000'000'000U);
+  EXPECT_EQ(parse_size("1Mi"), 1'048'576U);
   EXPECT_FALSE(parse_size("10 cm"));
+  EXPECT_FALSE(parse_size("1mb")) << "a millibit";
 }
 
 }  // namespace
