@@ -147,7 +147,9 @@ void give_up(const std::string& why) {
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   const std::string name = program_name(argc > 0 ? argv[0] : nullptr);
   own_name() = name;
-  app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
+  if (app.get_version_ptr() == nullptr) {
+    app.set_version_flag("--version", fmt::format("{} {}", name, MILLRACE_VERSION));
+  }
   if (const std::string page = page_of(app, name, argc, argv); !page.empty()) {
     fmt::print("{}", page);
     return exit_done;

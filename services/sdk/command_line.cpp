@@ -75,6 +75,11 @@ ServiceProgram::ServiceProgram(ServiceOptions defaults)
   add_delivery(app_, options_.delivery);
   add_awaited(app_, options_.awaited);
   program::add_log_level(app_, level_);
+  if (options_.version != MILLRACE_VERSION) {
+    app_.set_version_flag("--version", fmt::format("{}{}{} (millrace {})", options_.name,
+                                                   options_.version.empty() ? "" : " ",
+                                                   options_.version, MILLRACE_VERSION));
+  }
 }
 
 int ServiceProgram::run(int argc, char** argv, const std::function<Handler()>& make) {

@@ -1,5 +1,6 @@
 #include "services/sdk/service.hpp"
 
+#include <array>
 #include <future>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
+#include "services/sdk/command_line.hpp"
 #include "tests/support/await.hpp"
 #include "tests/unit/sdk/service_fixture.hpp"
 #include "tests/unit/sdk/thread_shortage.hpp"
@@ -376,6 +378,21 @@ TEST_F(ServiceTest, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   const Service sut(options(workers), echo, base::program::no_log());
   ASSERT_TRUE(until_ready(sut));
   EXPECT_TRUE(until([&] { return gateway.ready.size() == 1; }));
+}
+
+TEST(AServiceProgram, TellsItsOwnVersionAndThatOfMillrace) {
+  const auto version_of = [](const std::string& version) {
+    ServiceProgram sut({.uuid = "weather", .name = "weather", .version = version});
+    std::string name = "my-service";
+    std::string flag = "--version";
+    std::array<char*, 2> arguments{name.data(), flag.data()};
+    testing::internal::CaptureStdout();
+    const auto nothing = [](const Call&) { return Response{"", 1}; };
+    EXPECT_EQ(sut.run(2, arguments.data(), [&]() -> Handler { return nothing; }), 0);
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_THAT(version_of("2.3"), testing::MatchesRegex("weather 2.3 \\(millrace [0-9.]+\\)\n"));
+  EXPECT_THAT(version_of(""), testing::MatchesRegex("weather \\(millrace [0-9.]+\\)\n"));
 }
 
 }  // namespace
