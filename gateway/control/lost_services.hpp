@@ -35,6 +35,11 @@ class LostServices {
 
   /// An instance came, or changed what it says of itself; true if its service was lost.
   bool on_ready(const fabric::InstanceIdentity& identity);
+  /// What it said of itself; nullptr if nobody knows.
+  [[nodiscard]] const fabric::InstanceIdentity* find(const fabric::InstanceId& instance) const {
+    const auto found = instances_.find(instance);
+    return found == instances_.end() ? nullptr : &found->second;
+  }
   /// The service that is lost with it; nothing if others are there, or it left in order.
   std::optional<LostService> on_gone(const fabric::InstanceId& instance, Moment now);
   /// The UUIDs of those that are lost for too long to be told of.

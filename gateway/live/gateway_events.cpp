@@ -120,11 +120,20 @@ void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
   machines.on_channel(status);
 }
 
+namespace {
+
+/// "archiver on press-pc, pid 812"
+std::string name_of(const fabric::InstanceIdentity& instance) {
+  return fmt::format("{} on {}, pid {}", instance.name, instance.host, instance.pid);
+}
+
+}  // namespace
+
 void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
   begin_event();
   if (instance_lines.admit(now().steady)) {
-    log->info("instance {} of {} is ready: {} on {}, pid {}{}", instance.id.to_string(),
-              instance.uuid, instance.name, instance.host, instance.pid,
+    log->info("instance {} of {} is ready: {}{}", instance.id.to_string(), instance.uuid,
+              name_of(instance),
               instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
   notice_service(instance);
@@ -134,8 +143,8 @@ void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) 
 void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance) {
   begin_event();
   if (instance_lines.admit(now().steady)) {
-    log->info("instance {} of {} changed{}", instance.id.to_string(), instance.uuid,
-              instance.draining ? ": it is draining" : "");
+    log->info("instance {} of {} changed: {}{}", instance.id.to_string(), instance.uuid,
+              name_of(instance), instance.draining ? ": it is draining" : "");
   }
   notice_service(instance);
   carry_out(control.on_instance_ready(instance, now()));
@@ -161,11 +170,13 @@ void Gateway::Impl::notice_lost(const control::LostService& lost) {
 
 void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
   begin_event();
+  if (instance_lines.admit(now().steady)) {
+    const fabric::InstanceIdentity* const known = lost_services.find(instance);
+    log->info("instance {} is gone{}", instance.to_string(),
+              known == nullptr ? "" : ": " + name_of(*known));
+  }
   if (const auto lost = lost_services.on_gone(instance, now())) {
     notice_lost(*lost);
-  }
-  if (instance_lines.admit(now().steady)) {
-    log->info("instance {} is gone", instance.to_string());
   }
   carry_out(control.on_instance_gone(instance, now()));
 }

@@ -238,7 +238,7 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
   Process cnc = sut.cnc();
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error("instance (\\S+) of " + root_uuid + " is ready: square_root");
-  gateway.await_error("instance \\S+ is gone", std::chrono::seconds(60));
+  gateway.await_error("instance \\S+ is gone: square_root on ", std::chrono::seconds(60));
   EXPECT_GE(std::chrono::system_clock::now(), until);
   // It says so itself, and ends, for its supervisor to start it with newer material.
   service.await_error("the certificate of square-root expired on .*`millrace trust renew`");

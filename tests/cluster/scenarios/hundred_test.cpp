@@ -49,7 +49,8 @@ class Presence {
   }
 
  private:
-  /// "… instance ID of UUID is ready: NAME on HOST, pid 1", "… instance ID is gone"
+  /// "… instance ID of UUID is ready: NAME on HOST, pid 1", "… instance ID is gone: NAME on HOST,
+  /// pid 1"
   void take(const std::string& line) {
     const auto at = line.find("instance ");
     if (at == std::string::npos) {
@@ -61,7 +62,7 @@ class Presence {
     words >> word >> id >> word;
     if (word == "of" && line.find(" is ready: ") != std::string::npos) {
       words >> word >> word >> word >> names_[id];
-    } else if (word == "is" && line.ends_with("is gone")) {
+    } else if (word == "is" && line.find(" is gone: ") != std::string::npos) {
       names_.erase(id);
     }
   }
