@@ -101,7 +101,8 @@ http::Outcome Gate::log_in(const http::Request& request, const fabric::Moment& n
   if (!login) {
     return http::error_response(400, R"(expected {"user": "…", "password": "…"})");
   }
-  if (const auto wait = throttle_.wait(login->user, now.steady); wait.count() > 0) {
+  const Throttle::Who who{login->user, request.peer};
+  if (const auto wait = throttle_.try_now(who, now.steady); wait.count() > 0) {
     http::Response response = http::error_response(
         429, fmt::format("too many wrong passwords; try again in {} s", wait.count()));
     response.headers.emplace_back("Retry-After", std::to_string(wait.count()));
@@ -112,19 +113,19 @@ http::Outcome Gate::log_in(const http::Request& request, const fabric::Moment& n
       user == options_.users.end() ? std::string() : user->second.password_hash;
   return http::Later{
       http::Lane::operators,
-      [this, login = *login, hash, peer = request.peer, now]() -> std::function<http::Response()> {
-        const bool right = matches(login.password, hash.empty() ? hash_of_nobody() : hash);
+      [this, who, password = login->password, hash, now]() -> std::function<http::Response()> {
+        const bool right = matches(password, hash.empty() ? hash_of_nobody() : hash);
         if (right && !hash.empty()) {
-          return [this, name = login.user, now] { return enter(name, now); };
+          return [this, who, now] { return enter(who, now); };
         }
-        return [this, name = login.user, peer, now] { return refuse(name, peer, now); };
+        return [this, who] { return refuse(who); };
       }};
 }
 
-http::Response Gate::enter(const std::string& user, const fabric::Moment& now) {
-  throttle_.succeeded(user);
-  const Session& session = sessions_.open(user, now.steady);
-  log_->info("{} has logged in", user);
+http::Response Gate::enter(const Throttle::Who& who, const fabric::Moment& now) {
+  throttle_.succeeded(who);
+  const Session& session = sessions_.open(who.user, now.steady);
+  log_->info("{} has logged in", who.user);
   http::Response response = http::json_response(json_of(session));
   response.headers.emplace_back(
       "Set-Cookie",
@@ -134,10 +135,8 @@ http::Response Gate::enter(const std::string& user, const fabric::Moment& now) {
   return response;
 }
 
-http::Response Gate::refuse(const std::string& user, const std::string& peer,
-                            const fabric::Moment& now) {
-  throttle_.failed(user, now.steady);
-  log_->warn("{}: a wrong user or password, as \"{}\"", peer, base::text::safe(user));
+http::Response Gate::refuse(const Throttle::Who& who) {
+  log_->warn("{}: a wrong user or password, as \"{}\"", who.peer, base::text::safe(who.user));
   return http::error_response(401, "user or password is wrong");
 }
 

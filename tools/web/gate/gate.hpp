@@ -50,9 +50,8 @@ class Gate : public http::Desk {
   http::Response session(const http::Request& request, const fabric::Moment& now);
   http::Outcome log_in(const http::Request& request, const fabric::Moment& now);
   http::Response log_out(const http::Request& request);
-  http::Response enter(const std::string& user, const fabric::Moment& now);
-  http::Response refuse(const std::string& user, const std::string& peer,
-                        const fabric::Moment& now);
+  http::Response enter(const Throttle::Who& who, const fabric::Moment& now);
+  http::Response refuse(const Throttle::Who& who);
   http::Outcome act(const std::string& what, const http::Request& request,
                     const fabric::Moment& now);
   http::Response report(const fabric::Command& command, const std::string& user,

@@ -35,26 +35,23 @@ void Sessions::close(std::string_view id) {
   }
 }
 
-std::chrono::seconds Throttle::wait(const std::string& user, fabric::SteadyTime now) const {
-  const auto known = failures_.find(user);
-  if (known == failures_.end() || known->second.until <= now) {
-    return std::chrono::seconds(0);
+std::chrono::seconds Throttle::try_now(const Who& who, fabric::SteadyTime now) {
+  const auto known = failures_.find(who);
+  if (known != failures_.end() && known->second.until > now) {
+    return std::chrono::ceil<std::chrono::seconds>(known->second.until - now);
   }
-  return std::chrono::ceil<std::chrono::seconds>(known->second.until - now);
-}
-
-void Throttle::failed(const std::string& user, fabric::SteadyTime now) {
-  if (failures_.size() >= most_names && !failures_.contains(user)) {
+  if (failures_.size() >= most_names && known == failures_.end()) {
     failures_.erase(std::ranges::min_element(
         failures_, {}, [](const auto& failures) { return failures.second.until; }));
   }
-  Failures& failures = failures_[user];
+  Failures& failures = failures_[who];
   const int beyond = ++failures.count - free_tries;
   if (beyond >= 0) {
     constexpr int doublings = 6;  // One more is longer than the longest.
     failures.until = now + std::min<std::chrono::seconds>(
                                first_pause * (1 << std::min(beyond, doublings)), longest_pause);
   }
+  return std::chrono::seconds(0);
 }
 
 bool same_secret(std::string_view one, std::string_view other) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <chrono>
+#include <compare>
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -46,7 +47,8 @@ class Sessions {
   std::map<std::string, Session, std::less<>> sessions_;
 };
 
-/// How often a password may be wrong. Pure.
+/// How often a password may be wrong, for a user from an address: so nobody keeps the user out from
+/// elsewhere. Pure.
 class Throttle {
  public:
   /// After so many wrong ones each further one takes twice the pause, up to a minute.
@@ -55,17 +57,23 @@ class Throttle {
   static constexpr std::chrono::seconds longest_pause{60};
   static constexpr std::size_t most_names = 1'000;
 
-  /// How long `user` has to wait; zero: not at all.
-  [[nodiscard]] std::chrono::seconds wait(const std::string& user, fabric::SteadyTime now) const;
-  void failed(const std::string& user, fabric::SteadyTime now);
-  void succeeded(const std::string& user) { failures_.erase(user); }
+  struct Who {
+    std::string user{};
+    std::string peer{};
+    auto operator<=>(const Who&) const = default;
+  };
+
+  /// How long `who` has to wait; zero: not at all, and the try counts as wrong until it succeeds,
+  /// so that many at once are no more than one after the other.
+  std::chrono::seconds try_now(const Who& who, fabric::SteadyTime now);
+  void succeeded(const Who& who) { failures_.erase(who); }
 
  private:
   struct Failures {
     int count = 0;
     fabric::SteadyTime until{};
   };
-  std::map<std::string, Failures> failures_;
+  std::map<Who, Failures> failures_;
 };
 
 /// Compares in a time that tells nothing of where they differ.

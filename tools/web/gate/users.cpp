@@ -99,7 +99,8 @@ bool matches(const std::string& password, const std::string& hash) {
   const auto space = std::make_unique<crypt_data>();
   const char* const own = ::crypt_r(password.c_str(), hash.c_str(), space.get());
   // Of a hash nobody learns anything by the time that its comparison takes.
-  return own != nullptr && own[0] != '*' && hash == own;
+  // It has read the password to its first NUL.
+  return own != nullptr && own[0] != '*' && hash == own && password.find('\0') == std::string::npos;
 }
 
 std::string hash_of(const std::string& password) {

@@ -172,6 +172,33 @@ TEST_F(AGate, MakesWhoGuessesPasswordsWait) {
   EXPECT_EQ(log_in("anna", "secret").status, 200U);
 }
 
+TEST_F(AGate, HashesNoMorePasswordsAtOnceThanOneAfterTheOther) {
+  std::vector<http::Outcome> outcomes;
+  for (int i = 0; i < 60; ++i) {
+    const auto wrong = R"({"user": "anna", "password": "wrong"})";
+    outcomes.push_back(sut.answer({"login"}, post("login", wrong), {now, {}}));
+  }
+  EXPECT_EQ(std::ranges::count_if(
+                outcomes,
+                [](const http::Outcome& one) { return std::holds_alternative<http::Later>(one); }),
+            3);
+}
+
+TEST_F(AGate, LetsNobodyKeepAUserOutWhoComesFromElsewhere) {
+  http::Request guess = post("login", R"({"user": "anna", "password": "wrong"})");
+  guess.peer = "10.6.6.6";
+  for (int i = 0; i < 10; ++i) {
+    run(guess);
+  }
+  EXPECT_EQ(run(guess).status, 429U);
+  EXPECT_EQ(log_in("anna", "secret").status, 200U);
+}
+
+TEST_F(AGate, TakesNoPasswordWithMoreBehindANul) {
+  EXPECT_EQ(log_in("anna", R"(secret\u0000)").status, 401U);
+  EXPECT_EQ(log_in("anna", R"(secret\u0000more)").status, 401U);
+}
+
 TEST_F(AGate, SaysWhatIsWrongWithAnAction) {
   const std::string call = R"("machine": "cnc", "channel": 1, "call": "5f-17")";
   const std::vector<std::pair<std::string, std::string>> wrong{
