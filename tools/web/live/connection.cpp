@@ -196,7 +196,7 @@ class BrowserConnection : public Connection,
   }
 
   asio::awaitable<void> stream_live(AnswerHead head) {
-    const std::shared_ptr<Feed> feed = shared_.feeds.open();
+    const std::shared_ptr<Feed> feed = shared_.feeds.open(peer_);
     if (!feed) {
       const http::Response full =
           http::error_response(503, "too many browsers are connected; close some of them");
@@ -217,7 +217,7 @@ class BrowserConnection : public Connection,
       const Feed::Text text = feed->take();
       if (text) {
         well = co_await write_bytes(asio::buffer(*text));
-      } else if (feed->has_overflown()) {
+      } else if (feed->has_ended()) {
         break;
       } else {
         news_.expires_after(std::chrono::hours(1));

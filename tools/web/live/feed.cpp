@@ -1,21 +1,30 @@
 #include "tools/web/live/feed.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace millrace::tools::web::live {
 
 void Feed::add(const Text& text) {
-  if (overflown_) {
+  if (ended_) {
     return;
   }
   bytes_ += text->size();
   if (bytes_ > most_bytes) {
-    overflown_ = true;
-    waiting_.clear();
-    bytes_ = 0;
-  } else {
-    waiting_.push_back(text);
+    end();
+    return;
   }
+  waiting_.push_back(text);
+  if (wake_) {
+    wake_();
+  }
+}
+
+void Feed::end() {
+  ended_ = true;
+  waiting_.clear();
+  bytes_ = 0;
   if (wake_) {
     wake_();
   }
@@ -32,24 +41,44 @@ Feed::Text Feed::take() {
 }
 
 void Feeds::forget_ended() {
-  feeds_.remove_if([](const std::weak_ptr<Feed>& feed) { return feed.expired(); });
+  feeds_.remove_if([](const OfPeer& one) { return one.feed.expired(); });
 }
 
-std::shared_ptr<Feed> Feeds::open() {
+std::size_t Feeds::count_of(const std::string& peer) const {
+  return static_cast<std::size_t>(std::ranges::count(feeds_, peer, &OfPeer::peer));
+}
+
+bool Feeds::make_room_for(const std::string& peer) {
+  const auto greedy = std::ranges::max_element(
+      feeds_, {}, [this](const OfPeer& one) { return count_of(one.peer); });
+  if (greedy == feeds_.end() || count_of(greedy->peer) < count_of(peer) + 2) {
+    return false;
+  }
+  // Its newest, so that whoever has been looking for long goes on.
+  const auto newest =
+      std::ranges::find(feeds_.rbegin(), feeds_.rend(), greedy->peer, &OfPeer::peer);
+  if (const auto feed = newest->feed.lock()) {
+    feed->end();
+  }
+  feeds_.erase(std::next(newest).base());
+  return true;
+}
+
+std::shared_ptr<Feed> Feeds::open(const std::string& peer) {
   forget_ended();
-  if (feeds_.size() >= most_) {
+  if (feeds_.size() >= most_ && !make_room_for(peer)) {
     return nullptr;
   }
   auto feed = std::make_shared<Feed>();
-  feeds_.push_back(feed);
+  feeds_.push_back({peer, feed});
   return feed;
 }
 
 void Feeds::publish(std::string text) {
   forget_ended();
   const auto shared = std::make_shared<const std::string>(std::move(text));
-  for (const std::weak_ptr<Feed>& feed : feeds_) {
-    if (const auto open = feed.lock()) {
+  for (const OfPeer& one : feeds_) {
+    if (const auto open = one.feed.lock()) {
       open->add(shared);
     }
   }

@@ -1,7 +1,7 @@
 // What a browser that stays is still to be told. Pure: sockets and waiting are its user's.
 //
 //   Feeds feeds;
-//   const auto feed = feeds.open();               // null if there are too many
+//   const auto feed = feeds.open("10.0.0.7");     // null if there are too many
 //   feeds.publish(text);                          // to all of them
 //   while (auto next = feed->take()) …
 #pragma once
@@ -25,15 +25,17 @@ class Feed {
   /// Nullptr if there is nothing.
   Text take();
   [[nodiscard]] bool is_empty() const { return waiting_.empty(); }
-  /// It was too much: nothing is kept any more, and the connection is to be ended.
-  [[nodiscard]] bool has_overflown() const { return overflown_; }
+  /// It was too much, or made room for another: nothing is kept any more, and the connection is to
+  /// be ended.
+  [[nodiscard]] bool has_ended() const { return ended_; }
+  void end();
   /// Called after something was added.
   void on_news(std::function<void()> wake) { wake_ = std::move(wake); }
 
  private:
   std::deque<Text> waiting_;
   std::size_t bytes_ = 0;
-  bool overflown_ = false;
+  bool ended_ = false;
   std::function<void()> wake_;
 };
 
@@ -41,17 +43,26 @@ class Feeds {
  public:
   explicit Feeds(std::size_t most) : most_(most) {}
 
-  /// Ends with the last pointer to it. Nullptr if there are too many.
-  std::shared_ptr<Feed> open();
+  /// Ends with the last pointer to it. If there are too many, the address that has the most gives
+  /// one up for one that has at least two fewer; nullptr if there is none: nobody takes them all.
+  std::shared_ptr<Feed> open(const std::string& peer);
   /// `text` is shared by all.
   void publish(std::string text);
   [[nodiscard]] std::size_t size();
 
  private:
+  struct OfPeer {
+    std::string peer;
+    std::weak_ptr<Feed> feed;
+  };
+
   void forget_ended();
+  [[nodiscard]] std::size_t count_of(const std::string& peer) const;
+  bool make_room_for(const std::string& peer);
 
   std::size_t most_;
-  std::list<std::weak_ptr<Feed>> feeds_;
+  /// The oldest in front.
+  std::list<OfPeer> feeds_;
 };
 
 }  // namespace millrace::tools::web::live

@@ -15,7 +15,7 @@ using testing::StartsWith;
 
 TEST(AFeed, GivesWhatWasPublishedInOrder) {
   Feeds feeds(2);
-  const auto sut = feeds.open();
+  const auto sut = feeds.open("a");
   feeds.publish("one");
   feeds.publish("two");
   EXPECT_EQ(*sut->take(), "one");
@@ -25,27 +25,42 @@ TEST(AFeed, GivesWhatWasPublishedInOrder) {
 
 TEST(AFeed, IsGivenUpWhenNobodyReadsIt) {
   Feeds feeds(2);
-  const auto sut = feeds.open();
-  const auto reader = feeds.open();
+  const auto sut = feeds.open("a");
+  const auto reader = feeds.open("a");
   int news = 0;
   sut->on_news([&] { ++news; });
   for (int i = 0; i < 10; ++i) {
     feeds.publish(std::string(1U << 20U, 'x'));
     EXPECT_NE(reader->take(), nullptr);
   }
-  EXPECT_TRUE(sut->has_overflown());
+  EXPECT_TRUE(sut->has_ended());
   EXPECT_EQ(sut->take(), nullptr);
   EXPECT_EQ(news, 9);
-  EXPECT_FALSE(reader->has_overflown());
+  EXPECT_FALSE(reader->has_ended());
 }
 
 TEST(Feeds, AreNoMoreThanThereIsRoomFor) {
   Feeds sut(2);
-  auto one = sut.open();
-  const auto two = sut.open();
-  EXPECT_EQ(sut.open(), nullptr);
+  auto one = sut.open("a");
+  const auto two = sut.open("a");
+  EXPECT_EQ(sut.open("a"), nullptr);
   one.reset();
-  EXPECT_NE(sut.open(), nullptr);
+  EXPECT_NE(sut.open("a"), nullptr);
+}
+
+TEST(Feeds, AreNotAllTakenByOneAddress) {
+  Feeds sut(3);
+  const auto first = sut.open("greedy");
+  const auto second = sut.open("greedy");
+  const auto third = sut.open("greedy");
+  EXPECT_EQ(sut.open("greedy"), nullptr);
+  const auto other = sut.open("other");
+  ASSERT_NE(other, nullptr);
+  EXPECT_TRUE(third->has_ended());
+  EXPECT_FALSE(first->has_ended());
+  EXPECT_EQ(sut.size(), 3U);
+  EXPECT_EQ(sut.open("greedy"), nullptr);
+  EXPECT_EQ(sut.open("other"), nullptr) << "they would take it from each other without end";
 }
 
 TEST(TheHeadOfAnAnswer, KeepsThePageToItself) {
