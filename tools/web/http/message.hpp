@@ -21,6 +21,7 @@ struct Request {
   std::string method = "GET";
   /// As it was sent: "/api/calls?failed=1".
   std::string target = "/";
+  /// Of a request with several, which no browser sends, all of them.
   std::string host{};
   std::string origin{};
   /// Sec-Fetch-Site: what the browser says of who asks.

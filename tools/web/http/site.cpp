@@ -4,6 +4,7 @@
 #include <cctype>
 #include <limits>
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include "base/text/number.hpp"
@@ -74,19 +75,21 @@ tl::expected<plant::CallFilter, std::string> filter_of(const Target& target) {
 }  // namespace
 
 std::string_view name_of_host(std::string_view host) {
-  if (host.starts_with('[')) {
-    return host.substr(0, std::min(host.find(']'), host.size() - 1) + 1);
-  }
-  return host.substr(0, host.find(':'));
+  const std::size_t end = host.starts_with('[') ? host.find(']') : host.find(':');
+  const std::string_view name = host.starts_with('[') && end != std::string_view::npos
+                                    ? host.substr(0, end + 1)
+                                    : host.substr(0, end);
+  const std::string_view port = host.substr(name.size());
+  const bool is_port = port.empty() || (port.starts_with(':') && port.size() > 1 &&
+                                        base::text::parse_number<std::uint16_t>(port.substr(1)));
+  return is_port ? name : std::string_view();
 }
 
 bool is_address(std::string_view name) {
-  if (name.starts_with('[')) {
-    return name.ends_with(']');
-  }
-  return !name.empty() && std::ranges::all_of(name, [](unsigned char character) {
-    return std::isdigit(character) != 0 || character == '.';
-  });
+  const bool in_brackets = name.starts_with('[') && name.ends_with(']');
+  const std::string text(in_brackets ? name.substr(1, name.size() - 2) : name);
+  in6_addr address{};
+  return ::inet_pton(in_brackets ? AF_INET6 : AF_INET, text.c_str(), &address) == 1;
 }
 
 std::optional<Response> Site::refusal_of(const Request& request) const {
@@ -100,7 +103,8 @@ std::optional<Response> Site::refusal_of(const Request& request) const {
   }
   if (request.method == "POST") {
     const bool other_page =
-        (!request.origin.empty() && !request.origin.ends_with("://" + request.host)) ||
+        (!request.origin.empty() && request.origin != "http://" + request.host &&
+         request.origin != "https://" + request.host) ||
         (!request.fetch_site.empty() && request.fetch_site != "same-origin" &&
          request.fetch_site != "none");
     if (other_page) {

@@ -66,7 +66,7 @@ class Site {
   SiteParts parts_;
 };
 
-/// "hall-pc" of "hall-pc:8443", "[::1]" of "[::1]:8080".
+/// "hall-pc" of "hall-pc:8443", "[::1]" of "[::1]:8080"; empty where what follows is no port.
 std::string_view name_of_host(std::string_view host);
 /// An IPv4 address, or an IPv6 one in brackets.
 bool is_address(std::string_view name);

@@ -11,6 +11,16 @@ std::string field(const Message& message, std::string_view name) {
   return {value.data(), value.size()};
 }
 
+/// With several, a proxy may have looked at another one than we do.
+std::string hosts(const Message& message) {
+  const auto [first, last] = message.equal_range("Host");
+  std::string all;
+  for (auto one = first; one != last; ++one) {
+    all.append(all.empty() ? "" : ", ").append(one->value().data(), one->value().size());
+  }
+  return all;
+}
+
 }  // namespace
 
 http::Request request_of(const Message& message, const std::string& peer) {
@@ -18,7 +28,7 @@ http::Request request_of(const Message& message, const std::string& peer) {
   const auto target = message.target();
   return {.method = {method.data(), method.size()},
           .target = {target.data(), target.size()},
-          .host = field(message, "Host"),
+          .host = hosts(message),
           .origin = field(message, "Origin"),
           .fetch_site = field(message, "Sec-Fetch-Site"),
           .content_type = field(message, "Content-Type"),

@@ -127,6 +127,13 @@ TEST_F(AServer, AnswersSeveralRequestsOfOneConnection) {
   EXPECT_EQ(counts().requests, 4U);
 }
 
+TEST_F(AServer, RefusesARequestWithTwoHosts) {
+  start({});
+  HttpClient client(port);
+  client.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\nHost: evil.example\r\n\r\n");
+  EXPECT_EQ(client.receive().status, 403);
+}
+
 TEST_F(AServer, SaysWhyItCannotListen) {
   start({});
   try {

@@ -156,10 +156,23 @@ TEST_F(ASite, IsNotReachedByANameThatSomebodyElseMadeUp) {
     request.host = host;
     EXPECT_EQ(answer(request).status, 200U) << host;
   }
-  for (const char* host : {"evil.example", "evil.example:8080", "", "127.0.0.1.evil.example"}) {
+  for (const char* host :
+       {"evil.example", "evil.example:8080", "", "127.0.0.1.evil.example", "[evil]",
+        "[::1].evil.example", "127.0.0.1:80, evil.example", "localhost:evil", "1.2", "...."}) {
     request.host = host;
     EXPECT_EQ(answer(request).status, 403U) << host;
   }
+}
+
+TEST_F(ASite, TakesNothingFromAPageOfAnotherServer) {
+  Request request = get("/api/actions/retry");
+  request.method = "POST";
+  for (const char* origin : {"http://evil.example", "http://evil://127.0.0.1:8080", "null"}) {
+    request.origin = origin;
+    EXPECT_THAT(*answer(request).body, HasSubstr("another server")) << origin;
+  }
+  request.origin = "https://127.0.0.1:8080";
+  EXPECT_THAT(*answer(request).body, Not(HasSubstr("another server")));
 }
 
 TEST_F(ASite, UnderstandsNoOtherMethods) {
