@@ -6,6 +6,7 @@
 
 #include <prometheus/text_serializer.h>
 
+#include "base/text/quoted.hpp"
 #include "tools/print/json.hpp"
 
 namespace millrace::tools::web::metrics {
@@ -20,7 +21,7 @@ constexpr std::array<double, 17> bounds{50e-6, 100e-6, 250e-6, 500e-6, 1e-3, 2.5
 prometheus::ClientMetric metric_with(const Labels& labels) {
   prometheus::ClientMetric metric;
   for (const auto& [name, value] : labels) {
-    metric.label.push_back({name, print::utf8(value)});
+    metric.label.push_back({name, base::text::safe(print::utf8(value), "\n")});
   }
   return metric;
 }

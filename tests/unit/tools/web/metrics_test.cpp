@@ -166,6 +166,11 @@ TEST_F(TheMetrics, TellWhatProgramsSayOfThemselves) {
   EXPECT_THAT(text(), Not(HasSubstr("millrace_notice{")));
 }
 
+TEST_F(TheMetrics, ShowNoControlCharactersOfOthers) {
+  plant.add(fabric::Notice{.key = {id(0x44), "gauge", "G1\x1b[2J\x7f\n"}});
+  EXPECT_THAT(text(), HasSubstr("subject=\"G1\\\\x1b[2J\\\\x7f\\n\""));
+}
+
 TEST_F(TheMetrics, TellThatAJournalIsFullAlsoWhereNoCallWaits) {
   add(Entry{.sample = fabric::MachineStatus{
                 .machine = "cnc", .gateway = id(0x33), .connected = true, .host = "gw"}});
