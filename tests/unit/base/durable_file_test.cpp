@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/forgetful_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace millrace::base::posix {
@@ -61,6 +62,26 @@ TEST_F(DurableFile, MovesIntoAnotherFolder) {
   ASSERT_TRUE(rename_durably(file, other / "file"));
   EXPECT_EQ(content(other / "file"), "x");
   EXPECT_FALSE(rename_durably(file, other / "file"));
+}
+
+TEST_F(DurableFile, IsTheOldOrTheNewOneAfterAPowerCutAndTheNewOneOnceItIsWritten) {
+  ASSERT_TRUE(write_durably(file, "old"));
+  tests::ForgetfulDisk disk(folder.path());
+  ASSERT_TRUE(write_durably(file, "new"));
+  disk.promise(1);
+  ASSERT_TRUE(remove_durably(file));
+  disk.promise(2);
+  for (const tests::PowerCut& cut : disk.power_cuts()) {
+    const auto left = cut.files.find("file");
+    const bool there = left != cut.files.end();
+    if (cut.promised == 0) {
+      EXPECT_TRUE(there && (left->second == "old" || left->second == "new")) << cut.where;
+    } else if (cut.promised == 1) {
+      EXPECT_TRUE(!there || left->second == "new") << cut.where;
+    } else {
+      EXPECT_FALSE(there) << cut.where;
+    }
+  }
 }
 
 }  // namespace

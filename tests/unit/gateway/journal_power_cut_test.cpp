@@ -1,0 +1,99 @@
+// What the gateway's journal holds after a power cut, wherever in its work that happens.
+#include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/journal/journal.hpp"
+#include "tests/support/forgetful_disk.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace millrace::gateway::journal {
+namespace {
+
+using tests::run_until;
+using namespace std::chrono_literals;
+
+/// The channel has one call after the other: where one is lost, an earlier one is found.
+DispatchedEntry call_of_the_channel(std::uint64_t number) {
+  DispatchedEntry entry;
+  entry.call = {1, number};
+  entry.key = {"cnc", 1};
+  entry.request.text = std::string(100, 'x');
+  return entry;
+}
+
+class JournalAfterAPowerCut : public testing::TestWithParam<Sync> {
+ protected:
+  static constexpr std::uint64_t calls = 12;
+
+  std::unique_ptr<Journal> open(const std::filesystem::path& where) {
+    return open_file(io.get_executor(),
+                     // So small that the file is written anew while calls are appended.
+                     {.folder = where, .sync = GetParam(), .period = 1ms, .compact_at = 300},
+                     base::program::no_log());
+  }
+
+  /// Calls one after the other, each begun when the journal has confirmed the one before.
+  std::vector<tests::PowerCut> work() {
+    std::filesystem::create_directories(journal);
+    tests::ForgetfulDisk disk(journal);
+    auto writer = open(journal);
+    disk.promise(1);
+    for (std::uint64_t number = 1; number <= calls; ++number) {
+      bool recorded = false;
+      writer->append(EndedEntry{{1, number - 1}}, nullptr);
+      writer->append(call_of_the_channel(number), [&] { recorded = true; });
+      EXPECT_TRUE(run_until(io, [&] { return recorded; }));
+      disk.promise(static_cast<unsigned>(number + 1));
+    }
+    epoch = writer->ledger().numbers().epoch;
+    return disk.power_cuts();
+  }
+
+  /// The number of the call that the next gateway finds; 0 if none.
+  std::uint64_t found(const Journal& sut) {
+    const auto open = sut.ledger().open_calls();
+    EXPECT_LE(open.size(), 1U);
+    return open.empty() ? 0 : open.front().id.number;
+  }
+
+  tests::TemporaryFolder folder;
+  std::filesystem::path journal = folder.path() / "journal";
+  boost::asio::io_context io;
+  std::uint64_t epoch = 0;
+};
+
+TEST_P(JournalAfterAPowerCut, CanBeReadAndHasItsEpoch) {
+  const auto cuts = work();
+  ASSERT_GT(cuts.size(), calls);
+  for (const tests::PowerCut& cut : cuts) {
+    cut.restore(folder.path() / "left");
+    const auto sut = open(folder.path() / "left");
+    EXPECT_LE(found(*sut), calls) << cut.where;
+    if (cut.promised > 0) {
+      EXPECT_EQ(sut->ledger().numbers().epoch, epoch) << cut.where;
+    }
+  }
+}
+
+TEST_P(JournalAfterAPowerCut, HasWhatWasConfirmedIfEachEntryIsForced) {
+  if (GetParam() != Sync::always) {
+    return;
+  }
+  for (const tests::PowerCut& cut : work()) {
+    cut.restore(folder.path() / "left");
+    const auto sut = open(folder.path() / "left");
+    const std::uint64_t number = found(*sut);
+    // The next one may be there too, or the end alone of the one that was confirmed.
+    const std::uint64_t confirmed = cut.promised == 0 ? 0 : cut.promised - 1;
+    EXPECT_TRUE(number == confirmed || number == confirmed + 1 || number == 0) << cut.where;
+    EXPECT_FALSE(number == 0 && confirmed == calls) << cut.where;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Policies, JournalAfterAPowerCut,
+                         testing::Values(Sync::always, Sync::interval));
+
+}  // namespace
+}  // namespace millrace::gateway::journal
