@@ -318,7 +318,9 @@ bool close(const std::filesystem::path& file, Time now) {
 
 struct ClosedSegment::Impl {
   explicit Impl(const std::filesystem::path& file)
-      : database(file.string(), SQLite::OPEN_READONLY, busy_timeout_ms),
+      // Nothing is written, but SQLite rolls back what a crash left half done, which it cannot do
+      // on a database that is opened for reading alone.
+      : database(file.string(), SQLite::OPEN_READWRITE, busy_timeout_ms),
         find(database, "SELECT id FROM put WHERE call = ?") {}
 
   SQLite::Database database;
