@@ -91,6 +91,8 @@ tl::expected<FileSink, std::string> FileSink::create(const std::filesystem::path
     return failure("write", part_of(path));
   }
   ::flock(descriptor, LOCK_EX | LOCK_NB);
+  // What is synced in a file whose name is not on the disk nobody finds after a power cut.
+  sync_folder_of(path);
   return FileSink(descriptor, path);
 }
 
