@@ -35,16 +35,17 @@ Stage stage_of(fabric::EventKind kind) {
   return Stage::seen;
 }
 
-/// Where the service's steps of one attempt must lie on the gateway's clock.
+/// Where what a service did must lie on the gateway's clock.
 struct Bounds {
   fabric::Time from = fabric::Time::min();
   fabric::Time to = fabric::Time::max();
 };
 
-Bounds bounds_of(const Timeline& timeline, std::uint32_t attempt) {
+Bounds bounds_of(const Timeline& timeline, const TimelineStep& service) {
   Bounds bounds;
   for (const TimelineStep& step : timeline.steps) {
-    if (step.by_service || step.attempt != attempt) {
+    // An operator's answer to the attempt bounds nothing: the service may answer after it.
+    if (step.by_service || step.attempt != service.attempt || step.instance != service.instance) {
       continue;
     }
     if (step.stage == Stage::dispatched) {
@@ -174,7 +175,7 @@ void TimelineBuilder::order_service_steps(Timeline& timeline) const {
     if (!step.by_service) {
       return step.at;
     }
-    const Bounds bounds = bounds_of(found_, step.attempt);
+    const Bounds bounds = bounds_of(found_, step);
     return std::clamp(step.at, bounds.from, std::max(bounds.from, bounds.to));
   };
   for (const TimelineStep& step : timeline.steps) {

@@ -91,5 +91,46 @@ TEST(Timeline, ShowsAttemptsOneAfterTheOther) {
   EXPECT_EQ(timeline.steps[3].attempt, 2U);
 }
 
+// The operator's answer was taken for the service's, and the timeline said that the clocks differ
+// by the ten seconds in between.
+TEST(Timeline, PutsAReplyThatComesAfterAnOperatorsAnswerBehindItAndKeepsTheClocks) {
+  std::vector<Entry> entries = one_call(17, 0);
+  Entry late = entries[4];
+  for (Entry& entry : entries) {
+    if (auto* const reply = std::get_if<fabric::Reply>(&entry.sample)) {
+      reply->answered = at(10'000);
+    } else if (auto* const event = std::get_if<fabric::Event>(&entry.sample);
+               event != nullptr && (event->kind == fabric::EventKind::replied ||
+                                    event->kind == fabric::EventKind::written)) {
+      event->instance = {};
+      event->at = at(event->kind == fabric::EventKind::replied ? 2 : 3);
+    }
+  }
+  std::get<fabric::Event>(late.sample).kind = fabric::EventKind::late;
+  std::get<fabric::Event>(late.sample).at = at(10'000.5);
+  entries.push_back(late);
+  const Timeline timeline = timeline_of(entries);
+  EXPECT_EQ(timeline.clock_difference, std::chrono::nanoseconds{});
+  EXPECT_THAT(stages(timeline),
+              ElementsAre(Stage::seen, Stage::dispatched, Stage::received, Stage::started,
+                          Stage::replied, Stage::written, Stage::answered, Stage::late));
+}
+
+TEST(Timeline, BoundsWhatAnInstanceDidByTheSameAttemptAlone) {
+  std::vector<Entry> entries = one_call(17, 0);
+  // What came of the first one says nothing of the second, which the same instance got later.
+  for (Entry entry : one_call(17, 1000)) {
+    if (auto* request = std::get_if<fabric::Request>(&entry.sample)) {
+      request->attempt = 2;
+    } else if (auto* event = std::get_if<fabric::Event>(&entry.sample)) {
+      event->attempt = event->kind == fabric::EventKind::seen ? 0 : 2;
+    } else if (auto* reply = std::get_if<fabric::Reply>(&entry.sample)) {
+      reply->attempt = 2;
+    }
+    entries.push_back(entry);
+  }
+  EXPECT_EQ(timeline_of(entries).clock_difference, std::chrono::nanoseconds{});
+}
+
 }  // namespace
 }  // namespace millrace::tools::recording
