@@ -137,6 +137,17 @@ TEST(Exchange, NamesAllPendingRequestsWhenTheLinkIsLost) {
   EXPECT_THAT(sut.lose_link(), IsEmpty());
 }
 
+TEST(Exchange, SendsAFullWindowAgainOnANewLinkAfterAnOverload) {
+  auto sut = make(4);
+  const auto id = sut.begin(552, Command::read, {});
+  sut.receive({response(id), encode_data(tl::make_unexpected(ErrorCode::router_mailbox_full))});
+  static_cast<void>(sut.lose_link());
+  for (int i = 0; i < 10; ++i) {
+    sut.begin(552, Command::read, {});
+  }
+  EXPECT_THAT(headers_in(sut.take_output()), SizeIs(4));
+}
+
 TEST(Exchange, TellsAControllerThatAsksItsState) {
   auto sut = make();
   EXPECT_FALSE(sut.receive({request_to_us(Command::read_state), {}}));

@@ -261,6 +261,20 @@ TEST_F(SubscriptionsTest, SendsEarlierWhenTooMuchIsCollected) {
   EXPECT_THAT(frames(), SizeIs(1));
 }
 
+// What was sent counted on among what is collected.
+TEST_F(SubscriptionsTest, CollectsForTheMaxDelayHoweverMuchWasSentBefore) {
+  device.values[{1, 1}] = Bytes(30'000);
+  auto large = request(Transmission::cyclic, 10 * ms, 5 * ms);
+  large.length = 30'000;
+  add(large);
+  for (int round = 0; round < 10; ++round) {
+    ASSERT_THAT(frames(), IsEmpty()) << round;
+    advance(5ms);
+    ASSERT_THAT(frames(), SizeIs(1)) << round;
+    advance(5ms);
+  }
+}
+
 TEST_F(SubscriptionsTest, TellsOnceThatAValueIsGone) {
   add(request(Transmission::cyclic));
   samples();

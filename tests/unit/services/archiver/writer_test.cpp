@@ -147,5 +147,27 @@ TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
   EXPECT_EQ(notices.of("foreign_files")->level, fabric::NoticeLevel::warning);
 }
 
+// What was taken out of the rows that wait, and put back when the disk was full, was not counted
+// any more: the archiver took them for fewer than none, and threw away what came.
+TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
+  constexpr std::uint64_t rows = 50;
+  {
+    Writer sut(archive(), base::program::no_log(), notices);
+    SQLite::Database database((folder.path() / "archive-000001.db").string(),
+                              SQLite::OPEN_READWRITE);
+    database.exec(
+        "CREATE TRIGGER full BEFORE INSERT ON event BEGIN SELECT RAISE(ABORT, 'disk full'); END");
+    sut.record(event(1));
+    tests::await("a failure", [&] { return notices.of("archive").has_value(); });
+    database.exec("DROP TRIGGER full");
+    tests::await("the recorded row", [&] { return count("event") == 1; });
+    for (std::uint64_t number = 2; number <= rows; ++number) {
+      sut.record(event(number));
+    }
+  }
+  EXPECT_EQ(count("event"), static_cast<std::int64_t>(rows));
+  EXPECT_FALSE(notices.of("lost_rows"));
+}
+
 }  // namespace
 }  // namespace millrace::services::archiver

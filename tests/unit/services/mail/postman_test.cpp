@@ -48,6 +48,9 @@ class FakeServer : public Transport {
     lock.lock();
     if (hands_over) {
       on_handed_over();
+      if (std::exchange(throws_behind_, false)) {
+        throw std::runtime_error("no memory");
+      }
       taken_.push_back(mail.message);
       changed_.notify_all();
     }
@@ -61,6 +64,10 @@ class FakeServer : public Transport {
   void throw_once() {
     const std::lock_guard guard(lock_);
     throws_ = true;
+  }
+  void throw_behind_the_hand_over() {
+    const std::lock_guard guard(lock_);
+    throws_behind_ = true;
   }
   void hold(bool held) {
     {
@@ -96,6 +103,7 @@ class FakeServer : public Transport {
   std::deque<Outcome> answers_;
   bool held_ = false;
   bool throws_ = false;
+  bool throws_behind_ = false;
   std::size_t attempts_ = 0;
   std::vector<std::string> taken_;
 };
@@ -299,6 +307,16 @@ TEST_F(MailPostman, SurvivesATransportThatThrows) {
   EXPECT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: no memory", 2}));
   server.await_taken(1);
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
+}
+
+TEST_F(MailPostman, NeverSendsAgainWhatATransportHandsOverAndThrows) {
+  server.throw_behind_the_hand_over();
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
+  sut.reset();
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)).state, state_doubt);
+  EXPECT_EQ(server.attempts(), 1U);
 }
 
 TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {

@@ -355,5 +355,13 @@ TEST_F(ACompleteness, LetsTheEndOfACallBeOnItsWayWhenTheNextOneCameAMomentAgo) {
   EXPECT_EQ(sut.missing(), Missing{});
 }
 
+TEST_F(ACompleteness, CountsAGapJustBeforeItsOwnEnd) {
+  add({gateway(-1000)});
+  add(one_call(17, 0));
+  add(one_call(20, 20));
+  sut.finish(at(27.1 + 50));
+  EXPECT_EQ(sut.missing(), (Missing{.complete = 2, .unseen = 2}));
+}
+
 }  // namespace
 }  // namespace millrace::tools::recording

@@ -57,6 +57,20 @@ TEST(Plan, HasACallOnceThatWasGivenOutTwice) {
   EXPECT_EQ(plan.calls[0].withdrawn_after, std::nullopt);
 }
 
+// Nobody has answered it: it was under way when the recording ended.
+TEST(Plan, DoesNotGiveUpACallThatWasTakenBackAndGivenOutAgain) {
+  PlanBuilder sut;
+  sut.add(entry(0ms, request_entry(1)));
+  sut.add(entry(50ms, recording::Withdrawal{.key = {"cnc", 1}, .call = {7, 1}}));
+  fabric::Request second = request_entry(1);
+  second.attempt = 2;
+  sut.add(entry(51ms, second));
+  const Plan plan = sut.build();
+  ASSERT_THAT(plan.calls, SizeIs(1));
+  EXPECT_EQ(plan.calls[0].withdrawn_after, std::nullopt);
+  EXPECT_EQ(plan.calls[0].end(), std::nullopt);
+}
+
 TEST(Plan, KnowsThatAWithdrawalAfterTheReplyIsTheGatewaysThanks) {
   PlanBuilder sut;
   sut.add(entry(0ms, request_entry(1)));

@@ -19,4 +19,5 @@ P10[1][1] += 1
 V.P.A[2] = V.P.A[1] * 10
 #MSG ["%.1f %d", P10[1][1], V.P.A[2]]
 #MSG ["sizes %d %d %d %d", SIZEOF[V.P.A], SIZEOF[V.P.B, 2], SIZEOF[V.P.E, 4], SIZEOF[V.P.E, 5]]
+#MSG ["no dimension %d", SIZEOF[V.P.A, 0]]
 M30

@@ -12,4 +12,5 @@ V.P.S = "Hello" + " world!"
 #MSG ["%d%d%d%d", "a" == "a", "a" != "b", "a" < "b", "b" > "a"]
 #MSG ["a \"quoted\" word"]
 #MSG ["%s", "in " + "\"quotes\""]
+#MSG ["%s|%s", REPLACE["Hello", "!", 0, 6], REPLACE["Hello", "!", 0, 7]]
 M30
