@@ -183,5 +183,25 @@ TEST_F(DispatcherRoom, FindsAnInstanceOfTwoScopesOnce) {
   EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
 }
 
+TEST_F(DispatcherRoom, CountsACallThatMovedAwayAsLoadOfWhoStillRunsIt) {
+  ready({1, 2});
+  add(1);
+  sut.on_instance_gone(instance(1).id, start);
+  ASSERT_THAT(words(sut.on_time(start + 1s)), ElementsAre("1 lost", "1→2#2"));
+  ready({1});
+  beat(1, {ours(1)}, start + 1s);
+  EXPECT_THAT(add(2), ElementsAre("2→1#1 waits"));
+}
+
+TEST_F(DispatcherRoom, BelievesWhoDeclinesAndAnswersInBetweenThatItHasRoom) {
+  ready({1});
+  for (std::uint64_t number = 1; number <= 20; ++number) {
+    ASSERT_THAT(add(number), ElementsAre(fmt::format("{}→1#1", number)));
+    decline(number);
+    ASSERT_THAT(beat(1, {}), ElementsAre(fmt::format("{}→1#2", number)));
+    sut.remove(ours(number));
+  }
+}
+
 }  // namespace
 }  // namespace millrace::gateway::room

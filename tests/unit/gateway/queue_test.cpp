@@ -238,6 +238,20 @@ TEST(MessageQueueReader, GivesAMessageThatWaitsToTheServiceThatTheConfigurationN
   EXPECT_EQ(sut.queue->look(ReadSet::request).uuid, "another");
 }
 
+// What stands beside the request of a message is taken for an answer to it.
+TEST(QueueWindow, ShowsNothingOfTheResponseBeforeBesideTheNextMessage) {
+  queues::Window sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  sut.show({.number = 1, .element = 2, .text = "first"});
+  sut.write(Variable::response, std::string("done"));
+  sut.write(Variable::request_state, std::uint32_t{0});
+  ASSERT_TRUE(sut.write(Variable::response_state, std::uint32_t{1}));
+  sut.show({.number = 2, .element = 3, .text = "second"});
+  const Snapshot next = sut.look(ReadSet::all);
+  EXPECT_EQ(next.request, "second");
+  EXPECT_EQ(next.response, "");
+  EXPECT_EQ(next.response_state, 0U);
+}
+
 TEST(QueueBook, IsTheSameAfterItsSnapshot) {
   const fabric::ChannelKey key{"press.alarms", 1};
   QueueBook book;

@@ -168,6 +168,24 @@ TEST_F(RefusedAnswer, OfAnAttemptThatTheJournalLostIsNotMistakenForThatOfTheNext
       << "its instance remembers its answer";
 }
 
+TEST_F(RefusedAnswer, IsRememberedAmongTheLastSixteenOfACallThatIsHeld) {
+  desk.policy.refused = Rule{};
+  desk.dispatched_call();
+  const auto said = [&](int second) {
+    auto reply = desk.reply(too_long, 1);
+    reply.answered = fabric::Time(std::chrono::seconds(second));
+    return reply;
+  };
+  for (int second = 1; second <= 17; ++second) {
+    reply(said(second));
+  }
+  EXPECT_EQ(sut().status().failed, 17U);
+  reply(said(2));
+  EXPECT_EQ(sut().status().failed, 17U) << "it is known";
+  reply(said(1));
+  EXPECT_EQ(sut().status().failed, 18U) << "it was the seventeenth from the end";
+}
+
 // The gateway was killed by its own assertion. Found by the simulation, seed 918109 and others.
 TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
   for (const auto& policy : {std::optional<Rule>(), std::optional(Rule{})}) {

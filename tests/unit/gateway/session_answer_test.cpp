@@ -206,6 +206,19 @@ TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotCalledLate) {
   EXPECT_EQ(sut().status().late, 0U);
 }
 
+// It ran twice: the second attempt was taken from an instance that had begun it.
+TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {
+  desk.dispatched_call();
+  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
+  desk.feed(sut().assign(desk.assignment(1, 2), desk.now));
+  auto declined = desk.reply("no room", 0);
+  declined.kind = fabric::ReplyKind::declined;
+  declined.attempt = 1;
+  reply(declined);
+  EXPECT_THAT(desk.declined, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
+}
+
 TEST_F(ChannelAnswer, DeliveredTwiceIsWrittenOnceAndNotCalledLate) {
   desk.dispatched_call();
   reply(desk.reply("1.414", 1));
@@ -290,10 +303,22 @@ TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, interim, withdrawn));
 }
 
+TEST_F(ChannelAnswer, IsNotPrecededByInterimStatesOfAnInstanceThatHasLostTheCall) {
+  desk.dispatched_call();
+  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
+  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  reply(desk.interim("half way", 5, 1));
+  EXPECT_THAT(desk.writes, IsEmpty());
+  reply(desk.interim("begun", 4, 2));
+  EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=begun", "RESPONSE_STATE=4"));
+}
+
 TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
   desk.dispatched_call();
   desk.journal_works = false;
   reply(desk.interim("half way", 5));
+  // It waits for the one before.
+  reply(desk.interim("nearly there", 6));
   reply(desk.reply("done", 1));
   desk.journal_works = true;
   for (const Record& record : std::exchange(desk.unconfirmed, {})) {

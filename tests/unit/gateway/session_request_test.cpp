@@ -46,6 +46,27 @@ TEST_F(ChannelRequest, IsReadAgainWhenItsStateMovesMeanwhile) {
   EXPECT_EQ(sut().call()->request.text, "new");
 }
 
+// Each alone: where two of them changed, one that was not compared went unnoticed.
+TEST_F(ChannelRequest, IsReadAgainWhenOnlyOneOfItsThreePartsChangesMeanwhile) {
+  const std::string other = "11111111-2222-3333-4444-555555555555";
+  for (const PendingRequest& later :
+       {PendingRequest{other, "2", 1}, {square_root_uuid, "3", 1}, {square_root_uuid, "2", 4}}) {
+    desk = Desk();
+    desk.link_up();
+    desk.call("2", 1);
+    int actions = 0;
+    desk.before_action = [&] {
+      if (++actions == 3) {
+        desk.channel.call(later);
+      }
+    };
+    desk.wait(20ms);
+    EXPECT_EQ(desk.offers, 1U);
+    ASSERT_NE(sut().call(), nullptr);
+    EXPECT_EQ(sut().call()->request, later);
+  }
+}
+
 TEST_F(ChannelRequest, IsNotOfferedWhenTheProgramTakesItBackMeanwhile) {
   desk.link_up();
   desk.call();
@@ -80,6 +101,16 @@ TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
   EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down);
   desk.feed(sut().on_read({ReadSet::state, "", "", 0, 0, ""}, desk.now));
   EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
+}
+
+// Another gateway takes over a channel that is idle.
+TEST_F(ChannelRequest, OfAChannelThatWasIdleBeforeItsLinkBrokeIsLookedForBeforeItIsCalledIdle) {
+  desk.link_up();
+  desk.wait(20ms);
+  ASSERT_EQ(sut().status().state, fabric::ChannelState::idle);
+  desk.feed(sut().on_link_down("cable", desk.now));
+  static_cast<void>(sut().on_link_up(desk.now));
+  EXPECT_NE(sut().status().state, fabric::ChannelState::idle);
 }
 
 TEST_F(ChannelRequest, OfAForeignUuidIsForgottenWhenItGoes) {

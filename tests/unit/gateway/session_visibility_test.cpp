@@ -199,6 +199,18 @@ TEST_F(Visibility, AChannelIsHandedOverOnceItsRequestOutlastsAnInterimAnswer) {
   EXPECT_THAT(desk->withdrawn, testing::SizeIs(1));
 }
 
+TEST_F(Visibility, AnInterimAnswerWaitsUntilTheOneBeforeIsVisible) {
+  desk.emplace(tests::KernelRules{.response_state_after = 100ms});
+  desk->dispatched_call();
+  reply(desk->interim("half way", 50));
+  reply(desk->interim("nearly there", 90));
+  desk->wait(50ms);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=50"));
+  desk->wait(200ms);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=half way", "RESPONSE_STATE=50",
+                                        "RESPONSE=nearly there", "RESPONSE_STATE=90"));
+}
+
 TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleGivesWayToTheFinalOne) {
   desk.emplace(tests::KernelRules{.response_after = 50ms});
   desk->dispatched_call();
