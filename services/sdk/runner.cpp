@@ -151,6 +151,11 @@ bool Runner::closed() const {
   return closed_;
 }
 
+std::size_t Runner::remembered() const {
+  const Lock lock(lock_);
+  return cancelled_.size();
+}
+
 fabric::InstanceLoad Runner::load() const {
   const Lock lock(lock_);
   return desk_.load();

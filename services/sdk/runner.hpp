@@ -59,6 +59,8 @@ class Runner : public CallSink,
 
   [[nodiscard]] bool closed() const;
 
+  /// Of how many calls it keeps anything, to tell them when nobody waits any more.
+  [[nodiscard]] std::size_t remembered() const;
   [[nodiscard]] fabric::InstanceLoad load() const;
 
  private:

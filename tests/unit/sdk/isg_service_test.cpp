@@ -1,5 +1,6 @@
 #include "services/sdk/isg_service.h"
 
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
@@ -147,6 +148,22 @@ TEST_F(IsgService, IsNotThereWhicheverOfItsThreadsCannotBeStarted) {
   }
   const tests::ThreadShortage enough(threads);
   EXPECT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+}
+
+// As a shell script starts what has an '&' behind it.
+TEST_F(IsgService, LeavesASignalAloneThatWhoStartedItHasItIgnore) {
+  struct sigaction ignored {};
+  struct sigaction before {};
+  ignored.sa_handler = SIG_IGN;
+  ::sigaction(SIGINT, &ignored, &before);
+  ASSERT_EQ(isgServiceCreate(c_uuid, "test", obey, &connection, &sut), ISG_SERVICE_CODE_OK);
+  struct sigaction interrupt {};
+  struct sigaction terminate {};
+  ::sigaction(SIGINT, nullptr, &interrupt);
+  ::sigaction(SIGTERM, nullptr, &terminate);
+  EXPECT_EQ(interrupt.sa_handler, SIG_IGN);
+  EXPECT_NE(terminate.sa_handler, SIG_DFL);
+  ::sigaction(SIGINT, &before, nullptr);
 }
 
 TEST_F(IsgService, PollsUntilItIsStopped) {

@@ -96,6 +96,20 @@ TEST_F(RunnerTest, LetsAHandlerDropItsCallInTheMomentItIsCancelled) {
   }
 }
 
+TEST_F(RunnerTest, KeepsNothingOfCallsThatAreOver) {
+  for (std::uint64_t number = 1; number <= 100; ++number) {
+    sut->on_request(request(number));
+    const auto call = next();
+    ASSERT_THAT(call, NotNull());
+    EXPECT_EQ(sut->remembered(), 1U);
+    if (number % 2 == 0) {
+      withdraw();
+    }
+    call->answer({.text = "done"});
+  }
+  EXPECT_EQ(sut->remembered(), 0U);
+}
+
 /// Where calls are run elsewhere.
 class PassingRunner : public RunnerTest {
  protected:
