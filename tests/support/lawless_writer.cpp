@@ -61,7 +61,7 @@ LawlessWriter::LawlessWriter(const dds::Participant& participant, const std::str
                             wire::writer_qos(wire::reply_topic, user_data).get(), nullptr),
           "write lawless replies")) {}
 
-void LawlessWriter::write(Reply reply, std::uint32_t kind) {
+void LawlessWriter::write(Reply reply, std::uint32_t kind, std::uint32_t code) {
   const std::string text = std::exchange(reply.text, "");
   auto sample = wire::Codec<Reply>::encode(reply).value();
   // Only read; see Filler::text.
@@ -71,6 +71,8 @@ void LawlessWriter::write(Reply reply, std::uint32_t kind) {
   // A number that no name stands for: C++ does not let it be assigned.
   static_assert(sizeof sample.kind == sizeof kind);
   std::memcpy(&sample.kind, &kind, sizeof kind);
+  static_assert(sizeof sample.code == sizeof code);
+  std::memcpy(&sample.code, &code, sizeof code);
   dds::check(dds_write(writer_, &sample), "write a lawless reply");
 }
 

@@ -19,8 +19,8 @@ class LawlessWriter {
   LawlessWriter(const fabric::dds::Participant& participant, const std::string& partition,
                 const std::string& user_data);
 
-  /// `kind` as on the wire; the text of any length.
-  void write(fabric::Reply reply, std::uint32_t kind);
+  /// `kind` and `code` as on the wire; the text of any length.
+  void write(fabric::Reply reply, std::uint32_t kind, std::uint32_t code = 0);
 
  private:
   std::vector<std::uint32_t> ops_;

@@ -124,6 +124,20 @@ TEST_F(AForeignReply, OfAKindThatNobodyKnowsArrivesAsSuch) {
   }
 }
 
+TEST_F(AForeignReply, OfACodeThatNobodyKnowsIsNotTakenForAGoodOne) {
+  const InstanceId instance = InstanceId::random();
+  tests::LawlessWriter service(there, partition, registry::format_instance(instance));
+  std::uint64_t number = 0;
+  // 256 is the code of a good one in its last byte.
+  for (const std::uint32_t code : {4U, 77U, 256U, 0x7FFFFFFFU}) {
+    service.write(reply(instance, ++number), millrace_final_reply, code);
+  }
+  ASSERT_TRUE(until_replies(number));
+  for (const Reply& one : gateway.replies) {
+    EXPECT_FALSE(is_known(one)) << one.call.number;
+  }
+}
+
 // The key of a reply has its instance's id, which anybody can write.
 TEST_F(AForeignReply, InTheNameOfAnotherInstanceDoesNotPushOutWhatThatHasSaid) {
   const InstanceId instance = InstanceId::random();
