@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "fabric/channel_scope.hpp"
+
 namespace millrace::fabric {
 
 void BadgeBook::put_on(Handle writer, Handle participant, Badge badge) {
@@ -29,9 +31,10 @@ std::optional<BadgeBook::Handle> BadgeBook::take_off(Handle writer) {
   return participant;
 }
 
-void BadgeBook::matched(Handle writer, Handle participant) {
+void BadgeBook::matched(Handle writer, Handle participant, std::string name) {
   Seen& seen = writers_[writer];
   seen.participant = participant;
+  seen.name = std::move(name);
   ++seen.matched;
 }
 
@@ -78,6 +81,18 @@ Proof BadgeBook::proof_of(Handle participant) const {
 Proof BadgeBook::proof_of_writer(Handle writer) const {
   const auto known = writers_.find(writer);
   return known == writers_.end() ? Proof{} : proof_of(known->second.participant);
+}
+
+std::string BadgeBook::name_of_writer(Handle writer) const {
+  const auto known = writers_.find(writer);
+  return known == writers_.end() ? std::string() : known->second.name;
+}
+
+bool BadgeBook::has_gateway_of(std::string_view machine) const {
+  const std::string name(machine_of(machine));
+  return std::ranges::any_of(worn_, [&](const auto& one) {
+    return one.second.there && one.second.badge->machines.contains(name);
+  });
 }
 
 bool BadgeBook::is_there(Handle participant) const {

@@ -32,7 +32,8 @@ class BadgeBook {
   std::optional<Handle> take_off(Handle writer);
 
   /// A writer is matched with one more reader of ours, or with one less.
-  void matched(Handle writer, Handle participant);
+  /// `name`: what DDS calls its program.
+  void matched(Handle writer, Handle participant, std::string name = {});
   void unmatched(Handle writer);
 
   /// From now on these names are not believed, beside those that were named before: what has been
@@ -45,6 +46,9 @@ class BadgeBook {
   /// Also of who has left lately.
   [[nodiscard]] Proof proof_of(Handle participant) const;
   [[nodiscard]] Proof proof_of_writer(Handle writer) const;
+  [[nodiscard]] std::string name_of_writer(Handle writer) const;
+  /// A gateway of this machine, or of this queue's, is there.
+  [[nodiscard]] bool has_gateway_of(std::string_view machine) const;
   /// Its badge is there now.
   [[nodiscard]] bool is_there(Handle participant) const;
   /// Those that are there.
@@ -57,6 +61,7 @@ class BadgeBook {
   };
   struct Seen {
     Handle participant = 0;
+    std::string name;
     /// With how many readers of ours.
     std::size_t matched = 0;
   };

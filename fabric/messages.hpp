@@ -66,6 +66,9 @@ struct Request {
   /// An instance without room keeps it for later instead of declining it: no other one has room.
   bool may_wait = false;
   bool replayed = false;
+  /// Who asks, as DDS and its certificate say (wire::asker_of); nothing of it is on the wire. Only
+  /// of a request that an instance has taken.
+  std::uint64_t asker = 0;
 };
 
 /// Declined: the attempt was not begun and will not be; the text says why.
@@ -81,6 +84,9 @@ struct Reply {
   ServiceCode code = ServiceCode::ok;
   std::string text{};
   std::uint32_t state = 0;
+  /// Text and state of the request that this answers.
+  std::string asked_text{};
+  std::uint32_t asked_state = 0;
   Time received{};
   Time started{};
   Time answered{};

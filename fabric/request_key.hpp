@@ -2,7 +2,7 @@
 //
 // Two gateways may have had the same channel, one after the other or without hearing each other.
 // Neither replaces nor withdraws what the other asks; nor does an attempt what another instance is
-// asked.
+// asked. An epoch is no secret, so an instance also tells who asks by the writer that DDS names.
 #pragma once
 
 #include <compare>
@@ -19,6 +19,8 @@ struct RequestKey {
   /// Of the call: it names the gateway, or the tool that calls in a gateway's place.
   std::uint64_t epoch = 0;
   InstanceId instance{};
+  /// Of what an instance has taken: who asks (Request::asker).
+  std::uint64_t asker = 0;
   auto operator<=>(const RequestKey&) const = default;
 };
 
@@ -30,7 +32,7 @@ struct RequestKeyHash {
 };
 
 inline RequestKey key_of(const Request& request) {
-  return {request.key, request.call.epoch, request.assigned};
+  return {request.key, request.call.epoch, request.assigned, request.asker};
 }
 inline RequestKey key_of(const Reply& reply) {
   return {reply.key, reply.call.epoch, reply.instance};

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "cnc/variables/service_variable.hpp"
+#include "fabric/messages.hpp"
 
 namespace millrace::gateway {
 
@@ -56,6 +57,11 @@ struct PendingRequest {
   std::string text;
   std::uint32_t state = 0;
   bool operator==(const PendingRequest&) const = default;
+  /// The reply names this request: call ids are no secret, and somebody else may have asked the
+  /// instance something under one of ours.
+  [[nodiscard]] bool is_what(const fabric::Reply& reply) const {
+    return reply.asked_state == state && reply.asked_text == text;
+  }
 };
 
 enum class Standing : std::uint8_t {

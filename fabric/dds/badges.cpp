@@ -83,6 +83,7 @@ struct Badges::Impl {
   void tell(Handle participant);
 
   void wake();
+  void look();
 
   const std::string fabric;
   const std::shared_ptr<const Trust> trust;
@@ -95,6 +96,9 @@ struct Badges::Impl {
   /// Taken before `lock`, if both are; who changes them holds both.
   std::mutex watchers_lock;
   std::vector<Watcher*> watchers;
+  /// Taken before the others. Its holder may end a waiter.
+  std::recursive_mutex waiters_lock;
+  std::vector<Waiter*> waiters;
 
   Entity topic;
   Entity subscriber;
@@ -136,7 +140,11 @@ void Badges::Impl::open(dds_entity_t participant) {
       check(dds_create_writer(publisher.handle(), topic.handle(), badge_qos().get(), nullptr),
             fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
   watch.emplace(trust,
-                TrustWatch::Told{.revoked = [this](const auto& names) { return revoke(names); },
+                TrustWatch::Told{.revoked =
+                                     [this](const auto& names) {
+                                       look();
+                                       return revoke(names);
+                                     },
                                  .said = [this](std::string text) { say(std::move(text)); }});
 }
 
@@ -160,6 +168,7 @@ void Badges::Impl::on_badge(dds_entity_t own,
       }
     }
     wake();
+    look();
   });
 }
 
@@ -171,7 +180,8 @@ void Badges::Impl::on_writer(dds_entity_t own,
       const Endpoint endpoint(dds_get_matched_publication_data(own, handle));
       if (endpoint) {
         const std::lock_guard guard(lock);
-        book.matched(handle, endpoint->participant_instance_handle);
+        book.matched(handle, endpoint->participant_instance_handle,
+                     guid_prefix(endpoint->participant_key));
       }
     } else if (status.current_count_change < 0) {
       const std::lock_guard guard(lock);
@@ -190,6 +200,15 @@ void Badges::Impl::wake() {
   const std::lock_guard guard(watchers_lock);
   for (Watcher* const watcher : watchers) {
     watcher->changed_();
+  }
+}
+
+void Badges::Impl::look() {
+  const std::lock_guard guard(waiters_lock);
+  for (Waiter* const waiter : std::vector(waiters)) {
+    if (std::ranges::find(waiters, waiter) != waiters.end()) {
+      waiter->look_();
+    }
   }
 }
 
@@ -232,6 +251,16 @@ Badges::Known Badges::look_up(Handle participant) const {
 Proof Badges::of_writer(Handle writer) const {
   const std::lock_guard guard(impl_->lock);
   return impl_->book.proof_of_writer(writer);
+}
+
+std::string Badges::name_of_writer(Handle writer) const {
+  const std::lock_guard guard(impl_->lock);
+  return impl_->book.name_of_writer(writer);
+}
+
+bool Badges::has_gateway_of(std::string_view machine) const {
+  const std::lock_guard guard(impl_->lock);
+  return impl_->book.has_gateway_of(machine);
 }
 
 std::vector<Proof> Badges::all() const {
@@ -290,6 +319,17 @@ Badges::Watcher::~Watcher() {
 std::vector<Handle> Badges::Watcher::take() {
   const std::lock_guard guard(badges_.impl_->lock);
   return std::exchange(different_, {});
+}
+
+Badges::Waiter::Waiter(Badges& badges, std::function<void()> look)
+    : badges_(badges), look_(std::move(look)) {
+  const std::lock_guard guard(badges_.impl_->waiters_lock);
+  badges_.impl_->waiters.push_back(this);
+}
+
+Badges::Waiter::~Waiter() {
+  const std::lock_guard guard(badges_.impl_->waiters_lock);
+  std::erase(badges_.impl_->waiters, this);
 }
 
 }  // namespace millrace::fabric::dds

@@ -11,6 +11,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -46,6 +47,12 @@ class Badges {
   /// created.
   void listen(dds_listener_t* listener);
 
+  /// The program of this writer, for people: what DDS calls it. Of one that is matched with a
+  /// reader that listens here, or was lately.
+  [[nodiscard]] std::string name_of_writer(dds_instance_handle_t writer) const;
+  /// A program that is there has proved to be a gateway of this machine.
+  [[nodiscard]] bool has_gateway_of(std::string_view machine) const;
+
   /// What is not believed is said once a minute, by whoever takes it first.
   void complain(const std::string& about, const std::string& text);
   std::vector<std::string> take_complaints();
@@ -67,6 +74,22 @@ class Badges {
     Badges& badges_;
     std::function<void()> changed_;
     std::vector<dds_instance_handle_t> different_;
+  };
+
+  /// Who has something in hand whose writer has proved nothing yet.
+  class Waiter {
+   public:
+    /// `look` is called in any thread, after somebody has proved what it is, and once a second; it
+    /// may end this object.
+    Waiter(Badges& badges, std::function<void()> look);
+    ~Waiter();
+    Waiter(const Waiter&) = delete;
+    Waiter& operator=(const Waiter&) = delete;
+
+   private:
+    friend class Badges;
+    Badges& badges_;
+    std::function<void()> look_;
   };
 
  private:

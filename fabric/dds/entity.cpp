@@ -17,8 +17,8 @@ std::string role_needed(std::string_view what) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> roles{
       {{"write millrace/command", "operator"},
        {"write millrace/variable/request", "operator"},
-       {"write millrace/v2/request", "gateway or tester"},
-       {"write millrace/v2/reply", "service with this UUID"},
+       {"write millrace/v3/request", "gateway or tester"},
+       {"write millrace/v3/reply", "service with this UUID"},
        {"write millrace/machine", "gateway"}}};
   for (const auto& [topic, role] : roles) {
     if (what.starts_with(topic)) {
@@ -41,6 +41,14 @@ dds_return_t check(dds_return_t result, std::string_view what) {
     throw std::runtime_error(fmt::format("cannot {}: {}", what, dds_strretcode(result)));
   }
   return result;
+}
+
+std::string guid_prefix(const dds_guid_t& guid) {
+  const auto word = [&](std::size_t at) {
+    return std::uint32_t{guid.v[at]} << 24U | std::uint32_t{guid.v[at + 1]} << 16U |
+           std::uint32_t{guid.v[at + 2]} << 8U | guid.v[at + 3];
+  };
+  return fmt::format("{:x}:{:x}:{:x}", word(0), word(4), word(8));
 }
 
 }  // namespace millrace::fabric::dds

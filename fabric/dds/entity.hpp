@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -47,5 +48,8 @@ struct ListenerDeleter {
   void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
 };
 using Listener = std::unique_ptr<dds_listener_t, ListenerDeleter>;
+
+/// The part of a GUID that names its participant, as Cyclone's log has it: "110a1f2:7c03f1d2:1".
+std::string guid_prefix(const dds_guid_t& guid);
 
 }  // namespace millrace::fabric::dds

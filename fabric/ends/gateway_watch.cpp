@@ -22,6 +22,7 @@ struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
   void drain_machines();
   void drain_channels();
   void remember(const wire::Taken<MachineStatus>& taken);
+  [[nodiscard]] bool is_own(const wire::Taken<MachineStatus>& taken) const;
   /// Whose certificates have been taken back since: what they have said holds no more.
   void drop_revoked();
 
@@ -33,7 +34,7 @@ struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
   std::optional<dds::PostOnce> machine_post;
   std::optional<dds::PostOnce> channel_post;
   std::optional<dds::Badges::Watcher> badges;
-  /// With trust: who has claimed which machine, by the writer.
+  /// Who has claimed which machine, by the writer.
   std::map<std::pair<std::string, InstanceId>, dds_instance_handle_t> claimed;
   std::optional<wire::Reader<MachineStatus>> machines;
   std::optional<wire::Reader<ChannelStatus>> channels;
@@ -81,6 +82,9 @@ void GatewayWatch::Impl::drain_machines() {
       return;
     }
     for (const wire::Taken<MachineStatus>& taken : batch) {
+      if (!is_own(taken)) {
+        continue;
+      }
       remember(taken);
       if (listener != nullptr && taken.valid && taken.presence == wire::Presence::alive) {
         listener->on_machine(taken.value);
@@ -91,17 +95,22 @@ void GatewayWatch::Impl::drain_machines() {
   }
 }
 
+/// That a gateway is gone is not for another one to say.
+bool GatewayWatch::Impl::is_own(const wire::Taken<MachineStatus>& taken) const {
+  const auto known = claimed.find({taken.value.machine, taken.value.gateway});
+  return taken.presence != wire::Presence::withdrawn || known == claimed.end() ||
+         known->second == taken.writer;
+}
+
 void GatewayWatch::Impl::remember(const wire::Taken<MachineStatus>& taken) {
-  if (!badges) {
-    return;
-  }
-  // Far more than there are; of others it is not noticed that they are revoked.
+  // Far more than there are; of others it is not noticed who has said it.
   constexpr std::size_t most = 65'536;
   const std::pair key(taken.value.machine, taken.value.gateway);
   if (taken.presence != wire::Presence::alive) {
     claimed.erase(key);
   } else if (taken.valid && (claimed.size() < most || claimed.contains(key))) {
-    claimed.insert_or_assign(key, taken.writer);
+    // The first one, so that nobody makes a gateway's claim its own.
+    claimed.try_emplace(key, taken.writer);
   }
 }
 

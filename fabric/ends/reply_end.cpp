@@ -1,11 +1,15 @@
 #include "fabric/ends/reply_end.hpp"
 
+#include <chrono>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "base/text/quoted.hpp"
+#include "fabric/complaints.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/dds/serial_listener.hpp"
 #include "fabric/recent_keys.hpp"
@@ -21,6 +25,15 @@ namespace {
 /// The last answer to so many channels of gateways stays for who finds this end later. Far more
 /// than ever wait; about 1 kB each.
 constexpr std::size_t most_answered = 4096;
+
+/// Channels that one writer may ask for, far more than a gateway has.
+constexpr std::size_t most_channels = 4096;
+
+/// Whoever asks.
+RequestKey any_of(RequestKey key) {
+  key.asker = 0;
+  return key;
+}
 
 }  // namespace
 
@@ -39,8 +52,9 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   void read(const dds::Listener& on_request);
   void close();
   void drain();
-  void tell(const wire::Taken<Request>& taken);
+  void tell(wire::Taken<Request> taken);
   void decline(const wire::Taken<Request>& taken);
+  void note_asker(const wire::Taken<Request>& taken);
   tl::expected<void, std::string> answer(const Reply& reply);
 
   dds::Participant& participant;
@@ -50,8 +64,11 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   wire::Writer<Reply> replies;
   std::mutex answering;
   RecentKeys answered{most_answered};
-  /// What gateways have asked that may: who may not says nothing about that. Only with trust.
+  /// Who has asked what, of those that may: who may not says nothing about that, and who has not
+  /// takes nothing back. Under `answering`.
   RecentKeys asked{most_answered};
+  std::map<RequestKey, std::uint64_t> askers;
+  Complaints complaints;
   // One of them, before the reader that wakes it.
   std::optional<dds::PostOnce> post;
   std::optional<dds::SerialListener> serial;
@@ -77,11 +94,12 @@ void ReplyEnd::Impl::read(const dds::Listener& on_request) {
   requests.emplace(
       participant,
       wire::mailbox_partition(participant.options().fabric, identity.uuid, identity.id),
-      // With trust all, so that who is not believed does not push out what a gateway has asked.
-      participant.badges() != nullptr ? wire::Keep::all : wire::Keep::last,
+      // All, so that a stranger does not push out what a gateway has asked.
+      wire::Keep::all,
       wire::EndpointOptions{.user_data = registry::format_identity(identity),
                             .listener = on_request.get(),
-                            .doubtful = true});
+                            .doubtful = true,
+                            .most_keys = most_channels});
 }
 
 void ReplyEnd::Impl::close() {
@@ -94,6 +112,18 @@ void ReplyEnd::Impl::drain() {
   // Each callback may close this end.
   while (listener != nullptr) {
     const auto batch = requests->take();
+    if (const auto program = requests->take_flooding()) {
+      if (const auto line = complaints.note(
+              "keys", *program,
+              fmt::format("participant {} asks for more than {} channels: further ones are dropped",
+                          *program, most_channels),
+              std::chrono::steady_clock::now())) {
+        listener->on_ignored(*line);
+      }
+      if (listener == nullptr) {
+        return;
+      }
+    }
     if (batch.empty()) {
       return;
     }
@@ -105,14 +135,15 @@ void ReplyEnd::Impl::drain() {
   }
 }
 
-void ReplyEnd::Impl::tell(const wire::Taken<Request>& taken) {
+void ReplyEnd::Impl::tell(wire::Taken<Request> taken) {
   if (taken.standing != Standing::believed) {
     decline(taken);
     return;
   }
-  if (participant.badges() != nullptr && taken.valid) {
-    const std::lock_guard lock(answering);
-    asked.use(key_of(taken.value));
+  taken.value.asker = requests->witness().asker_of(taken.writer, taken.value.key.machine);
+  note_asker(taken);
+  if (listener == nullptr) {
+    return;
   }
   switch (taken.presence) {
     // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
@@ -131,6 +162,47 @@ void ReplyEnd::Impl::tell(const wire::Taken<Request>& taken) {
   }
 }
 
+/// A gateway that has started again asks with another writer than before, once; that a stranger
+/// uses the ids of its calls looks the same at first.
+void ReplyEnd::Impl::note_asker(const wire::Taken<Request>& taken) {
+  const RequestKey key = key_of(taken.value);
+  std::string reason;
+  {
+    const std::lock_guard lock(answering);
+    if (taken.valid) {
+      if (const auto old = asked.use(any_of(key))) {
+        askers.erase(*old);
+      }
+    }
+    const auto known = askers.find(any_of(key));
+    if (known == askers.end()) {
+      if (taken.valid) {
+        askers.emplace(any_of(key), key.asker);
+      }
+      return;
+    }
+    if (known->second == key.asker || taken.presence == wire::Presence::orphaned) {
+      return;
+    }
+    if (taken.presence == wire::Presence::alive) {
+      known->second = key.asker;
+    }
+    const bool takes_back = taken.presence == wire::Presence::withdrawn;
+    if (auto line = complaints.note(
+            "asker", std::to_string(taken.writer),
+            fmt::format("{}: participant {} {} epoch {:x}, in which another one has asked{}",
+                        base::text::safe(key.key.to_string()), requests->program_of(taken.writer),
+                        takes_back ? "takes back a call of" : "asks in", key.epoch,
+                        takes_back ? ": the call goes on" : ""),
+            std::chrono::steady_clock::now())) {
+      reason = *std::move(line);
+    }
+  }
+  if (!reason.empty()) {
+    listener->on_ignored(reason);
+  }
+}
+
 void ReplyEnd::Impl::decline(const wire::Taken<Request>& taken) {
   const Request& request = taken.value;
   requests->witness().complain(taken.writer, wire::claim_of(request), wire::request_topic.name);
@@ -140,7 +212,7 @@ void ReplyEnd::Impl::decline(const wire::Taken<Request>& taken) {
   {
     // What is said of the calls of a gateway that may ask is for it to hear alone.
     const std::lock_guard lock(answering);
-    if (asked.knows(key_of(request))) {
+    if (askers.contains(any_of(key_of(request)))) {
       return;
     }
   }

@@ -14,6 +14,9 @@ namespace {
 /// not have got one either.
 constexpr std::chrono::milliseconds stall{50};
 
+/// A process beats for itself, by a writer of its own.
+constexpr std::size_t most_beating = 4;
+
 SteadyTime now() {
   return std::chrono::steady_clock::now();
 }
@@ -23,16 +26,16 @@ SteadyTime now() {
 void Roster::open(const dds::Participant& participant, std::weak_ptr<void> alive,
                   dds::PostOnce& on_endpoint, dds::PostOnce& on_beat) {
   alive_ = std::move(alive);
+  on_endpoint_ = &on_endpoint;
   badges_ = participant.badges();
   if (badges_ != nullptr) {
     registry_.ask_for_names();
-    on_endpoint_ = &on_endpoint;
     proofs_.emplace(*badges_, [&on_endpoint] { on_endpoint.post(); });
   }
   const dds::Listener beat_listener(dds_create_listener(nullptr));
   on_beat.listen_for_data(beat_listener.get());
   beats_.emplace(participant, participant.options().fabric, wire::Keep::last,
-                 wire::EndpointOptions{.listener = beat_listener.get()});
+                 wire::EndpointOptions{.listener = beat_listener.get(), .most_keys = most_beating});
 
   const dds::Listener endpoint_listener(dds_create_listener(nullptr));
   on_endpoint.listen_for_data(endpoint_listener.get());
@@ -53,6 +56,13 @@ Discovery::News Roster::look_around() {
   Discovery::News news = discovery_->drain(registry_, now());
   if (proofs_) {
     look_at_badges(news);
+  }
+  if (const auto program = std::exchange(flooding_, std::nullopt)) {
+    news.ignored.push_back(
+        {"beats", *program,
+         fmt::format(
+             "participant {} beats for more than {} processes: beats for others are dropped",
+             *program, most_beating)});
   }
   return news;
 }

@@ -71,6 +71,8 @@ class Roster {
   registry::Registry registry_;
   std::optional<Discovery> discovery_;
   std::optional<wire::Reader<Beat>> beats_;
+  /// Who beats for ever new processes, until it was told.
+  std::optional<std::string> flooding_;
   /// Null without trust.
   dds::Badges* badges_ = nullptr;
   std::optional<dds::Badges::Watcher> proofs_;
@@ -85,6 +87,10 @@ bool Roster::take_beats(Use use) {
     return false;
   }
   const auto batch = beats_->take();
+  if (auto program = beats_->take_flooding()) {
+    flooding_ = *std::move(program);
+    on_endpoint_->post();
+  }
   const SteadyTime at = std::chrono::steady_clock::now();
   for (const wire::Taken<Beat>& taken : batch) {
     // Of a process that nobody knows yet it may be the first, and is followed by the next one.

@@ -129,7 +129,7 @@ struct VariableAskEnd::Impl : Hearing<VariableReply> {
   bool is_its_machine(const wire::Taken<VariableReply>& taken) {
     const auto question = machines.find(taken.value.token);
     const wire::Claim claim{question == machines.end() ? std::string_view() : question->second};
-    if (reader->witness().judge(taken.writer, claim, false) == Standing::believed) {
+    if (reader->witness().judge(taken.writer, claim) == Standing::believed) {
       return true;
     }
     reader->witness().complain(taken.writer, claim, wire::variable_reply_topic.name);

@@ -4,13 +4,44 @@
 //   notices.over(key)           with what it said last
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "fabric/observer/entry.hpp"
 
 namespace millrace::fabric::observer {
+
+/// Whose each notice is: who has said it first, while that writer is there.
+class NoticeOwners {
+ public:
+  using Handle = std::uint64_t;
+
+  bool is_own(const NoticeKey& key, Handle writer, const std::vector<Handle>& there) {
+    const auto known = owners_.find(key);
+    if (known == owners_.end()) {
+      if (owners_.size() < most) {
+        owners_.emplace(key, writer);
+      }
+      return true;
+    }
+    if (known->second != writer && std::ranges::find(there, known->second) == there.end()) {
+      known->second = writer;
+    }
+    return known->second == writer;
+  }
+  /// It has been taken back.
+  void forget(const NoticeKey& key) { owners_.erase(key); }
+
+ private:
+  /// Far more than troubles that there are.
+  static constexpr std::size_t most = 16'384;
+
+  std::map<NoticeKey, Handle> owners_;
+};
 
 class Notices {
  public:

@@ -127,6 +127,12 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     return sample_of(std::move(taken));
   }
   std::optional<Sample> news_of(wire::Taken<Notice>&& taken) {
+    if (!notice_owners.is_own(taken.value.key, taken.writer, notices->matched())) {
+      return std::nullopt;
+    }
+    if (taken.presence != Presence::alive) {
+      notice_owners.forget(taken.value.key);
+    }
     auto news = taken.presence != Presence::alive ? known_notices.over(taken.value.key)
                 : taken.valid                     ? known_notices.said(std::move(taken.value))
                                                   : std::nullopt;
@@ -201,6 +207,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   std::optional<wire::Reader<DataSample>> data;
   std::optional<wire::Reader<ProgramEvent>> programs;
   Notices known_notices;
+  NoticeOwners notice_owners;
   std::optional<wire::Reader<Notice>> notices;
 };
 

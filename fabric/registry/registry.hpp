@@ -105,6 +105,10 @@ class Registry {
   [[nodiscard]] bool speaks_for(EndpointHandle writer, const InstanceId& instance) const;
   /// The same for a writer of beats.
   [[nodiscard]] bool beats_for(EndpointHandle writer, const InstanceId& instance) const;
+  /// This participant has announced the instance first of those that are there.
+  [[nodiscard]] bool is_home(EndpointHandle participant, const InstanceId& instance) const {
+    return is_seen(instance) && home_of(instance) == participant;
+  }
   /// Somebody has a request reader of this instance.
   [[nodiscard]] bool is_seen(const InstanceId& instance) const {
     return readers_of_.contains(instance);

@@ -29,8 +29,8 @@ class Grants {
   void of(Role role, const Member& member) {
     switch (role) {
       case Role::gateway:
-        write({&wire::channel_topic, &wire::machine_topic, &wire::event_topic, &wire::command_topic,
-               &wire::outcome_topic, &wire::notice_topic, &wire::data_topic, &wire::program_topic},
+        write({&wire::channel_topic, &wire::machine_topic, &wire::event_topic, &wire::outcome_topic,
+               &wire::notice_topic, &wire::data_topic, &wire::program_topic},
               fabric_);
         write({&wire::request_topic}, calls_);
         // To each who asks about variables, in a partition of his own.

@@ -1,6 +1,6 @@
 // What a member may write and read: the one place that says it. Pure.
 //
-//   for (const Grant& grant : grants_of(member, "millrace")) …  // {write, "millrace/v2/reply",
+//   for (const Grant& grant : grants_of(member, "millrace")) …  // {write, "millrace/v3/reply",
 //   "millrace/560aacbf-…"}
 #pragma once
 

@@ -61,6 +61,8 @@ Encoded<millrace_Reply> Codec<Reply>::encode(const Reply& value) {
   filler.sample.kind = convert<millrace_ReplyKind>(value.kind);
   filler.sample.code = convert<millrace_ServiceCode>(value.code);
   filler.sample.state = value.state;
+  filler.sample.asked_text = borrow_bytes<millrace_ForeignText>(value.asked_text);
+  filler.sample.asked_state = value.asked_state;
   filler.sample.received = put(value.received);
   filler.sample.started = put(value.started);
   filler.sample.answered = put(value.answered);
@@ -78,6 +80,8 @@ Reply Codec<Reply>::decode(const millrace_Reply& sample) {
       .code = convert<ServiceCode>(sample.code),
       .text = get(sample.text),
       .state = sample.state,
+      .asked_text = get(sample.asked_text),
+      .asked_state = sample.asked_state,
       .received = get(sample.received),
       .started = get(sample.started),
       .answered = get(sample.answered),

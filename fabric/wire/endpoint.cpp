@@ -72,6 +72,26 @@ dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topi
   return dds::check(writer, what);
 }
 
+std::string program_of(dds_entity_t reader, dds_instance_handle_t writer) {
+  dds_builtintopic_endpoint_t* const endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) {
+    return {};
+  }
+  std::string name = dds::guid_prefix(endpoint->participant_key);
+  dds_builtintopic_free_endpoint(endpoint);
+  return name;
+}
+
+dds_instance_handle_t participant_of(dds_entity_t reader, dds_instance_handle_t writer) {
+  dds_builtintopic_endpoint_t* const endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) {
+    return DDS_HANDLE_NIL;
+  }
+  const dds_instance_handle_t participant = endpoint->participant_instance_handle;
+  dds_builtintopic_free_endpoint(endpoint);
+  return participant;
+}
+
 std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask) {
   std::vector<dds_instance_handle_t> handles(8);
   for (;;) {

@@ -22,6 +22,9 @@ struct EndpointOptions {
   /// A reader that hands out also what nobody is believed to have said, marked so
   /// (Taken::standing).
   bool doubtful = false;
+  /// A reader that takes samples of so many keys of each writer, and drops those of others before
+  /// anything is kept of them; 0: of all.
+  std::size_t most_keys = 0;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
   /// A writer that is taken for gone, although its process is there, when it has neither written
@@ -52,6 +55,13 @@ dds_entity_t create_writer(const dds::Entity& publisher, const dds::Entity& topi
                            const std::string& what);
 
 using AskMatched = dds_return_t (*)(dds_entity_t, dds_instance_handle_t*, std::size_t);
+
+/// What DDS calls the program of this writer, which is matched with `reader`, for people: the
+/// prefix of its GUID. Empty if it is not there any more.
+std::string program_of(dds_entity_t reader, dds_instance_handle_t writer);
+
+/// The same as samples of DCPSParticipant have it; nil if it is not there any more.
+dds_instance_handle_t participant_of(dds_entity_t reader, dds_instance_handle_t writer);
 
 /// The handles that `ask` (dds_get_matched_subscriptions or _publications) gives for `endpoint`.
 std::vector<dds_instance_handle_t> matched_endpoints(dds_entity_t endpoint, AskMatched ask);

@@ -5,13 +5,20 @@
 #pragma once
 
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "fabric/dds/badges.hpp"
 #include "fabric/wire/codec.hpp"
 #include "fabric/wire/endpoint.hpp"
+#include "fabric/wire/key_limit.hpp"
 #include "fabric/wire/witness.hpp"
 
 namespace millrace::fabric::wire {
@@ -36,6 +43,7 @@ struct Taken {
   dds_instance_handle_t writer = DDS_HANDLE_NIL;
   /// Whether its writer may say so, where there is trust. What is not believed is handed out by
   /// readers that ask for it (EndpointOptions::doubtful), and told of and dropped by the others.
+  /// What comes from a writer that has proved nothing waits until it has, or for two seconds.
   Standing standing = Standing::believed;
 };
 
@@ -56,19 +64,53 @@ class Reader {
   [[nodiscard]] std::uint32_t lost() const;
 
   /// Waits until its listener has ended what it does, and never calls it again.
-  void silence() { dds_set_listener(reader_, nullptr); }
+  void silence();
 
   /// Handles of the writers that are matched, as in the samples of DCPSPublication.
   [[nodiscard]] std::vector<dds_instance_handle_t> matched() const;
 
   [[nodiscard]] const Witness& witness() const { return witness_; }
 
+  /// A writer of which samples of too many keys were dropped since the last call (most_keys), as
+  /// people may look for it.
+  std::optional<std::string> take_flooding();
+  /// What DDS calls the program of a writer.
+  [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
+    return wire::program_of(reader_, writer);
+  }
+  [[nodiscard]] dds_instance_handle_t participant_of(dds_instance_handle_t writer) const {
+    return wire::participant_of(reader_, writer);
+  }
+
  private:
-  /// Whether it is to be handed out.
+  /// What was taken of writers that have proved nothing yet; with trust only.
+  struct Aside {
+    using Clock = std::chrono::steady_clock;
+    struct One {
+      Taken<Value> taken;
+      Clock::time_point until;
+    };
+    /// A stranger may say any number of things. More push out the first.
+    static constexpr std::size_t most = 256;
+    /// A program shows its badge first; another vendor's may come later.
+    static constexpr std::chrono::seconds proof_time{2};
+
+    std::deque<One> samples;
+    std::atomic<bool> any = false;
+    std::optional<dds::Badges::Waiter> waiter;
+  };
+
+  /// Whether it is to be handed out now.
   bool judge(Taken<Value>& taken);
+  void drop(const Taken<Value>& taken);
+  void take_from_aside(std::vector<Taken<Value>>& taken);
 
   Witness witness_;
   bool doubtful_;
+  /// Null without trust.
+  std::unique_ptr<Aside> aside_;
+  /// Null without a limit.
+  std::unique_ptr<KeyLimit> limit_;
   dds::Entity topic_;
   dds::Entity subscriber_;
   dds_entity_t reader_ = 0;
@@ -117,43 +159,117 @@ Reader<Value>::Reader(const dds::Participant& participant, const std::string& pa
                       const EndpointOptions& options)
     : witness_(participant),
       doubtful_(options.doubtful),
+      limit_(options.most_keys > 0 ? std::make_unique<KeyLimit>(options.most_keys) : nullptr),
       topic_(create_topic(participant, Codec<Value>::topic())),
-      subscriber_(create_subscriber(participant, partition)),
-      reader_(dds::check(dds_create_reader(subscriber_.handle(), topic_.handle(),
-                                           reader_qos(Codec<Value>::topic(), keep, options).get(),
-                                           reader_listener(participant, options).get()),
-                         fmt::format("read {} in {}", Codec<Value>::topic().name, partition))) {}
+      subscriber_(create_subscriber(participant, partition)) {
+  if (limit_) {
+    limit_->watch(topic_);
+  }
+  reader_ = dds::check(dds_create_reader(subscriber_.handle(), topic_.handle(),
+                                         reader_qos(Codec<Value>::topic(), keep, options).get(),
+                                         reader_listener(participant, options).get()),
+                       fmt::format("read {} in {}", Codec<Value>::topic().name, partition));
+  if (!witness_.asks()) {
+    return;
+  }
+  aside_ = std::make_unique<Aside>();
+  dds_on_data_available_fn on_data = nullptr;
+  void* who = nullptr;
+  if (options.listener != nullptr) {
+    dds_lget_data_available_arg(options.listener, &on_data, &who, nullptr);
+  }
+  if (on_data != nullptr) {
+    aside_->waiter.emplace(*witness_.badges(), [aside = aside_.get(), on_data, who, id = reader_] {
+      if (aside->any) {
+        on_data(id, who);
+      }
+    });
+  }
+}
+
+template <typename Value>
+void Reader<Value>::silence() {
+  dds_set_listener(reader_, nullptr);
+  if (aside_) {
+    aside_->waiter.reset();
+  }
+}
 
 template <typename Value>
 bool Reader<Value>::judge(Taken<Value>& taken) {
-  const Claim claim = claim_of(taken.value);
-  taken.standing = witness_.judge(taken.writer, claim, taken.presence != Presence::alive);
+  taken.standing = witness_.judge(taken.writer, claim_of(taken.value));
   if (taken.standing == Standing::believed) {
     name_issuer(taken.value, witness_, taken.writer);
     return true;
   }
+  return false;
+}
+
+template <typename Value>
+void Reader<Value>::drop(const Taken<Value>& taken) {
   if (!doubtful_) {
-    witness_.complain(taken.writer, claim, Codec<Value>::topic().name);
+    witness_.complain(taken.writer, claim_of(taken.value), Codec<Value>::topic().name);
   }
-  return doubtful_;
+}
+
+/// What is proved by now, and what has waited for too long.
+template <typename Value>
+void Reader<Value>::take_from_aside(std::vector<Taken<Value>>& taken) {
+  const auto now = Aside::Clock::now();
+  std::erase_if(aside_->samples, [&](auto& one) {
+    if (judge(one.taken)) {
+      taken.push_back(std::move(one.taken));
+      return true;
+    }
+    const bool over = one.taken.standing != Standing::unproven || one.until <= now;
+    if (over) {
+      drop(one.taken);
+      if (doubtful_) {
+        taken.push_back(std::move(one.taken));
+      }
+    }
+    return over;
+  });
+  aside_->any = !aside_->samples.empty();
 }
 
 template <typename Value>
 std::vector<Taken<Value>> Reader<Value>::take() {
   std::vector<Taken<Value>> taken;
+  if (aside_ && aside_->any) {
+    take_from_aside(taken);
+  }
   std::size_t count = 0;
   // Nothing is left only if nothing was there.
   do {
     count = take_lent<typename Codec<Value>::Sample>(
         reader_, [&](const auto& sample, const dds_sample_info_t& info) {
-          taken.push_back({Codec<Value>::decode(sample), info.valid_data, presence_of(info),
-                           info.publication_handle});
-          if (witness_.asks() && !judge(taken.back())) {
-            taken.pop_back();
+          Taken<Value> one{Codec<Value>::decode(sample), info.valid_data, presence_of(info),
+                           info.publication_handle};
+          if (!witness_.asks() || judge(one)) {
+            taken.push_back(std::move(one));
+          } else if (one.standing == Standing::unproven) {
+            aside_->samples.push_back({std::move(one), Aside::Clock::now() + Aside::proof_time});
+            aside_->any = true;
+            if (aside_->samples.size() > Aside::most) {
+              drop(aside_->samples.front().taken);
+              aside_->samples.pop_front();
+            }
+          } else {
+            drop(one);
+            if (doubtful_) {
+              taken.push_back(std::move(one));
+            }
           }
         });
   } while (taken.empty() && count > 0);
   return taken;
+}
+
+template <typename Value>
+std::optional<std::string> Reader<Value>::take_flooding() {
+  const auto writer = limit_ ? limit_->take_flooding() : std::nullopt;
+  return writer ? std::optional(program_of(*writer)) : std::nullopt;
 }
 
 template <typename Value>

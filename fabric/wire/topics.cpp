@@ -41,10 +41,10 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 }  // namespace
 
-const Topic request_topic{"millrace/v2/request", &millrace_Request_desc, true, calls_in_flight};
-const Topic reply_topic{"millrace/v2/reply", &millrace_Reply_desc, true, calls_in_flight};
+const Topic request_topic{"millrace/v3/request", &millrace_Request_desc, true, calls_in_flight};
+const Topic reply_topic{"millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight};
 const Topic channel_topic{"millrace/channel", &millrace_ChannelStatus_desc, true, last_only};
-const Topic beat_topic{"millrace/v2/beat", &millrace_Beat_desc, false, last_only, true};
+const Topic beat_topic{"millrace/v3/beat", &millrace_Beat_desc, false, last_only, true};
 const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};

@@ -1,8 +1,8 @@
 // The topics of a fabric in one place: names, keys (see idl/millrace.idl), QoS and partitions.
 //
-//   millrace/v2/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
-//   millrace/v2/reply    instance to gateway                 partition FABRIC/UUID
-//   millrace/v2/beat     process of instances to gateways    partition FABRIC
+//   millrace/v3/request  gateway to one instance             partition FABRIC/UUID/INSTANCE
+//   millrace/v3/reply    instance to gateway                 partition FABRIC/UUID
+//   millrace/v3/beat     process of instances to gateways    partition FABRIC
 //   millrace/channel     gateway to tools                    partition FABRIC
 //   millrace/machine     gateway to gateways and tools       partition FABRIC
 //   millrace/event       gateway to recorder and tools       partition FABRIC
@@ -42,7 +42,7 @@ struct Topic {
 };
 
 /// Of the wire: the number in the names of the topics that have changed since the first.
-inline constexpr int wire_version = 2;
+inline constexpr int wire_version = 3;
 
 extern const Topic request_topic;
 extern const Topic reply_topic;

@@ -17,6 +17,7 @@
 
 namespace millrace::fabric {
 struct Command;
+struct Notice;
 struct VariableRequest;
 }  // namespace millrace::fabric
 
@@ -26,7 +27,7 @@ namespace millrace::fabric::wire {
 struct Claim {
   /// Of which machine it speaks; empty: of none.
   std::string_view machine{};
-  /// A tester may say it, too.
+  /// A tester may say it, too, unless a gateway of the machine is there.
   bool testers = false;
 };
 
@@ -61,10 +62,16 @@ class Witness {
 
   /// False without trust: then everybody is believed.
   [[nodiscard]] bool asks() const { return badges_ != nullptr; }
-  /// `news`: the sample only says that something is over; of who is not known any more that counts.
-  [[nodiscard]] Standing judge(dds_instance_handle_t writer, const Claim& claim, bool news) const;
+  [[nodiscard]] dds::Badges* badges() const { return badges_; }
+  /// Also of who has left lately, whose last words may be untaken.
+  [[nodiscard]] Standing judge(dds_instance_handle_t writer, const Claim& claim) const;
   /// Has it said that this is not believed.
   void complain(dds_instance_handle_t writer, const Claim& claim, const char* topic) const;
+  /// Who asks with this writer for `machine`, as a number: with trust the same of all that may
+  /// speak for the machine, since one of them may go on with what another one has begun, and of
+  /// anybody else what its certificate is called; without trust the writer itself.
+  [[nodiscard]] std::uint64_t asker_of(dds_instance_handle_t writer,
+                                       std::string_view machine) const;
   /// The name in the certificate of who has this writer; empty without trust.
   [[nodiscard]] std::string certificate_of(dds_instance_handle_t writer) const;
 
@@ -80,6 +87,7 @@ void name_issuer(Value& value, const Witness& witness, dds_instance_handle_t wri
   static_cast<void>(writer);
 }
 void name_issuer(Command& value, const Witness& witness, dds_instance_handle_t writer);
+void name_issuer(Notice& value, const Witness& witness, dds_instance_handle_t writer);
 void name_issuer(VariableRequest& value, const Witness& witness, dds_instance_handle_t writer);
 
 }  // namespace millrace::fabric::wire

@@ -159,7 +159,7 @@ class ChannelSession {
   SessionActions with_call(Moment now, Act act);
   void say_seen(const Call& call, Moment now);
   void late(const fabric::Reply& reply, Moment now);
-  void say_stranger(const fabric::Reply& reply, Moment now);
+  void say_stranger(const fabric::Reply& reply, std::string_view what, Moment now);
   bool drive_writer(Moment now);
   void answer_looked(const Snapshot& snapshot, Moment now);
   void report_writer();

@@ -98,7 +98,9 @@ SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) 
   if (!call_ || reply.call != call_->id()) {
     late(reply, now);
   } else if (!call_->call().asked(reply.instance)) {
-    say_stranger(reply, now);
+    say_stranger(reply, "a call that was not given to it", now);
+  } else if (!call_->call().request.is_what(reply)) {
+    say_stranger(reply, "another request than ours under the same id", now);
   } else {
     ask_call(now, [&](OpenCall& call) {
       if (!call.take(reply, out_, now)) {
@@ -110,15 +112,16 @@ SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) 
 }
 
 /// It may do so ten thousand times a second, for each call anew.
-void ChannelSession::say_stranger(const fabric::Reply& reply, Moment now) {
+void ChannelSession::say_stranger(const fabric::Reply& reply, std::string_view what, Moment now) {
   if (stranger_said_ && now.steady - *stranger_said_ < stranger_pause) {
     return;
   }
   stranger_said_ = now.steady;
   out_.say(Level::warn,
-           fmt::format("call {}: instance {} answers a call that was not given to it; its reply "
-                       "is dropped (said every {} s at most)",
-                       reply.call.to_string(), reply.instance.to_string(), stranger_pause.count()));
+           fmt::format("call {}: instance {} answers {}; its reply is dropped (said every {} s at "
+                       "most)",
+                       reply.call.to_string(), reply.instance.to_string(), what,
+                       stranger_pause.count()));
 }
 
 void ChannelSession::late(const fabric::Reply& reply, Moment now) {

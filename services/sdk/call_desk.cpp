@@ -40,6 +40,8 @@ Reply reply_to(const Request& request, const Response& response) {
       .attempt = request.attempt,
       .text = response.text,
       .state = response.state,
+      .asked_text = request.text,
+      .asked_state = request.state,
       .replayed = request.replayed,
   };
 }
@@ -79,15 +81,22 @@ std::string check_response(const Response& response, fabric::Awaited awaited) {
   return check_text(response.text);
 }
 
+CallName CallDesk::name_of(const Request& request) const {
+  return {request.key,  request.call, options_.proven_askers ? request.asker : 0,
+          request.uuid, request.text, request.state};
+}
+
 Actions CallDesk::on_request(const Request& request, Moment now) {
   Actions actions;
   supersede(request, actions);
-  if (const auto waiting = find_waiting(request.call); waiting != waiting_.end()) {
+  const CallName name = name_of(request);
+  if (const auto waiting = find_waiting(name); waiting != waiting_.end()) {
     waiting->request = request;
-  } else if (const auto running = running_.find(request.call);
+    asked_[key_of(request)].call = name;
+  } else if (const auto running = find_running(name);
              running != running_.end() && !running->second.cancelled) {
     running->second.request.attempt = request.attempt;
-    asked_[key_of(request)].call = request.call;
+    asked_[key_of(request)].call = name;
   } else if (const Ended* ended = answer_for(request)) {
     asked_[key_of(request)];
     repeat(ended->reply, request, actions);
@@ -96,7 +105,7 @@ Actions CallDesk::on_request(const Request& request, Moment now) {
     actions.emplace_back(Send{declining(request, *why)});
   } else {
     waiting_.push_back({.request = request, .received = now});
-    asked_[key_of(request)].call = request.call;
+    asked_[key_of(request)].call = name;
     counters_.last_call = now.wall;
   }
   start_waiting(now.steady, actions);
@@ -104,14 +113,15 @@ Actions CallDesk::on_request(const Request& request, Moment now) {
 }
 
 std::optional<std::string> CallDesk::why_declined(const Request& request) const {
-  const std::uint32_t* const declined = declined_.find(request.call);
+  const std::uint32_t* const declined = declined_.find(name_of(request));
   if (declined != nullptr && request.attempt <= *declined) {
     return "it has declined this attempt before";
   }
   const bool full = running_.size() + waiting_.size() >= options_.concurrency;
   // Its own run, which was given up, ends before it is run anew.
-  if (full && !running_.contains(request.call) &&
-      (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
+  const auto running = running_.find(request.call);
+  const bool anew = running != running_.end() && running->second.cancelled;
+  if (full && !anew && (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
     return fmt::format("it has room for {} at once", options_.concurrency);
   }
   return std::nullopt;
@@ -122,7 +132,8 @@ Actions CallDesk::decline(const Request& request, const std::string& why) {
   if (const Ended* ended = answer_for(request)) {
     asked_[key_of(request)];
     repeat(ended->reply, request, actions);
-  } else if (!running_.contains(request.call) && find_waiting(request.call) == waiting_.end()) {
+  } else if (const CallName name = name_of(request);
+             find_running(name) == running_.end() && find_waiting(name) == waiting_.end()) {
     ++counters_.declined;
     actions.emplace_back(Send{declining(request, why)});
   }
@@ -130,7 +141,7 @@ Actions CallDesk::decline(const Request& request, const std::string& why) {
 }
 
 Reply CallDesk::declining(const Request& request, const std::string& why) {
-  declined_.put(request.call, request.attempt);
+  declined_.put(request.asker, name_of(request), request.attempt);
   Reply reply = reply_to(request, {.text = why, .state = 0});
   reply.kind = fabric::ReplyKind::declined;
   return reply;
@@ -144,17 +155,25 @@ Actions CallDesk::on_withdrawn(const RequestKey& key) {
   return actions;
 }
 
+/// DDS says so when nobody is left who had asked.
 Actions CallDesk::on_orphaned(const RequestKey& key) {
   Actions actions;
-  const auto asked = asked_.find(key);
-  if (asked == asked_.end()) {
-    return actions;
+  std::vector<CallName> lost;
+  for (auto asked = asked_.lower_bound({key.key, key.epoch, key.instance});
+       asked != asked_.end() && asked->first.key == key.key && asked->first.epoch == key.epoch &&
+       asked->first.instance == key.instance;) {
+    asked->second.orphaned = true;
+    if (asked->second.call) {
+      lost.push_back(*asked->second.call);
+      ++asked;
+    } else {
+      asked = asked_.erase(asked);
+    }
   }
-  asked->second.orphaned = true;
-  if (!asked->second.call) {
-    asked_.erase(asked);
-  } else if (has_another_gateway(key)) {
-    give_up(*asked->second.call, actions);
+  if (has_another_gateway(key)) {
+    for (const CallName& call : lost) {
+      give_up(call, actions);
+    }
   }
   return actions;
 }
@@ -197,8 +216,9 @@ Reply CallDesk::end(const Under& under, const Result& result, SteadyTime now) {
   in_handlers_ += reply.answered - reply.started;
   ++counters_.answered;
   counters_.failed += reply.code == ServiceCode::ok ? 0 : 1;
-  forget_call(key_of(under.request));
-  ended_.put(reply.call, {reply});
+  const CallName name = name_of(under.request);
+  forget_call(name);
+  ended_.put(under.request.asker, name, {reply});
   return reply;
 }
 
@@ -230,41 +250,48 @@ fabric::InstanceLoad CallDesk::load() const {
 
 /// A gateway has one call of a channel at a time: a new one says that the program has given up the
 /// old one. So does a new one of another gateway, if the old one's is gone or has lost the channel.
+/// That it has lost it is not for a stranger to say.
 void CallDesk::supersede(const Request& by, Actions& actions) {
-  std::vector<CallId> over;
+  const CallName name = name_of(by);
+  std::vector<CallName> over;
   std::vector<Reply> told;
   for (auto asked = asked_.lower_bound({by.key, 0, {}});
        asked != asked_.end() && asked->first.key == by.key; ++asked) {
-    const bool same_gateway = asked->first.epoch == by.call.epoch;
+    const bool same_asker = asked->first.asker == by.asker;
+    const bool same_gateway = same_asker && asked->first.epoch == by.call.epoch;
     asked->second.orphaned = asked->second.orphaned && !same_gateway;
-    const std::optional<CallId>& call = asked->second.call;
-    const bool over_there = asked->second.orphaned || asked->first.epoch == by.succeeds;
-    if (call && *call != by.call && (same_gateway || over_there)) {
+    std::optional<CallName>& call = asked->second.call;
+    const bool over_there =
+        asked->second.orphaned || (same_asker && asked->first.epoch == by.succeeds);
+    if (call && *call != name && (same_gateway || over_there)) {
       over.push_back(*call);
+      call.reset();
       if (!same_gateway && !asked->second.orphaned) {
         // It may be there after all, and would wait for an answer for ever.
-        told.push_back(reply_to_loser(*call));
+        told.push_back(reply_to_loser(over.back()));
       }
     }
   }
-  for (const CallId call : over) {
+  for (const CallName& call : over) {
     give_up(call, actions);
   }
   for (Reply& reply : told) {
     actions.emplace_back(Send{std::move(reply)});
   }
+  std::erase_if(asked_, [&](const auto& one) {
+    return one.first.key == by.key && one.second.orphaned && !one.second.call;
+  });
 }
 
 /// What a gateway hears whose call is given up because another one says that it has the channel.
-Reply CallDesk::reply_to_loser(CallId call) {
-  const auto running = running_.find(call);
+Reply CallDesk::reply_to_loser(const CallName& call) {
+  const auto running = find_running(call);
   if (running != running_.end() && options_.delivery == fabric::Delivery::at_most_once) {
     return given_up(running->second);
   }
-  const auto waiting =
-      std::ranges::find(waiting_, call, [](const Under& under) { return under.request.call; });
-  return declining(running != running_.end() ? running->second.request : waiting->request,
-                   "another gateway has the channel now");
+  return declining(
+      running != running_.end() ? running->second.request : find_waiting(call)->request,
+      "another gateway has the channel now");
 }
 
 bool CallDesk::has_another_gateway(const RequestKey& key) const {
@@ -277,27 +304,45 @@ bool CallDesk::has_another_gateway(const RequestKey& key) const {
   return false;
 }
 
-void CallDesk::forget_call(const RequestKey& key) {
-  const auto asked = asked_.find(key);
-  if (asked == asked_.end()) {
-    return;
+bool CallDesk::is_wanted(const CallName& call) const {
+  for (auto asked = asked_.lower_bound({call.key, call.call.epoch, {}});
+       asked != asked_.end() && asked->first.key == call.key &&
+       asked->first.epoch == call.call.epoch;
+       ++asked) {
+    if (asked->second.call == call && !asked->second.orphaned) {
+      return true;
+    }
   }
-  asked->second.call.reset();
-  if (asked->second.orphaned) {
-    asked_.erase(asked);
+  return false;
+}
+
+void CallDesk::forget_call(const CallName& call) {
+  for (auto asked = asked_.lower_bound({call.key, call.call.epoch, {}});
+       asked != asked_.end() && asked->first.key == call.key &&
+       asked->first.epoch == call.call.epoch;) {
+    if (asked->second.call == call) {
+      asked->second.call.reset();
+    }
+    const bool over = asked->second.orphaned && !asked->second.call;
+    asked = over ? asked_.erase(asked) : std::next(asked);
   }
 }
 
-void CallDesk::give_up(CallId call, Actions& actions) {
+/// Unless somebody else asks for the very same.
+void CallDesk::give_up(const CallName& call, Actions& actions) {
+  if (is_wanted(call)) {
+    return;
+  }
+  forget_call(call);
+  bool runs = false;
   if (const auto waiting = find_waiting(call); waiting != waiting_.end()) {
-    forget_call(key_of(waiting->request));
     waiting_.erase(waiting);
-  } else if (const auto running = running_.find(call); running != running_.end()) {
-    forget_call(key_of(running->second.request));
+  } else if (const auto running = find_running(call); running != running_.end()) {
     cancel(running->second);
+    runs = true;
   }
   ++counters_.cancelled;
-  actions.emplace_back(Cancel{call});
+  actions.emplace_back(Cancel{call.call, runs});
 }
 
 Reply CallDesk::given_up(const Under& running) const {
@@ -315,13 +360,13 @@ void CallDesk::cancel(Under& running) {
   if (options_.delivery == fabric::Delivery::at_least_once) {
     return;
   }
-  ended_.put(running.request.call, {given_up(running), true});
+  ended_.put(running.request.asker, name_of(running.request), {given_up(running), true});
 }
 
 /// An answer from memory, if `request` is to get it: a new attempt of a call that was given up is
 /// an operator's decision to have it run again.
 const CallDesk::Ended* CallDesk::answer_for(const Request& request) const {
-  const Ended* const ended = ended_.find(request.call);
+  const Ended* const ended = ended_.find(name_of(request));
   const bool anew = ended != nullptr && ended->cancelled && request.attempt > ended->reply.attempt;
   return anew ? nullptr : ended;
 }
@@ -342,7 +387,7 @@ void CallDesk::start_waiting(SteadyTime now, Actions& actions) {
        next != waiting_.end() && running_.size() < options_.concurrency;) {
     const CallId call = next->request.call;
     if (running_.contains(call)) {
-      // Its cancelled run has not ended yet.
+      // Its cancelled run has not ended yet, nor has another call under the same id.
       ++next;
       continue;
     }
@@ -353,9 +398,16 @@ void CallDesk::start_waiting(SteadyTime now, Actions& actions) {
   }
 }
 
-std::deque<CallDesk::Under>::iterator CallDesk::find_waiting(CallId call) {
-  return std::find_if(waiting_.begin(), waiting_.end(),
-                      [&](const Under& under) { return under.request.call == call; });
+std::map<CallId, CallDesk::Under>::iterator CallDesk::find_running(const CallName& call) {
+  const auto running = running_.find(call.call);
+  const bool same = running != running_.end() && name_of(running->second.request) == call;
+  return same ? running : running_.end();
+}
+
+std::deque<CallDesk::Under>::iterator CallDesk::find_waiting(const CallName& call) {
+  return std::find_if(waiting_.begin(), waiting_.end(), [&](const Under& under) {
+    return under.request.call == call.call && name_of(under.request) == call;
+  });
 }
 
 }  // namespace millrace::services::sdk

@@ -20,6 +20,14 @@
 //
 // A channel may be asked for by two gateways that do not hear each other. While both are there,
 // each gets its answer; one that is gone has lost its call to the other.
+//
+// A call id is no secret, and anybody may ask something under the id of somebody else's call. So a
+// call is the same only if all that is asked is the same; one with another text is another call,
+// which begins when the first one has ended. Only who asks for a call takes it back, or gives it
+// up for another one. Where certificates say who asks, that is whoever may speak for the machine,
+// and an answer is remembered for these alone. Without certificates that is one DDS writer, but an
+// answer is remembered for whoever asks the very same: a gateway that starts again has another
+// writer, and its calls must not run twice.
 #pragma once
 
 #include <cstddef>
@@ -47,6 +55,8 @@ struct Send {
 /// Nobody waits for the answer any more: the handler, if it runs, is to be told.
 struct Cancel {
   fabric::CallId call;
+  /// Its handler runs, and is to be told; false: it waited for its turn.
+  bool runs = false;
 };
 /// The answer came after the cancellation and is not sent.
 struct Drop {
@@ -54,6 +64,19 @@ struct Drop {
 };
 using Action = std::variant<Start, Send, Cancel, Drop>;
 using Actions = std::vector<Action>;
+
+/// A call is the same if all of this is. Of two with one id the second waits for the end of the
+/// first.
+struct CallName {
+  fabric::ChannelKey key{};
+  fabric::CallId call{};
+  /// 0 where nobody can prove who asks.
+  std::uint64_t asker = 0;
+  std::string uuid{};
+  std::string text{};
+  std::uint32_t state = 0;
+  auto operator<=>(const CallName&) const = default;
+};
 
 struct DeskOptions {
   fabric::InstanceId instance{};
@@ -66,6 +89,8 @@ struct DeskOptions {
   std::size_t memory = 1024;
   /// Calls that may wait for their turn.
   std::size_t most_waiting = 64;
+  /// Who asks has proved it (fabric/dds/badges.hpp).
+  bool proven_askers = false;
 };
 
 class CallDesk {
@@ -113,33 +138,37 @@ class CallDesk {
   /// What a gateway asks of a channel, as long as its request stands or a call of it is here.
   struct Asked {
     /// The latest call, if it runs or waits here.
-    std::optional<fabric::CallId> call;
+    std::optional<CallName> call;
     bool orphaned = false;
   };
 
+  [[nodiscard]] CallName name_of(const fabric::Request& request) const;
   [[nodiscard]] std::optional<std::string> why_declined(const fabric::Request& request) const;
   void supersede(const fabric::Request& by, Actions& actions);
   [[nodiscard]] fabric::Reply declining(const fabric::Request& request, const std::string& why);
-  [[nodiscard]] fabric::Reply reply_to_loser(fabric::CallId call);
+  [[nodiscard]] fabric::Reply reply_to_loser(const CallName& call);
   [[nodiscard]] bool has_another_gateway(const fabric::RequestKey& key) const;
-  void give_up(fabric::CallId call, Actions& actions);
-  void forget_call(const fabric::RequestKey& key);
+  /// Somebody who is there asks for it.
+  [[nodiscard]] bool is_wanted(const CallName& call) const;
+  void give_up(const CallName& call, Actions& actions);
+  void forget_call(const CallName& call);
   fabric::Reply end(const Under& under, const Result& result, fabric::SteadyTime now);
   [[nodiscard]] fabric::Reply given_up(const Under& running) const;
   void cancel(Under& running);
   [[nodiscard]] const Ended* answer_for(const fabric::Request& request) const;
   void repeat(const fabric::Reply& answered, const fabric::Request& request, Actions& actions);
   void start_waiting(fabric::SteadyTime now, Actions& actions);
-  std::deque<Under>::iterator find_waiting(fabric::CallId call);
+  std::map<fabric::CallId, Under>::iterator find_running(const CallName& call);
+  std::deque<Under>::iterator find_waiting(const CallName& call);
 
   DeskOptions options_;
   std::map<fabric::CallId, Under> running_;
   /// In the order of arrival; at most one of each channel and gateway.
   std::deque<Under> waiting_;
   std::map<fabric::RequestKey, Asked> asked_;
-  CallMemory<Ended> ended_{options_.memory};
+  CallMemory<CallName, Ended> ended_{options_.memory};
   /// The newest attempt at which each was declined.
-  CallMemory<std::uint32_t> declined_{options_.memory};
+  CallMemory<CallName, std::uint32_t> declined_{options_.memory};
   fabric::InstanceStatus counters_;
   std::chrono::nanoseconds in_handlers_{};
 };

@@ -1,46 +1,53 @@
 // What is remembered of the last so many calls. Pure.
 //
-//   CallMemory<Reply> answered(1024);
-//   answered.put(reply.call, reply);
-//   if (const Reply* reply = answered.find(call)) …
+//   CallMemory<CallName, Reply> answered(1024);
+//   answered.put(request.asker, name, reply);
+//   if (const Reply* reply = answered.find(name)) …
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <map>
 #include <utility>
 
-#include "fabric/messages.hpp"
-
 namespace millrace::services::sdk {
 
-template <typename Value>
+template <typename Key, typename Value>
 class CallMemory {
  public:
   explicit CallMemory(std::size_t most) : most_(most) {}
 
-  /// In place of what was known of it. Forgets the call that was put first if it is one too many.
-  void put(const fabric::CallId& call, Value value) {
+  /// In place of what was known of it. If it is one too many, the oldest one is forgotten of the
+  /// asker that has most: whoever asks a lot pushes out its own calls and not those of others.
+  void put(std::uint64_t asker, const Key& call, Value value) {
     if (!known_.insert_or_assign(call, std::move(value)).second) {
       return;
     }
-    order_.push_back(call);
-    if (order_.size() > most_) {
-      known_.erase(order_.front());
-      order_.pop_front();
+    order_[asker].push_back(call);
+    if (known_.size() > most_) {
+      const auto most =
+          std::ranges::max_element(order_, {}, [](const auto& each) { return each.second.size(); });
+      known_.erase(most->second.front());
+      most->second.pop_front();
+      if (most->second.empty()) {
+        order_.erase(most);
+      }
     }
   }
 
   /// Null if nothing is known of it.
-  [[nodiscard]] const Value* find(const fabric::CallId& call) const {
+  [[nodiscard]] const Value* find(const Key& call) const {
     const auto known = known_.find(call);
     return known == known_.end() ? nullptr : &known->second;
   }
 
  private:
   std::size_t most_;
-  std::map<fabric::CallId, Value> known_;
-  std::deque<fabric::CallId> order_;
+  std::map<Key, Value> known_;
+  /// By asker, the oldest in front.
+  std::map<std::uint64_t, std::deque<Key>> order_;
 };
 
 }  // namespace millrace::services::sdk

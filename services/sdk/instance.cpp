@@ -50,12 +50,14 @@ fabric::InstanceIdentity make_identity(const ServiceOptions& options,
   };
 }
 
-DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceIdentity& identity) {
+DeskOptions desk_options(const ServiceOptions& options, const fabric::InstanceIdentity& identity,
+                         bool proven_askers) {
   return {.instance = identity.id,
           .concurrency = options.concurrency,
           .delivery = options.delivery,
           .awaited = options.awaited,
-          .error_state = options.error_state};
+          .error_state = options.error_state,
+          .proven_askers = proven_askers};
 }
 
 /// Has the log say now and then what became of the calls. On the member's loop, where it may
@@ -119,7 +121,9 @@ struct Instance::Impl final : Hosted {
                               : std::make_shared<Member>(join_options(options), own_log)),
         identity(make_identity(options, member->participant().options().lease)),
         draining(std::move(tell_draining)),
-        runner(std::make_shared<Runner>(desk_options(options, identity), log, std::move(prompt))),
+        runner(std::make_shared<Runner>(
+            desk_options(options, identity, member->participant().badges() != nullptr), log,
+            std::move(prompt))),
         end(std::in_place, member->participant(), identity, *runner),
         summaries(std::make_shared<Summaries>(member->loop(), runner, log, identity.uuid)),
         grace(member->loop()) {}

@@ -99,6 +99,10 @@ void Runner::on_orphaned(const fabric::RequestKey& key) {
   perform(std::move(lock), actions);
 }
 
+void Runner::on_ignored(const std::string& reason) {
+  log_->warn("{}", reason);
+}
+
 void Runner::interim(fabric::CallId call, const Response& response) {
   Lock lock(lock_);
   const Actions actions = desk_.on_interim(call, response, now());
@@ -213,7 +217,7 @@ void Runner::tell_cancelled(const Actions& actions) const {
     return;
   }
   for (const Action& action : actions) {
-    if (const auto* cancel = std::get_if<Cancel>(&action)) {
+    if (const auto* cancel = std::get_if<Cancel>(&action); cancel != nullptr && cancel->runs) {
       prompt_.cancelled(cancel->call);
     }
   }
@@ -264,7 +268,7 @@ void Runner::perform(const Send& send, std::vector<std::string>& trouble) {
 }
 
 void Runner::perform(const Cancel& cancel) {
-  if (const auto call = cancelled_.find(cancel.call); call != cancelled_.end()) {
+  if (const auto call = cancelled_.find(cancel.call); cancel.runs && call != cancelled_.end()) {
     *call->second = true;
   }
 }

@@ -27,8 +27,8 @@ struct Prompt {
   /// It only passes calls on: it may be called in whichever thread lets a call begin, and keeps its
   /// place.
   bool passes_on = false;
-  /// Told of each call that is cancelled, whether it has begun or not; may be empty. As the handler
-  /// it must not wait.
+  /// Told of each call that is cancelled after it was passed on; may be empty. As the handler it
+  /// must not wait.
   std::function<void(fabric::CallId)> cancelled{};
 };
 
@@ -46,6 +46,7 @@ class Runner : public CallSink,
   void on_request(const fabric::Request& request) override;
   void on_withdrawn(const fabric::RequestKey& key) override;
   void on_orphaned(const fabric::RequestKey& key) override;
+  void on_ignored(const std::string& reason) override;
   void interim(fabric::CallId call, const Response& response) override;
   void finished(fabric::CallId call, const Result& result) override;
 

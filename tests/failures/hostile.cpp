@@ -39,7 +39,9 @@ void Hostile::forge_reply() {
                   .call = last_.call,
                   .attempt = last_.attempt,
                   .text = "forged",
-                  .state = 7},
+                  .state = 7,
+                  .asked_text = last_.text,
+                  .asked_state = last_.state},
                  millrace_final_reply);
 }
 
@@ -50,7 +52,9 @@ void Hostile::forge_bad_reply() {
               .call = last_.call,
               .attempt = last_.attempt,
               .text = "bad",
-              .state = 7};
+              .state = 7,
+              .asked_text = last_.text,
+              .asked_state = last_.state};
   std::uint32_t kind = millrace_final_reply;
   switch (++count_ % 4) {
     case 0:
@@ -149,7 +153,9 @@ void Hostile::impersonate() {
                  .call = last_.call,
                  .attempt = last_.attempt,
                  .text = "impostor",
-                 .state = 7},
+                 .state = 7,
+                 .asked_text = last_.text,
+                 .asked_state = last_.state},
                 millrace_final_reply);
 }
 

@@ -104,7 +104,9 @@ TEST_P(AnAnswerThatCannotBeWritten, FreesTheProgramWithAnErrorAtOnce) {
                  .call = asked->call,
                  .attempt = asked->attempt,
                  .text = odd_one.text,
-                 .state = odd_one.state},
+                 .state = odd_one.state,
+                 .asked_text = asked->text,
+                 .asked_state = asked->state},
                 odd_one.kind);
   cnc->await("response = ERROR: the service's answer");
   cnc->await("state = 500");

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <thread>
@@ -83,6 +84,50 @@ class Flood {
   std::thread thread_;
 };
 
+/// How long calls took, by what the gateway tells of them.
+class Stopwatch {
+ public:
+  explicit Stopwatch(const dds::ParticipantOptions& join)
+      : participant_(join), events_(participant_, "millrace", wire::Keep::all) {}
+
+  void take() {
+    for (auto batch = events_.take(); !batch.empty(); batch = events_.take()) {
+      for (const wire::Taken<Event>& taken : batch) {
+        if (!taken.valid) {
+          continue;
+        }
+        if (taken.value.kind == EventKind::seen) {
+          seen_.emplace(taken.value.call, taken.value.at);
+        } else if (taken.value.kind == EventKind::written) {
+          if (const auto from = seen_.find(taken.value.call); from != seen_.end()) {
+            times_.push_back(
+                std::chrono::duration<double, std::milli>(taken.value.at - from->second).count());
+          }
+        }
+      }
+    }
+  }
+
+  /// "400 calls, p50 25.1 ms, p99 31.0 ms"
+  std::string result() {
+    take();
+    if (times_.empty()) {
+      return "no calls";
+    }
+    std::ranges::sort(times_);
+    const auto at = [&](double part) {
+      return times_.at(static_cast<std::size_t>(part * static_cast<double>(times_.size() - 1)));
+    };
+    return fmt::format("{} calls, p50 {:.1f} ms, p99 {:.1f} ms", times_.size(), at(0.5), at(0.99));
+  }
+
+ private:
+  dds::Participant participant_;
+  wire::Reader<Event> events_;
+  std::map<CallId, Time> seen_;
+  std::vector<double> times_;
+};
+
 class AHostileParticipant : public testing::Test {
  protected:
   void SetUp() override {
@@ -92,10 +137,12 @@ class AHostileParticipant : public testing::Test {
   }
 
   /// Two instances, a controller whose programs call them, a gateway.
-  void start(std::uint32_t calls = calls_of_each) {
+  void start(std::uint32_t calls = calls_of_each, const std::string& delivery = "at-least-once") {
     calls_ = calls;
-    services.push_back(chain.slow_service({"--name", "one", "--work", "5"}));
-    services.push_back(chain.slow_service({"--name", "two", "--work", "5"}));
+    for (const std::string name : {"one", "two"}) {
+      services.push_back(
+          chain.slow_service({"--name", name, "--work", "5", "--delivery", delivery}));
+    }
     Flags flags{"--channels", std::to_string(channels)};
     const std::string program = chain.counting_program(slow_uuid, calls);
     for (std::uint32_t channel = 1; channel <= channels; ++channel) {

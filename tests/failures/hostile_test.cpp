@@ -1,7 +1,6 @@
 // A stranger on a fabric without trust, who says whatever he likes, as often as he can: the calls
 // of others are answered, no machine is taken away, no memory stays, and no log is written full.
 #include <iostream>
-#include <map>
 
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/reply_keys.hpp"
@@ -15,55 +14,11 @@ using testing::AllOf;
 
 const testing::Environment* const network = testing::AddGlobalTestEnvironment(new Network);
 
-/// How long calls took, by what the gateway tells of them.
-class Stopwatch {
- public:
-  explicit Stopwatch(std::uint32_t domain)
-      : participant_({.domain = domain}), events_(participant_, "millrace", wire::Keep::all) {}
-
-  void take() {
-    for (auto batch = events_.take(); !batch.empty(); batch = events_.take()) {
-      for (const wire::Taken<Event>& taken : batch) {
-        if (!taken.valid) {
-          continue;
-        }
-        if (taken.value.kind == EventKind::seen) {
-          seen_.emplace(taken.value.call, taken.value.at);
-        } else if (taken.value.kind == EventKind::written) {
-          if (const auto from = seen_.find(taken.value.call); from != seen_.end()) {
-            times_.push_back(
-                std::chrono::duration<double, std::milli>(taken.value.at - from->second).count());
-          }
-        }
-      }
-    }
-  }
-
-  /// "400 calls, p50 25.1 ms, p99 31.0 ms"
-  std::string result() {
-    take();
-    if (times_.empty()) {
-      return "no calls";
-    }
-    std::ranges::sort(times_);
-    const auto at = [&](double part) {
-      return times_.at(static_cast<std::size_t>(part * static_cast<double>(times_.size() - 1)));
-    };
-    return fmt::format("{} calls, p50 {:.1f} ms, p99 {:.1f} ms", times_.size(), at(0.5), at(0.99));
-  }
-
- private:
-  dds::Participant participant_;
-  wire::Reader<Event> events_;
-  std::map<CallId, Time> seen_;
-  std::vector<double> times_;
-};
-
 // What was once believed: 85 of 400 replies in another's name.
 TEST_F(AHostileParticipant, ForgesAnswersFloodsAndImpersonatesAndEveryCallIsAnsweredAllTheSame) {
   start();
   Hostile sut(chain.domain(), slow_uuid);
-  Stopwatch watch(chain.domain());
+  Stopwatch watch({.domain = chain.domain()});
   await("a request that is overheard", [&] {
     sut.overhear();
     return sut.has_heard();

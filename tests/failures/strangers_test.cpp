@@ -153,7 +153,9 @@ TEST_F(AStranger, ThatBeatsAndDeclinesInTheNameOfInstancesIsIgnoredAndSaidOnce) 
                                          .call = asked.call,
                                          .attempt = asked.attempt,
                                          .kind = ReplyKind::declined,
-                                         .text = "not I"}));
+                                         .text = "not I",
+                                         .asked_text = asked.text,
+                                         .asked_state = asked.state}));
       }
     });
     expect_calls_unharmed();
@@ -192,7 +194,9 @@ TEST_F(AStranger, ThatIsAnInstanceAndAnswersWhatOthersWereAskedIsIgnoredAndSaidO
                                      .attempt = asked.attempt,
                                      .kind = kinds.at(++number % kinds.size()),
                                      .text = "wrong",
-                                     .state = 7}));
+                                     .state = 7,
+                                     .asked_text = asked.text,
+                                     .asked_state = asked.state}));
     });
     expect_calls_unharmed();
     testing::Test::RecordProperty("declines and answers", std::to_string(flood.done()));

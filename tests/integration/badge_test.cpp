@@ -194,7 +194,9 @@ TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
   ASSERT_TRUE(machines.write(claim("cnc")));
   Process gateway = sut.gateway(sut.as("gateway-1"));
   gateway.await_error(
-      "a program that shows no badge of its certificate: what it says on millrace/machine");
+      "a program that shows no badge of its certificate \\(participant [0-9a-f:]+\\): what it says "
+      "on "
+      "millrace/machine is not listened to");
   cnc.await("response = 1.732051");
   EXPECT_EQ(cnc.wait(), 0) << cnc.error_output();
 }
@@ -211,7 +213,7 @@ TEST_F(BadgeTest, AServiceReadsNoMailboxOfAnotherUuid) {
                                                   wire::Keep::all);
         },
         testing::ThrowsMessage<std::runtime_error>(
-            AllOf(HasSubstr("may not read millrace/v2/request"), HasSubstr(another))));
+            AllOf(HasSubstr("may not read millrace/v3/request"), HasSubstr(another))));
   }
   Flags flags = sut.as("another");
   // Time enough for a handshake of the caller with who looks on.
@@ -349,7 +351,7 @@ TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {
   await("calls that are answered", [&] { return !content_of(sut.record()).empty(); });
   sut.trust({"revoke", sut.plant(), "gateway-3"});
   service.await_error(
-      "the certificate of gateway-3 is revoked: what it says on millrace/v2/request");
+      "the certificate of gateway-3 is revoked: what it says on millrace/v3/request");
   // What it had begun is over by then; nothing comes any more.
   const std::string done = content_of(sut.record());
   gateway.await_error("does not take what it is given");

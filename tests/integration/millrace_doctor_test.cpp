@@ -107,7 +107,7 @@ TEST_F(TheDoctor, NamesTheWriterWhoseQosOrTypeFitsNobody) {
 
   const std::string text = examine(chain.domain());
   EXPECT_EQ(exit_code, 1);
-  EXPECT_THAT(text, ContainsRegex("the writer of millrace/v2/reply of other on .* fits no millrace "
+  EXPECT_THAT(text, ContainsRegex("the writer of millrace/v3/reply of other on .* fits no millrace "
                                   "program: reliability: best effort is offered"));
   EXPECT_THAT(text, HasSubstr("durability: volatile is offered, transient local is requested"));
   EXPECT_THAT(text, ContainsRegex("the writer of millrace/outcome of other on .* its type is "

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "fabric/dds/post_once.hpp"
+#include "fabric/observer/notices.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/reader.hpp"
 
@@ -28,8 +29,13 @@ struct NoticeReader::Impl : std::enable_shared_from_this<Impl> {
       if (batch.empty()) {
         return;
       }
+      const std::vector<dds_instance_handle_t> there = reader->matched();
       for (const wire::Taken<fabric::Notice>& taken : batch) {
+        if (!owners.is_own(taken.value.key, taken.writer, there)) {
+          continue;
+        }
         if (taken.presence != wire::Presence::alive) {
+          owners.forget(taken.value.key);
           listener.on_notice_gone(taken.value.key);
         } else if (taken.valid) {
           listener.on_notice(taken.value);
@@ -39,6 +45,7 @@ struct NoticeReader::Impl : std::enable_shared_from_this<Impl> {
   }
 
   NoticeListener& listener;
+  fabric::observer::NoticeOwners owners;
   // Before the reader that wakes it.
   std::optional<fabric::dds::PostOnce> post;
   std::optional<wire::Reader<fabric::Notice>> reader;

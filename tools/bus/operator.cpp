@@ -1,5 +1,8 @@
 #include "tools/bus/operator.hpp"
 
+#include <algorithm>
+#include <set>
+
 #include <boost/asio/io_context.hpp>
 #include <fmt/format.h>
 #include <pwd.h>
@@ -7,8 +10,11 @@
 
 #include "base/posix/host.hpp"
 #include "fabric/badge.hpp"
+#include "fabric/channel_scope.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/dds/trust.hpp"
+#include "fabric/ends/discovery.hpp"
+#include "fabric/registry/registry.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
@@ -33,8 +39,11 @@ class Desk : public std::enable_shared_from_this<Desk> {
     post_.emplace(io.get_executor(), weak_from_this(), [this] { take(); });
     const fabric::dds::Listener on_outcome(dds_create_listener(nullptr));
     post_->listen_for_data(on_outcome.get());
-    outcomes_.emplace(participant_, participant_.options().fabric, fabric::wire::Keep::all,
-                      fabric::wire::EndpointOptions{.listener = on_outcome.get()});
+    const std::string& fabric = participant_.options().fabric;
+    const fabric::wire::EndpointOptions options{.listener = on_outcome.get()};
+    discovery_.emplace(participant_, on_outcome.get());
+    machines_.emplace(participant_, fabric, fabric::wire::Keep::all, options);
+    outcomes_.emplace(participant_, fabric, fabric::wire::Keep::all, options);
   }
 
   /// Sends what has no outcome yet.
@@ -57,25 +66,87 @@ class Desk : public std::enable_shared_from_this<Desk> {
   std::map<fabric::InstanceId, Heard> heard;
 
  private:
+  using Handle = dds_instance_handle_t;
+  struct Said {
+    fabric::Outcome outcome;
+    Handle participant = DDS_HANDLE_NIL;
+    std::string program;
+    Clock::time_point at;
+  };
+
   void take() {
+    discovery_->drain(registry_, Clock::now());
+    for (auto batch = machines_->take(); !batch.empty(); batch = machines_->take()) {
+      for (const auto& taken : batch) {
+        if (taken.valid && taken.presence == fabric::wire::Presence::alive) {
+          const Handle who = machines_->participant_of(taken.writer);
+          claimed_[taken.value.machine].insert(who);
+          gateways_.emplace(taken.value.gateway, who);
+        }
+      }
+    }
     for (auto batch = outcomes_->take(); !batch.empty(); batch = outcomes_->take()) {
       for (const fabric::wire::Taken<fabric::Outcome>& taken : batch) {
-        const auto sent = sent_.find(taken.value.command);
-        if (taken.valid && sent != sent_.end()) {
-          heard.try_emplace(taken.value.command, Heard{taken.value, Clock::now() - sent->second,
-                                                       std::chrono::system_clock::now()});
+        // Far more than those that may answer; a stranger can send any number.
+        constexpr std::size_t most = 1024;
+        if (taken.valid && sent_.contains(taken.value.command) && said_.size() < most) {
+          said_.push_back({taken.value, outcomes_->participant_of(taken.writer),
+                           outcomes_->program_of(taken.writer), Clock::now()});
         }
+      }
+    }
+    // Who has said it may be known only now.
+    for (const Said& said : said_) {
+      const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
+      if (is_asked(*command, said.participant)) {
+        heard.try_emplace(command->id, Heard{said.outcome, said.at - sent_.at(command->id),
+                                             std::chrono::system_clock::now()});
       }
     }
   }
 
+  /// Whether it was for this program to do: its instance, or a machine that it has.
+  [[nodiscard]] bool is_asked(const fabric::Command& command, Handle participant) const {
+    if (command.key.machine.empty()) {
+      const auto gateway = gateways_.find(command.instance);
+      return registry_.is_home(participant, command.instance) ||
+             (gateway != gateways_.end() && gateway->second == participant);
+    }
+    const auto claimed = claimed_.find(std::string(fabric::machine_of(command.key.machine)));
+    return claimed != claimed_.end() && claimed->second.contains(participant);
+  }
+
+ public:
+  /// What others have said than who was asked.
+  void complain() const {
+    std::set<std::string> told;
+    for (const Said& said : said_) {
+      const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
+      if (!is_asked(*command, said.participant) && told.insert(said.program).second) {
+        fmt::print(
+            stderr,
+            "participant {} says what came of a command that was not for it; that is ignored "
+            "(`millrace doctor` says who is there)\n",
+            said.program);
+      }
+    }
+  }
+
+ private:
   fabric::dds::Participant& participant_;
   const std::vector<fabric::Command>& commands_;
   fabric::wire::Writer<fabric::Command> writer_;
   std::map<fabric::InstanceId, Clock::time_point> sent_;
   // Before the reader that wakes it.
   std::optional<fabric::dds::PostOnce> post_;
+  std::optional<fabric::ends::Discovery> discovery_;
+  std::optional<fabric::wire::Reader<fabric::MachineStatus>> machines_;
   std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes_;
+  /// Whose instances there are, and by participant who has which machine and is which gateway.
+  fabric::registry::Registry registry_;
+  std::map<std::string, std::set<Handle>> claimed_;
+  std::map<fabric::InstanceId, Handle> gateways_;
+  std::vector<Said> said_;
 };
 
 }  // namespace
@@ -96,6 +167,7 @@ std::map<fabric::InstanceId, Heard> issue(fabric::dds::Participant& participant,
     }
     io.run_one_until(std::min(next_sending, end));
   }
+  desk->complain();
   return std::move(desk->heard);
 }
 

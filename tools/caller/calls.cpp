@@ -65,6 +65,8 @@ void Calls::on_load(const fabric::InstanceLoad& load, Moment now) {
 void Calls::on_reply(const fabric::Reply& reply, Moment now) {
   const auto found = open_.find(reply.call);
   if (found == open_.end() || reply.key != found->second.order.key ||
+      reply.asked_text != found->second.order.text ||
+      reply.asked_state != found->second.order.state ||
       std::ranges::find(found->second.asked, reply.instance) == found->second.asked.end()) {
     return;
   }

@@ -297,6 +297,8 @@ fabric::Reply AsService::reply_to(const fabric::Request& request, const Answer& 
           .attempt = request.attempt,
           .text = answer.text,
           .state = answer.state,
+          .asked_text = request.text,
+          .asked_state = request.state,
           .replayed = true};
 }
 

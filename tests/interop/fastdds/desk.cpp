@@ -31,6 +31,8 @@ Reply Desk::reply_to(const Request& request) const {
   reply.attempt(request.attempt());
   reply.kind(final_reply);
   reply.code(code_ok);
+  reply.asked_text(request.text());
+  reply.asked_state(request.state());
   reply.replayed(request.replayed());
   return reply;
 }

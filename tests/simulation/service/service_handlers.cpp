@@ -91,6 +91,8 @@ void ServiceProcess::finish(const RunPointer& run) {
     reply.attempt = run->request.attempt;
     reply.text = result->text;
     reply.state = result->state;
+    reply.asked_text = run->request.text;
+    reply.asked_state = run->request.state;
     say(reply);
   }
   perform(actions);

@@ -69,6 +69,16 @@ TEST_F(BadgeBookTest, ForgetsNoWriterThatAnotherReaderIsMatchedWith) {
   EXPECT_TRUE(sut.proof_of_writer(some_writer).badge);
 }
 
+TEST_F(BadgeBookTest, KnowsWhetherAGatewayOfAMachineIsThere) {
+  EXPECT_FALSE(sut.has_gateway_of("press_1"));
+  sut.put_on(9, 90, {.name = "gateway-9", .roles = {"gateway"}, .machines = {"press_1"}});
+  EXPECT_TRUE(sut.has_gateway_of("press_1"));
+  EXPECT_TRUE(sut.has_gateway_of("press_1.orders"));
+  EXPECT_FALSE(sut.has_gateway_of("press_2"));
+  sut.take_off(9);
+  EXPECT_FALSE(sut.has_gateway_of("press_1"));
+}
+
 TEST_F(BadgeBookTest, TellsOfWhomARevocationIsNews) {
   show();
   EXPECT_THAT(sut.revoke({"somebody"}), IsEmpty());

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fabric/observer/notices.hpp"
+
 namespace millrace::fabric {
 namespace {
 
@@ -104,6 +106,17 @@ TEST(ANoticeBoard, ShortensWhatDoesNotFitWhereEverybodySeesIt) {
   EXPECT_LE(told.text.size(), 255U);
   EXPECT_THAT(told.text, EndsWith("üü …"));
   EXPECT_EQ(told.advice, "a b");
+}
+
+TEST(NoticeOwners, LetOnlyWhoHasSaidItFirstChangeItWhileThatOneIsThere) {
+  observer::NoticeOwners sut;
+  EXPECT_TRUE(sut.is_own(archiver.key, 1, {1, 2}));
+  EXPECT_FALSE(sut.is_own(archiver.key, 2, {1, 2}));
+  EXPECT_TRUE(sut.is_own(archiver.key, 1, {1, 2}));
+  EXPECT_TRUE(sut.is_own(archiver.key, 2, {2})) << "the first one is gone";
+  EXPECT_FALSE(sut.is_own(archiver.key, 1, {1, 2}));
+  sut.forget(archiver.key);
+  EXPECT_TRUE(sut.is_own(archiver.key, 1, {1, 2}));
 }
 
 TEST(ALongText, IsCutBetweenCharactersAndNeverInSilence) {

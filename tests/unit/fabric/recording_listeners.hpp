@@ -37,8 +37,13 @@ struct RecordingGateway : ends::CallEndListener {
 
 struct RecordingInstance : ends::ReplyEndListener {
   void on_request(const Request& request) override { requests.push_back(request); }
-  void on_withdrawn(const RequestKey& key) override { withdrawn.push_back(key); }
-  void on_orphaned(const RequestKey& key) override { orphaned.push_back(key); }
+  void on_withdrawn(const RequestKey& key) override { withdrawn.push_back(without_asker(key)); }
+  void on_orphaned(const RequestKey& key) override { orphaned.push_back(without_asker(key)); }
+  /// As who has asked knows it.
+  static RequestKey without_asker(RequestKey key) {
+    key.asker = 0;
+    return key;
+  }
 
   std::vector<Request> requests;
   std::vector<RequestKey> withdrawn;

@@ -40,11 +40,11 @@ TEST(Grants, OfAServiceAreItsOwnUuidsAndWhatItSaysOfItself) {
               UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/root"},
                                    Grant{Way::write, "millrace/badge", "hall/@role/service"},
                                    Grant{Way::read, "millrace/badge", "hall/@*"},
-                                   Grant{Way::write, "millrace/v2/reply", own},
-                                   Grant{Way::write, "millrace/v2/beat", "hall"},
+                                   Grant{Way::write, "millrace/v3/reply", own},
+                                   Grant{Way::write, "millrace/v3/beat", "hall"},
                                    Grant{Way::write, "millrace/outcome", "hall"},
                                    Grant{Way::write, "millrace/notice", "hall"},
-                                   Grant{Way::read, "millrace/v2/request", own + "/*"},
+                                   Grant{Way::read, "millrace/v3/request", own + "/*"},
                                    Grant{Way::read, "millrace/command", "hall"}));
 }
 
@@ -54,7 +54,7 @@ TEST(Grants, OfAnObserverWriteNothingButWhatTroublesItself) {
               UnorderedElementsAre(Grant{Way::write, "millrace/badge", "hall/@name/o"},
                                    Grant{Way::write, "millrace/badge", "hall/@role/observer"},
                                    Grant{Way::write, "millrace/notice", "hall"}));
-  EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v2/request", "hall/*"}));
+  EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/v3/request", "hall/*"}));
   EXPECT_THAT(sut, Contains(Grant{Way::read, "millrace/event", "hall"}));
 }
 
@@ -83,7 +83,7 @@ TEST(Grants, OfAnOperatorAddCommandsAndQuestionsAboutVariablesAndNothingElse) {
 
 TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
   EXPECT_THAT(of_way(Way::write, grants_of({.name = "t", .roles = {Role::tester}}, "hall")),
-              AllOf(Contains(Grant{Way::write, "millrace/v2/request", "hall/*"}),
+              AllOf(Contains(Grant{Way::write, "millrace/v3/request", "hall/*"}),
                     Contains(Grant{Way::write, "millrace/data", "hall"}),
                     Not(Contains(Field(&Grant::topic, "millrace/machine")))));
 }
@@ -92,7 +92,7 @@ TEST(Grants, OfAGatewayLetItAnswerNoCalls) {
   const Member member{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
   EXPECT_THAT(of_way(Way::write, grants_of(member, "hall")),
               AllOf(Contains(Field(&Grant::topic, "millrace/machine")),
-                    Not(Contains(Field(&Grant::topic, "millrace/v2/reply")))));
+                    Not(Contains(Field(&Grant::topic, "millrace/v3/reply")))));
 }
 
 TEST(Grants, OfAGatewayLetItShowTheBadgeOfItsMachinesAndNoOthers) {
@@ -180,7 +180,7 @@ TEST(Permissions, NameAllPartitionsOfATopicInOneRule) {
 
 TEST(Permissions, OfAnEarlierVersionSayNothingOfABadge) {
   EXPECT_THAT(
-      badge_in(permissions_document({{Way::write, "millrace/v2/reply", "hall/x"}}, "CN=g", {}, {})),
+      badge_in(permissions_document({{Way::write, "millrace/v3/reply", "hall/x"}}, "CN=g", {}, {})),
       testing::IsEmpty());
   EXPECT_THAT(badge_in("<publish><topic>millrace/badge</topic><partition>"), testing::IsEmpty());
 }

@@ -19,11 +19,7 @@ TEST_F(CallControlTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
   sut->on_instance_ready(instance(1), now);
   const auto published = all<Publish>(confirm(request(1)));
   EXPECT_THAT(all<Hide>(sut->retire({"cnc", 1}, now)), IsEmpty());
-  fabric::Reply reply;
-  reply.key = {"cnc", 1};
-  reply.call = published.front().request.call;
-  reply.instance = instance(1).id;
-  reply.state = 1;
+  const fabric::Reply reply = answer_to(published.front().request);
   EXPECT_THAT(all<Record>(sut->on_reply(reply, now)), SizeIs(1));
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1, 2));
 }

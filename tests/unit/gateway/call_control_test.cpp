@@ -96,11 +96,7 @@ TEST_F(CallControlTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   sut->on_instance_ready(instance(1), now);
   const auto first = all<Publish>(confirm(request(1)));
   EXPECT_THAT(all<Publish>(confirm(request(2))), IsEmpty());
-  fabric::Reply reply;
-  reply.key = {"cnc", 1};
-  reply.call = first.front().request.call;
-  reply.instance = instance(1).id;
-  reply.state = 1;
+  const fabric::Reply reply = answer_to(first.front().request);
   EXPECT_THAT(all<Publish>(confirm(sut->on_reply(reply, now))), SizeIs(1));
 }
 

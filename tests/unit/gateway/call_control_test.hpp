@@ -89,6 +89,8 @@ class CallControlTest : public testing::Test {
     reply.instance = request.assigned;
     reply.text = "1.414";
     reply.state = 1;
+    reply.asked_text = request.text;
+    reply.asked_state = request.state;
     return reply;
   }
 

@@ -101,6 +101,12 @@ class Desk {
     reply.call = {0x5f3a, calls};
     reply.text = text;
     reply.state = state;
+    for (const fabric::Request& asked : published) {
+      if (asked.call == reply.call) {
+        reply.asked_text = asked.text;
+        reply.asked_state = asked.state;
+      }
+    }
     return reply;
   }
   [[nodiscard]] fabric::Reply interim(const std::string& text, std::uint32_t state,

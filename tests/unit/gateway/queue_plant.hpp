@@ -276,6 +276,8 @@ class QueuePlant {
     reply.instance = request.assigned;
     reply.text = "ok";
     reply.state = 1;
+    reply.asked_text = request.text;
+    reply.asked_state = request.state;
     todo.push_back([this, reply] { carry_out(control->on_reply(reply, now)); });
   }
 };

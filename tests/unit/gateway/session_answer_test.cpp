@@ -60,6 +60,22 @@ TEST_F(ChannelAnswer, OfACallFromBeforeTheWallClockWasSetBackIsLoggedWithoutATim
   EXPECT_THAT(desk.said.back(), EndsWith("answered with state 1"));
 }
 
+// Somebody else has asked that instance under the id of our call.
+TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
+  desk.dispatched_call();
+  fabric::Reply other = desk.reply("3.000", 1);
+  other.asked_text = "9";
+  reply(other);
+  EXPECT_EQ(sut().status().answered, 0U);
+  EXPECT_THAT(desk.said.back(), HasSubstr("answers another request than ours under the same id"));
+  other = desk.reply("3.000", 1);
+  other.asked_state += 1;
+  reply(other);
+  EXPECT_EQ(sut().status().answered, 0U);
+  reply(desk.reply("1.414", 1));
+  EXPECT_EQ(sut().status().answered, 1U);
+}
+
 TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
   desk.dispatched_call();
   reply(desk.reply("1.414", 1));

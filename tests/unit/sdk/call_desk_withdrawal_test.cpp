@@ -6,6 +6,7 @@ namespace {
 
 using fabric::CallId;
 using fabric::Reply;
+using fabric::Request;
 using fabric::ServiceCode;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -213,6 +214,106 @@ TEST_F(CallDeskTest, AnswersAGatewayThatComesBackAfterItsCallWasGivenUp) {
   ASSERT_THAT(after, SizeIs(1));
   EXPECT_EQ(after.front().request.call, call(1));
   EXPECT_EQ(answered(1, answer).attempt, 2U);
+}
+
+/// A participant that knows the ids of the calls of others.
+class AStranger : public CallDeskTest {
+ protected:
+  static fabric::Request of_a_stranger(fabric::Request request, const std::string& text) {
+    request.asker = 666;
+    request.text = text;
+    return request;
+  }
+  static fabric::RequestKey key_of_a_stranger() {
+    fabric::RequestKey key = asked_by(1);
+    key.asker = 666;
+    return key;
+  }
+};
+
+// It was run and remembered, and its answer "repeated" to the real one: 2,346 of 4,838 calls were
+// wrong.
+TEST_F(AStranger, ThatHasAskedSomethingElseUnderACallIdGivesNoAnswerToItsOwner) {
+  started(of_a_stranger(request(1), "9"));
+  EXPECT_EQ(answered(1, Response{.text = "3.000000"}).asked_text, "9");
+  EXPECT_EQ(started(request(1)), 1U);
+  const Reply reply = answered(1, answer);
+  EXPECT_EQ(reply.code, ServiceCode::ok);
+  EXPECT_EQ(reply.text, "2.000000");
+  EXPECT_EQ(reply.asked_text, "");
+}
+
+TEST_F(AStranger, ThatHasAskedTheSameUnderACallIdGivesNoAnswerToItsOwnerWhereAskersAreProven) {
+  sut = CallDesk({.instance = self, .proven_askers = true});
+  started(of_a_stranger(request(1), ""));
+  answered(1, Response{.text = "3.000000"});
+  EXPECT_EQ(started(request(1)), 1U);
+}
+
+TEST_F(AStranger, ThatAsksUnderTheIdOfARunningCallHasItsTurnAfterIt) {
+  CallDesk two({.instance = self, .concurrency = 2});
+  two.on_request(request(1), now);
+  EXPECT_THAT(two.on_request(of_a_stranger(request(1), "9"), now), IsEmpty());
+  const auto next = two.on_result(call(1), answer, now);
+  ASSERT_THAT(only<Send>(next), SizeIs(1));
+  EXPECT_EQ(only<Send>(next).front().reply.asked_text, "");
+  ASSERT_THAT(only<Start>(next), SizeIs(1));
+  EXPECT_EQ(only<Start>(next).front().request.text, "9");
+}
+
+// A handler that runs was told that nobody waits.
+TEST_F(AStranger, ThatTakesBackItsOwnWaitingCallTellsNoHandlerOfTheSameId) {
+  started(request(1));
+  started(of_a_stranger(request(1), "9"));
+  const auto cancelled = only<Cancel>(sut.on_withdrawn(key_of_a_stranger()));
+  ASSERT_THAT(cancelled, SizeIs(1));
+  EXPECT_FALSE(cancelled.front().runs);
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(AStranger, WithdrawsNoCallOfOthers) {
+  started(request(1));
+  EXPECT_THAT(sut.on_withdrawn(key_of_a_stranger()), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+TEST_F(AStranger, ThatAsksTheVerySameAndTakesItBackCancelsNothing) {
+  started(request(1));
+  started(of_a_stranger(request(1), ""));
+  EXPECT_THAT(sut.on_withdrawn(key_of_a_stranger()), IsEmpty());
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+// One number ahead, and the running call was given up.
+TEST_F(AStranger, WithALaterNumberOrTheEpochOfASuccessorGivesUpNoCallOfOthers) {
+  started(request(1));
+  EXPECT_THAT(only<Cancel>(sut.on_request(of_a_stranger(request(2), "9"), now)), IsEmpty());
+  Request successor = of_a_stranger(of_another_gateway(3), "9");
+  successor.succeeds = 1;
+  // Its own, which waited.
+  EXPECT_THAT(only<Cancel>(sut.on_request(successor, now)),
+              testing::Each(testing::Field(&Cancel::runs, false)));
+  EXPECT_EQ(answered(1, answer).text, "2.000000");
+}
+
+// A gateway that starts again has another writer.
+TEST_F(AStranger, ThatAsksTheVerySameGetsTheAnswerFromMemory) {
+  started(request(1));
+  answered(1, answer);
+  const auto sent = only<Send>(sut.on_request(of_a_stranger(request(1), ""), now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.code, ServiceCode::repeated);
+}
+
+TEST_F(AStranger, PushesNoAnswerOfOthersOutOfMemory) {
+  sut = CallDesk({.instance = self, .memory = 8});
+  started(request(1));
+  answered(1, answer);
+  for (std::uint64_t number = 2; number <= 50; ++number) {
+    started(of_a_stranger(request(number), "9"));
+    answered(number, answer);
+  }
+  EXPECT_THAT(only<Send>(sut.on_request(again(request(1), 2), now)), SizeIs(1));
 }
 
 }  // namespace

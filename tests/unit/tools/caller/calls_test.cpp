@@ -37,7 +37,9 @@ fabric::Reply reply_to(const fabric::Request& request, const std::string& text) 
           .call = request.call,
           .attempt = request.attempt,
           .text = text,
-          .state = 1};
+          .state = 1,
+          .asked_text = request.text,
+          .asked_state = request.state};
 }
 
 /// "1→7#2": channel 1's call goes to instance 7 as attempt 2; "-1": it is taken back; "1=text" and

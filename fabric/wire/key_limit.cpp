@@ -1,0 +1,44 @@
+#include "fabric/wire/key_limit.hpp"
+
+#include "base/program/barrier.hpp"
+
+namespace millrace::fabric::wire {
+
+void KeyLimit::watch(const dds::Entity& topic) {
+  dds_topic_filter filter{};
+  filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
+  filter.f.sampleinfo_arg = [](const dds_sample_info_t* info, void* self) -> bool {
+    bool admitted = true;
+    base::program::contain("counting the keys of a writer", [&] {
+      admitted =
+          static_cast<KeyLimit*>(self)->admits(info->publication_handle, info->instance_handle);
+    });
+    return admitted;
+  };
+  filter.arg = this;
+  dds::check(dds_set_topic_filter_extended(topic.handle(), &filter), "limit keys");
+}
+
+bool KeyLimit::admits(dds_instance_handle_t writer, dds_instance_handle_t key) {
+  const std::lock_guard guard(lock_);
+  const auto [known, is_new] = keys_.try_emplace(writer);
+  if (is_new) {
+    writers_.push_back(writer);
+    if (writers_.size() > most_writers) {
+      keys_.erase(writers_.front());
+      writers_.pop_front();
+    }
+  }
+  auto& keys = known->second;
+  if (keys.size() < most_) {
+    keys.insert(key);
+    return true;
+  }
+  if (keys.contains(key)) {
+    return true;
+  }
+  flooding_ = writer;
+  return false;
+}
+
+}  // namespace millrace::fabric::wire

@@ -1,0 +1,51 @@
+// How many keys a reader keeps of each writer: Cyclone keeps about 0.6 kB of each until it is
+// disposed or its writer is gone, and a stranger can make up any number.
+//
+//   KeyLimit limit(4);                     // outlives the topic, and is not moved
+//   limit.watch(topic);                    // before the reader is created
+//   if (auto writer = limit.take_flooding()) …
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "fabric/dds/entity.hpp"
+
+namespace millrace::fabric::wire {
+
+class KeyLimit {
+ public:
+  /// Far more than a fabric has. Of more the first is forgotten, with its keys.
+  static constexpr std::size_t most_writers = 4'096;
+
+  /// `most` keys of each writer.
+  explicit KeyLimit(std::size_t most) : most_(most) {}
+  KeyLimit(const KeyLimit&) = delete;
+  KeyLimit& operator=(const KeyLimit&) = delete;
+
+  /// Has samples of further keys dropped before Cyclone makes anything of them. For a topic entity
+  /// of this reader's own.
+  void watch(const dds::Entity& topic);
+  /// Whether a sample of this key is to be kept. In Cyclone's threads.
+  bool admits(dds_instance_handle_t writer, dds_instance_handle_t key);
+  /// A writer of which something was dropped since the last call.
+  std::optional<dds_instance_handle_t> take_flooding() {
+    const std::lock_guard guard(lock_);
+    return std::exchange(flooding_, std::nullopt);
+  }
+
+ private:
+  const std::size_t most_;
+  std::mutex lock_;
+  std::unordered_map<dds_instance_handle_t, std::unordered_set<dds_instance_handle_t>> keys_;
+  /// The first one in front.
+  std::deque<dds_instance_handle_t> writers_;
+  std::optional<dds_instance_handle_t> flooding_;
+};
+
+}  // namespace millrace::fabric::wire
