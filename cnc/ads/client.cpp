@@ -92,7 +92,7 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
     co_return tl::make_unexpected(explain_no_connection(options, "closed while connecting"));
   }
   self->watch_link();
-  self->requester->open(std::move(*socket));
+  self->requester->open(plain_transport(std::move(*socket)));
   auto state = co_await first_answer(self);
   co_return state;
 }

@@ -35,30 +35,29 @@ tcp::endpoint endpoint_of(const tcp::socket& socket) {
 
 }  // namespace
 
-Connection::Connection(tcp::socket socket, Device& device, const ServerOptions& options,
+Connection::Connection(Transport transport, Device& device, const ServerOptions& options,
                        Lingering* lingering, base::program::Log log)
-    : socket_(std::move(socket)),
+    : transport_(std::move(transport)),
+      executor_(transport_.stream->socket().get_executor()),
       options_(options),
       session_(device, options.session, lingering),
-      reader_(options.max_frame),
-      outbox_(socket_, options.max_output),
-      due_(socket_.get_executor(), Clock::time_point::max()),
-      idle_(socket_.get_executor()),
+      reader_(options.max_frame, transport_.framing),
+      outbox_(transport_, options.max_output),
+      due_(executor_, Clock::time_point::max()),
+      idle_(executor_),
       last_received_(Clock::now()),
       log_(std::move(log)) {
-  const auto endpoint = endpoint_of(socket_);
+  const auto endpoint = endpoint_of(transport_.stream->socket());
   address_ = endpoint.address();
   peer_ = fmt::format("{}:{}", address_.to_string(), endpoint.port());
-  boost::system::error_code ignored;  // a socket already closed shows in the first read
-  socket_.set_option(tcp::no_delay(true), ignored);
 }
 
 asio::awaitable<void> Connection::run() {
   const auto self = shared_from_this();
-  asio::co_spawn(socket_.get_executor(), write(self), base::program::rethrow_from_loop);
-  asio::co_spawn(socket_.get_executor(), send_when_due(self), base::program::rethrow_from_loop);
+  asio::co_spawn(executor_, write(self), base::program::rethrow_from_loop);
+  asio::co_spawn(executor_, send_when_due(self), base::program::rethrow_from_loop);
   if (options_.idle_time.count() > 0) {
-    asio::co_spawn(socket_.get_executor(), close_when_idle(self), base::program::rethrow_from_loop);
+    asio::co_spawn(executor_, close_when_idle(self), base::program::rethrow_from_loop);
   }
   co_await receive();
   close();
@@ -110,7 +109,7 @@ asio::awaitable<void> Connection::close_when_idle(std::shared_ptr<Connection> se
 }
 
 asio::awaitable<void> Connection::drained(std::shared_ptr<Connection> self) {
-  asio::steady_timer delayed(self->socket_.get_executor());
+  asio::steady_timer delayed(self->executor_);
   while (!self->outbox_.stopped()) {
     co_await self->outbox_.drained();
     const auto due = self->faulty_line_.next_due();
@@ -126,7 +125,7 @@ asio::awaitable<void> Connection::receive() {
   std::array<std::uint8_t, chunk_size> chunk{};
   while (!outbox_.stopped()) {
     const auto buffer = asio::buffer(chunk);
-    const auto [error, size] = co_await socket_.async_read_some(buffer, quietly);
+    const auto [error, size] = co_await transport_.stream->read_some(buffer);
     if (error) {
       log_->debug("{}: connection closed: {}", peer_, error.message());
       co_return;
@@ -157,7 +156,7 @@ asio::awaitable<void> Connection::react_to_frames() {
     }
     send(std::move(*reaction), time);
     while (session_.working() && !outbox_.stopped()) {
-      co_await asio::post(socket_.get_executor(), asio::use_awaitable);
+      co_await asio::post(executor_, asio::use_awaitable);
       if (outbox_.stopped()) {
         co_return;  // the device may be gone
       }
@@ -177,7 +176,7 @@ asio::awaitable<void> Connection::react_to_frames() {
 
 asio::awaitable<void> Connection::room() {
   co_await outbox_.room();
-  asio::steady_timer delayed(socket_.get_executor());
+  asio::steady_timer delayed(executor_);
   while (line_is_full() && !outbox_.stopped()) {
     delayed.expires_at(*faulty_line_.next_due());
     co_await delayed.async_wait(quietly);
@@ -222,7 +221,7 @@ void Connection::close() {
   due_.cancel();
   idle_.cancel();
   boost::system::error_code ignored;
-  socket_.close(ignored);
+  transport_.stream->socket().close(ignored);
 }
 
 }  // namespace millrace::cnc::ads

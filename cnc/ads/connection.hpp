@@ -5,7 +5,7 @@
 #include <string>
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/address.hpp>
 
 #include "cnc/ads/outbox.hpp"
 #include "cnc/ads/server.hpp"
@@ -17,7 +17,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
  public:
   /// Device and options must outlive the connection, `lingering` its run(); the faults among the
   /// options may change.
-  Connection(boost::asio::ip::tcp::socket socket, Device& device, const ServerOptions& options,
+  Connection(Transport transport, Device& device, const ServerOptions& options,
              Lingering* lingering, base::program::Log log);
 
   /// Serves until the connection ends.
@@ -48,7 +48,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// The peer has all that was sent, and something more is coming.
   [[nodiscard]] bool peer_waits() const;
 
-  boost::asio::ip::tcp::socket socket_;
+  Transport transport_;
+  boost::asio::any_io_executor executor_;
   const ServerOptions& options_;
   Session session_;
   FrameReader reader_;

@@ -1,11 +1,15 @@
 #include "cnc/ads/frame.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include <fmt/format.h>
 
 namespace millrace::cnc::ads {
 namespace {
+
+/// Of the data's length in an AMS header.
+constexpr std::size_t data_length_offset = 20;
 
 // Router frames carry 0 to 8 bytes; a longer frame of a kind we do not know is no AMS/TCP at all.
 constexpr std::size_t max_router_frame = 32;
@@ -34,13 +38,27 @@ void FrameReader::feed(BytesView bytes) {
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
-tl::expected<std::optional<Frame>, ProtocolError> FrameReader::next() {
+std::optional<FrameReader::Announced> FrameReader::announced() const {
   ByteReader in(BytesView(buffer_).subspan(consumed_));
-  const auto kind = in.u16();
-  const std::size_t length = in.u32();
-  if (!in.ok()) {
+  Announced frame;
+  if (framing_ == Framing::ams_tcp) {
+    frame.kind = FrameKind{in.u16()};
+    frame.header = frame_header_size;
+    frame.body = in.u32();
+  } else {
+    in.take(data_length_offset);
+    frame.body = packet_header_size + in.u32();
+  }
+  return in.ok() ? std::optional(frame) : std::nullopt;
+}
+
+tl::expected<std::optional<Frame>, ProtocolError> FrameReader::next() {
+  const auto frame = announced();
+  if (!frame) {
     return std::nullopt;
   }
+  const auto kind = static_cast<std::uint16_t>(frame->kind);
+  const std::size_t length = frame->body;
   if (length > max_frame_) {
     return broken(
         fmt::format("a frame announces {} bytes, at most {} are accepted", length, max_frame_));
@@ -51,12 +69,12 @@ tl::expected<std::optional<Frame>, ProtocolError> FrameReader::next() {
   if (kind != 0 && length >= max_router_frame) {
     return broken(fmt::format("no AMS/TCP frame: kind {:#06x} with {} bytes", kind, length));
   }
-  const auto body = in.take(length);
-  if (!in.ok()) {
+  const auto bytes = BytesView(buffer_).subspan(consumed_ + frame->header);
+  if (bytes.size() < length) {
     return std::nullopt;
   }
-  consumed_ += frame_header_size + length;
-  return Frame{FrameKind{kind}, body};
+  consumed_ += frame->header + length;
+  return Frame{frame->kind, bytes.first(length)};
 }
 
 tl::expected<Packet, ProtocolError> decode_packet(BytesView body) {
@@ -99,6 +117,20 @@ Bytes encode_frame(FrameKind kind, BytesView body) {
       .u32(static_cast<std::uint32_t>(body.size()))
       .bytes(body);
   return out.take();
+}
+
+void append_frames(Bytes& output, BytesView frames, Framing framing) {
+  if (framing == Framing::ams_tcp) {
+    output.insert(output.end(), frames.begin(), frames.end());
+    return;
+  }
+  ByteReader in(frames);
+  while (!in.rest().empty()) {
+    in.u16();
+    const auto body = in.take(in.u32());
+    assert(in.ok());
+    output.insert(output.end(), body.begin(), body.end());
+  }
 }
 
 Header response_header(const Header& request, ErrorCode error) {

@@ -1,6 +1,6 @@
-// AMS/TCP framing: bytes of a TCP stream in, frames out, and the AMS header inside them.
+// Framing: bytes of a stream in, frames out, and the AMS header inside them.
 //
-//   FrameReader reader(max_frame);
+//   FrameReader reader(max_frame, Framing::ams_tcp);
 //   reader.feed(received);
 //   while (auto frame = reader.next()) {          // an error ends the connection: no way to resync
 //     if (!*frame) break;                         // more bytes are needed
@@ -26,6 +26,14 @@ namespace millrace::cnc::ads {
 inline constexpr std::size_t frame_header_size = 6;
 inline constexpr std::size_t packet_header_size = 32;
 
+/// How frames stand in the bytes of a connection.
+enum class Framing : std::uint8_t {
+  /// Each behind the 6-byte AMS/TCP header: plain ADS.
+  ams_tcp,
+  /// AMS headers and their data alone: Secure ADS. There are no frames of a router.
+  headerless,
+};
+
 /// What an AMS/TCP frame carries (its first 16 bits).
 enum class FrameKind : std::uint16_t {
   ads = 0,
@@ -50,7 +58,8 @@ struct ProtocolError {
 class FrameReader {
  public:
   /// A frame announced with a body longer than `max_frame` bytes is an error.
-  explicit FrameReader(std::size_t max_frame) : max_frame_(max_frame) {}
+  explicit FrameReader(std::size_t max_frame, Framing framing = Framing::ams_tcp)
+      : max_frame_(max_frame), framing_(framing) {}
 
   void feed(BytesView bytes);
   /// The next whole frame, nothing if more bytes are needed, or why the stream is lost for good.
@@ -59,7 +68,17 @@ class FrameReader {
   [[nodiscard]] std::size_t pending() const { return buffer_.size() - consumed_; }
 
  private:
+  struct Announced {
+    FrameKind kind = FrameKind::ads;
+    /// Bytes in front of the body.
+    std::size_t header = 0;
+    std::size_t body = 0;
+  };
+  /// What the bytes at hand say of the next frame; nothing if more are needed.
+  [[nodiscard]] std::optional<Announced> announced() const;
+
   std::size_t max_frame_;
+  Framing framing_;
   Bytes buffer_;
   std::size_t consumed_ = 0;
 };
@@ -109,10 +128,13 @@ struct Packet {
 /// Fails if the header is cut short or its data length disagrees with the frame's.
 tl::expected<Packet, ProtocolError> decode_packet(BytesView body);
 
-/// A whole frame of kind ads.
+/// A whole frame of kind ads, as Framing::ams_tcp has it.
 Bytes encode_packet(const Header& header, BytesView data);
 /// A whole frame of another kind.
 Bytes encode_frame(FrameKind kind, BytesView body);
+
+/// Appends whole frames, as encode_packet() makes them, to what is sent over a connection.
+void append_frames(Bytes& output, BytesView frames, Framing framing);
 
 /// The header of the answer to `request`: addresses swapped, flags 5, same command and invoke id.
 Header response_header(const Header& request, ErrorCode error = ErrorCode::none);

@@ -7,7 +7,6 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "base/loop/quietly.hpp"
 #include "base/program/barrier.hpp"
 
 namespace millrace::cnc::ads {
@@ -15,7 +14,6 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
-using base::loop::quietly;
 
 // Answers to a controller that asks but does not read; then we do not read from it either.
 constexpr std::size_t max_output = std::size_t{1} << 20U;
@@ -32,21 +30,17 @@ std::string address_of(const tcp::socket& socket) {
 
 }  // namespace
 
-Link::Link(tcp::socket socket, std::size_t max_frame, LinkHandlers handlers)
-    : socket_(std::move(socket)),
-      reader_(max_frame),
-      outbox_(socket_, max_output),
+Link::Link(Transport transport, std::size_t max_frame, LinkHandlers handlers)
+    : transport_(std::move(transport)),
+      reader_(max_frame, transport_.framing),
+      outbox_(transport_, max_output),
       handlers_(std::move(handlers)),
-      local_address_(address_of(socket_)) {
-  boost::system::error_code ignored;  // a socket already closed shows in the first read
-  socket_.set_option(tcp::no_delay(true), ignored);
-}
+      local_address_(address_of(transport_.stream->socket())) {}
 
 void Link::start() {
-  asio::co_spawn(socket_.get_executor(), receive(shared_from_this()),
-                 base::program::rethrow_from_loop);
-  asio::co_spawn(socket_.get_executor(), write(shared_from_this()),
-                 base::program::rethrow_from_loop);
+  const auto executor = transport_.stream->socket().get_executor();
+  asio::co_spawn(executor, receive(shared_from_this()), base::program::rethrow_from_loop);
+  asio::co_spawn(executor, write(shared_from_this()), base::program::rethrow_from_loop);
 }
 
 asio::awaitable<void> Link::receive(std::shared_ptr<Link> self) {
@@ -54,7 +48,7 @@ asio::awaitable<void> Link::receive(std::shared_ptr<Link> self) {
   while (!self->outbox_.stopped()) {
     co_await self->outbox_.room();
     const auto buffer = asio::buffer(chunk);
-    const auto [error, size] = co_await self->socket_.async_read_some(buffer, quietly);
+    const auto [error, size] = co_await self->transport_.stream->read_some(buffer);
     if (error) {
       self->end({LinkEnd::Cause::closed_by_peer, error.message()});
       co_return;
@@ -99,11 +93,13 @@ void Link::say_farewell(BytesView frames) {
   if (outbox_.stopped() || outbox_.size() > 0) {
     return;
   }
-  const int socket = socket_.native_handle();
-  constexpr int now = MSG_DONTWAIT | MSG_NOSIGNAL;
-  static_cast<void>(::send(socket, frames.data(), frames.size(), now));
+  Bytes last;
+  append_frames(last, frames, transport_.framing);
+  transport_.stream->send_now(last);
+  tcp::socket& connection = transport_.stream->socket();
   boost::system::error_code ignored;
-  socket_.shutdown(tcp::socket::shutdown_send, ignored);
+  connection.shutdown(tcp::socket::shutdown_send, ignored);
+  const int socket = connection.native_handle();
   // A socket that is closed with something unread in it, or to which something comes afterwards,
   // resets the connection, and what was sent may be lost with it: so until the other side closes.
   const auto end = std::chrono::steady_clock::now() + farewell;
@@ -113,7 +109,7 @@ void Link::say_farewell(BytesView frames) {
            end - std::chrono::steady_clock::now())) {
     pollfd readable{.fd = socket, .events = POLLIN, .revents = 0};
     if (::poll(&readable, 1, static_cast<int>(left.count())) != 1 ||
-        ::recv(socket, unread.data(), unread.size(), now) <= 0) {
+        ::recv(socket, unread.data(), unread.size(), MSG_DONTWAIT) <= 0) {
       return;
     }
   }
@@ -122,7 +118,7 @@ void Link::say_farewell(BytesView frames) {
 void Link::end(const LinkEnd& end) {
   outbox_.stop();
   boost::system::error_code ignored;
-  socket_.close(ignored);
+  transport_.stream->socket().close(ignored);
   const auto ended = std::exchange(handlers_.ended, nullptr);
   if (ended && end.cause != LinkEnd::Cause::closed_by_us) {
     ended(end);

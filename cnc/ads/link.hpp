@@ -1,4 +1,4 @@
-// One TCP connection of a client: frames in and out, until either side ends it. Why it ended is
+// One connection of a client: frames in and out, until either side ends it. Why it ended is
 // told once; what the frames mean is decided elsewhere (Exchange).
 #pragma once
 
@@ -7,7 +7,6 @@
 #include <string>
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/ip/tcp.hpp>
 
 #include "cnc/ads/frame.hpp"
 #include "cnc/ads/outbox.hpp"
@@ -32,11 +31,11 @@ struct LinkHandlers {
 /// Not thread-safe. Keeps itself alive while its coroutines run.
 class Link : public std::enable_shared_from_this<Link> {
  public:
-  Link(boost::asio::ip::tcp::socket socket, std::size_t max_frame, LinkHandlers handlers);
+  Link(Transport transport, std::size_t max_frame, LinkHandlers handlers);
 
   void start();
   void send(BytesView frames) { outbox_.push(frames); }
-  /// Before close(): hands the frames to the socket now, as far as it takes them, and waits for the
+  /// Before close(): hands the frames to the stream now, as far as it takes them, and waits for the
   /// other side to have read them and to close, a few milliseconds, at most 50. Nothing is
   /// sent if something else is still on its way out.
   void say_farewell(BytesView frames);
@@ -51,7 +50,7 @@ class Link : public std::enable_shared_from_this<Link> {
   tl::expected<void, ProtocolError> hand_out_frames();
   void end(const LinkEnd& end);
 
-  boost::asio::ip::tcp::socket socket_;
+  Transport transport_;
   FrameReader reader_;
   Outbox outbox_;
   LinkHandlers handlers_;

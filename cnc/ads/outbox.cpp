@@ -14,17 +14,17 @@ using boost::system::error_code;
 }  // namespace
 
 // A timer that never runs out serves as condition variable: cancel_one() wakes who waits for it.
-Outbox::Outbox(asio::ip::tcp::socket& socket, std::size_t capacity)
-    : socket_(socket),
+Outbox::Outbox(Transport& transport, std::size_t capacity)
+    : transport_(transport),
       capacity_(capacity),
-      pushed_(socket.get_executor(), asio::steady_timer::time_point::max()),
-      written_(socket.get_executor(), asio::steady_timer::time_point::max()) {}
+      pushed_(transport.stream->socket().get_executor(), asio::steady_timer::time_point::max()),
+      written_(transport.stream->socket().get_executor(), asio::steady_timer::time_point::max()) {}
 
-void Outbox::push(BytesView bytes) {
+void Outbox::push(BytesView frames) {
   if (stopped_) {
     return;
   }
-  waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+  append_frames(waiting_, frames, transport_.framing);
   pushed_.cancel_one();
 }
 
@@ -50,7 +50,7 @@ asio::awaitable<error_code> Outbox::write() {
   auto rest = asio::buffer(std::as_const(writing_));
   while (rest.size() > 0) {
     const auto segment = asio::buffer(rest, segment_);
-    const auto [error, size] = co_await socket_.async_write_some(segment, quietly);
+    const auto [error, size] = co_await transport_.stream->write_some(segment);
     if (error) {
       co_return error;
     }

@@ -1,6 +1,7 @@
-// Bytes on their way to a socket: pushed from anywhere on its executor, written by one coroutine.
+// Frames on their way into a stream: pushed from anywhere on its executor, written by one
+// coroutine.
 //
-//   Outbox outbox(socket, 1 << 20);
+//   Outbox outbox(transport, 1 << 20);
 //   co_spawn(executor, outbox.run(), …);
 //   outbox.push(frame);
 //   co_await outbox.room();      // back-pressure: until the peer has read enough
@@ -11,35 +12,35 @@
 #include <limits>
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include "cnc/ads/bytes.hpp"
+#include "cnc/ads/stream.hpp"
 
 namespace millrace::cnc::ads {
 
-/// What is read from a socket at once, in bytes.
+/// What is read from a stream at once, in bytes.
 inline constexpr std::size_t chunk_size = 16384;
 
 /// Not thread-safe; must outlive run().
 class Outbox {
  public:
   /// `capacity` is what room() holds it to; a push is never refused.
-  Outbox(boost::asio::ip::tcp::socket& socket, std::size_t capacity);
+  Outbox(Transport& transport, std::size_t capacity);
 
-  /// What is pushed together leaves in as few segments as possible.
-  void push(BytesView bytes);
+  /// Whole frames, as encode_packet() makes them. What is pushed together leaves in as few segments
+  /// as possible.
+  void push(BytesView frames);
   /// From now on writes at most so many bytes at once.
   void set_segment(std::size_t size) { segment_ = size; }
-  /// Bytes pushed and not yet taken by the socket.
+  /// Bytes pushed and not yet taken by the stream.
   [[nodiscard]] std::size_t size() const { return waiting_.size() + writing_.size(); }
-  /// When the socket last took some of it; the clock's beginning if it never has.
+  /// When the stream last took some of it; the clock's beginning if it never has.
   [[nodiscard]] std::chrono::steady_clock::time_point last_taken() const { return last_taken_; }
-  /// Writes what is pushed, until the socket fails or stop() is called; what the socket said.
+  /// Writes what is pushed, until the stream fails or stop() is called; what the stream said.
   boost::asio::awaitable<boost::system::error_code> run();
   /// Returns when size() is within the capacity or the outbox has stopped.
   boost::asio::awaitable<void> room();
-  /// Returns when all that was pushed is with the socket or the outbox has stopped.
+  /// Returns when all that was pushed is with the stream or the outbox has stopped.
   boost::asio::awaitable<void> drained();
   void stop();
   [[nodiscard]] bool stopped() const { return stopped_; }
@@ -47,7 +48,7 @@ class Outbox {
  private:
   boost::asio::awaitable<boost::system::error_code> write();
 
-  boost::asio::ip::tcp::socket& socket_;
+  Transport& transport_;
   std::size_t capacity_;
   boost::asio::steady_timer pushed_;
   boost::asio::steady_timer written_;

@@ -81,9 +81,9 @@ asio::awaitable<Result<Bytes>> Requester::request(std::shared_ptr<Requester> sel
   co_return tl::make_unexpected(ErrorCode::timeout);
 }
 
-void Requester::open(asio::ip::tcp::socket socket) {
+void Requester::open(Transport transport) {
   assert(!link_);
-  link_ = std::make_shared<Link>(std::move(socket), max_frame_, handlers());
+  link_ = std::make_shared<Link>(std::move(transport), max_frame_, handlers());
   link_->start();
 }
 

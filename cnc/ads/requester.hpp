@@ -1,7 +1,7 @@
 // The requests of a client over its links, one link after the other: a coroutine asks, waits, and
 // gets the answer, the timeout or the end of the link, whichever comes first.
 //
-//   requester->open(std::move(socket));
+//   requester->open(std::move(transport));
 //   auto payload = co_await Requester::request(requester, 552, Command::read_state, Bytes());
 //
 // Whom an answer belongs to is decided by Exchange; the bytes are moved by Link.
@@ -22,8 +22,8 @@ class Requester : public std::enable_shared_from_this<Requester> {
  public:
   Requester(boost::asio::any_io_executor executor, const ClientOptions& options);
 
-  /// Begins a link on a connected socket; there must be none.
-  void open(boost::asio::ip::tcp::socket socket);
+  /// Begins a link over what is connected; there must be none.
+  void open(Transport transport);
   /// Ends the link: what is pending ends with link_lost, now and not when its time is up.
   void close();
   /// A request that goes out before close(), if the socket takes it at once. Its answer is not

@@ -66,7 +66,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
 
 void Server::Impl::admit(tcp::socket socket) {
   auto connection =
-      std::make_shared<Connection>(std::move(socket), device, options,
+      std::make_shared<Connection>(plain_transport(std::move(socket)), device, options,
                                    options.notifications_survive ? &lingering : nullptr, log);
   log->debug("{}: connected", connection->peer());
   for (const auto& older : connections) {

@@ -21,9 +21,9 @@ void require(bool condition) {
 }
 
 // The frames that come out when the input arrives in segments of this size.
-std::vector<Bytes> frames_in(BytesView input, std::size_t segment) {
+std::vector<Bytes> frames_in(BytesView input, std::size_t segment, Framing framing) {
   std::vector<Bytes> frames;
-  FrameReader reader(max_frame);
+  FrameReader reader(max_frame, framing);
   while (!input.empty()) {
     const auto size = std::min(segment, input.size());
     reader.feed(input.first(size));
@@ -73,9 +73,11 @@ void serve(const std::vector<Bytes>& frames) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const BytesView input(data, size);
-  const auto frames = frames_in(input, size);
-  require(frames == frames_in(input, 1));
-  require(frames == frames_in(input, 7));
-  serve(frames);
+  for (const auto framing : {Framing::ams_tcp, Framing::headerless}) {
+    const auto frames = frames_in(input, size, framing);
+    require(frames == frames_in(input, 1, framing));
+    require(frames == frames_in(input, 7, framing));
+    serve(frames);
+  }
   return 0;
 }

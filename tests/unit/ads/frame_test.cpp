@@ -92,6 +92,58 @@ TEST(FrameReader, LetsRouterFramesThrough) {
   EXPECT_EQ((*frame)->body.size(), 2U);
 }
 
+/// The same frames as Secure ADS has them.
+Bytes headerless(const std::vector<std::string>& names) {
+  Bytes bytes;
+  for (const auto& name : names) {
+    append_frames(bytes, frame_vector(name), Framing::headerless);
+  }
+  return bytes;
+}
+
+TEST(HeaderlessFrames, AreThoseOfAmsTcpWithoutTheirHeaders) {
+  const Bytes request = frame_vector("read_request");
+  const Bytes response = frame_vector("read_response");
+  Bytes expected(request.begin() + frame_header_size, request.end());
+  expected.insert(expected.end(), response.begin() + frame_header_size, response.end());
+  Bytes together = request;
+  together.insert(together.end(), response.begin(), response.end());
+  Bytes sut;
+  append_frames(sut, together, Framing::headerless);
+  EXPECT_EQ(sut, expected);
+}
+
+TEST(HeaderlessFrames, AreFoundByTheLengthInTheirAmsHeaders) {
+  FrameReader sut(max_frame, Framing::headerless);
+  sut.feed(headerless({"read_request", "read_response"}));
+  const auto first = sut.next();
+  ASSERT_TRUE(first && *first);
+  EXPECT_EQ((*first)->kind, FrameKind::ads);
+  EXPECT_EQ(decode_packet((*first)->body)->header.command, Command::read);
+  const auto second = sut.next();
+  ASSERT_TRUE(second && *second);
+  EXPECT_TRUE(decode_packet((*second)->body)->header.is_response());
+  EXPECT_EQ(sut.pending(), 0U);
+}
+
+TEST(HeaderlessFrames, AreWaitedForToTheLastByte) {
+  FrameReader sut(max_frame, Framing::headerless);
+  const auto bytes = headerless({"read_request"});
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    ASSERT_FALSE(*sut.next()) << i;
+    sut.feed(BytesView(bytes).subspan(i, 1));
+  }
+  EXPECT_TRUE(*sut.next());
+}
+
+TEST(HeaderlessFrames, AreRefusedAboveTheLimitWithoutWaitingForTheBytes) {
+  FrameReader sut(43, Framing::headerless);
+  sut.feed(BytesView(headerless({"read_request"})).first(24));
+  const auto frame = sut.next();
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, HasSubstr("announces 44 bytes, at most 43"));
+}
+
 TEST(Packet, IsDecodedAndEncodedToTheSameBytes) {
   const auto bytes = frame_vector("read_request");
   const auto packet = decode_packet(BytesView(bytes).subspan(frame_header_size));

@@ -1,0 +1,50 @@
+// The bytes of a connection, whatever carries them; what they mean is Framing's.
+//
+//   const auto stream = plain_stream(std::move(socket));
+//   const auto [error, size] = co_await stream->read_some(asio::buffer(chunk));
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <tuple>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/ip/tcp.hpp>
+
+#include "cnc/ads/bytes.hpp"
+#include "cnc/ads/frame.hpp"
+
+namespace millrace::cnc::ads {
+
+/// Not thread-safe. One read and one write may be pending at once; both end when it is closed, and
+/// it must outlive them.
+class Stream {
+ public:
+  using Socket = boost::asio::ip::tcp::socket;
+  /// What went wrong, and how many bytes were moved.
+  using Moved = std::tuple<boost::system::error_code, std::size_t>;
+
+  virtual ~Stream() = default;
+
+  virtual boost::asio::awaitable<Moved> read_some(boost::asio::mutable_buffer buffer) = 0;
+  virtual boost::asio::awaitable<Moved> write_some(boost::asio::const_buffer bytes) = 0;
+  /// As much as the socket takes without waiting; no write may be pending.
+  virtual void send_now(BytesView bytes) = 0;
+  /// The connection underneath.
+  virtual Socket& socket() = 0;
+};
+
+/// Sets TCP_NODELAY: a fast answer must not wait for a slow one.
+std::unique_ptr<Stream> plain_stream(Stream::Socket socket);
+
+/// What frames travel over.
+struct Transport {
+  std::unique_ptr<Stream> stream;
+  Framing framing = Framing::ams_tcp;
+};
+
+/// Plain ADS.
+Transport plain_transport(Stream::Socket socket);
+
+}  // namespace millrace::cnc::ads
