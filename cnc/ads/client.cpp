@@ -11,6 +11,7 @@
 #include "cnc/ads/request.hpp"
 #include "cnc/ads/requester.hpp"
 #include "cnc/ads/response.hpp"
+#include "cnc/ads/secure_handshake.hpp"
 #include "cnc/ads/symbols.hpp"
 
 namespace millrace::cnc::ads {
@@ -26,6 +27,8 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   using Connected = tl::expected<DeviceState, LinkError>;
 
   static asio::awaitable<Connected> connect(Self self);
+  static asio::awaitable<tl::expected<Transport, std::string>> make_transport(
+      Self self, asio::ip::tcp::socket socket);
   static asio::awaitable<Connected> first_answer(Self self);
   // A request whose answer is decoded to a T.
   template <typename T>
@@ -53,6 +56,8 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
+  // A connection before its first frame, if it is a secure one.
+  std::weak_ptr<Stream> handshaking;
   // Counts the calls of close(), so that a connect() notices one that came while it waited.
   std::size_t closed = 0;
   // Notifications were added in a sum.
@@ -86,15 +91,40 @@ asio::awaitable<Client::Impl::Connected> Client::Impl::connect(Self self) {
   const auto closed = self->closed;
   auto socket = co_await dial(options.host, options.tcp_port, options.connect_timeout);
   if (!socket) {
-    co_return tl::make_unexpected(explain_no_connection(options, socket.error()));
+    co_return tl::make_unexpected(explain_no_connection(
+        options, socket.error() + (options.security ? "; Secure ADS needs TwinCAT 3.1 of build "
+                                                      "4024 or later, and an open TCP port 8016"
+                                                    : "")));
   }
   if (self->closed != closed) {
     co_return tl::make_unexpected(explain_no_connection(options, "closed while connecting"));
   }
+  auto transport = co_await make_transport(self, std::move(*socket));
+  if (self->closed != closed) {
+    co_return tl::make_unexpected(explain_no_connection(options, "closed while connecting"));
+  }
+  if (!transport) {
+    co_return tl::make_unexpected(explain_no_connection(options, transport.error()));
+  }
   self->watch_link();
-  self->requester->open(plain_transport(std::move(*socket)));
+  self->requester->open(std::move(*transport));
   auto state = co_await first_answer(self);
   co_return state;
+}
+
+asio::awaitable<tl::expected<Transport, std::string>> Client::Impl::make_transport(
+    Self self, asio::ip::tcp::socket socket) {
+  const auto& options = self->options;
+  if (!options.security) {
+    co_return plain_transport(std::move(socket));
+  }
+  SecureHello hello{*options.security, options.source.net_id, options.handshake_timeout};
+  std::function<void(std::weak_ptr<Stream>)> opened = [self](std::weak_ptr<Stream> stream) {
+    self->handshaking = std::move(stream);
+  };
+  auto transport =
+      co_await connect_securely(std::move(socket), std::move(hello), std::move(opened));
+  co_return transport;
 }
 
 // The connection alone says nothing: without a route for us, a TwinCAT accepts it and closes it
@@ -302,6 +332,10 @@ void Client::Impl::watch_link() {
 
 void Client::Impl::close() {
   ++closed;
+  if (const auto stream = handshaking.lock(); stream && connecting) {
+    boost::system::error_code ignored;
+    stream->socket().close(ignored);
+  }
   up = false;
   inbox.clear();
   requester->close();

@@ -1,4 +1,5 @@
-// An ADS client: one TCP connection to one controller, shared by all its AMS ports.
+// An ADS client: one connection to one controller, plain or Secure ADS, shared by all its AMS
+// ports.
 //
 //   Client client(executor, {.host = "10.0.0.5", .target = *NetId::parse("10.0.0.5.1.1")});
 //   if (auto up = co_await client.connect(); !up) …            // up = the first ReadState answered
@@ -13,6 +14,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +24,7 @@
 #include "cnc/ads/exchange.hpp"
 #include "cnc/ads/notification_inbox.hpp"
 #include "cnc/ads/request.hpp"
+#include "cnc/ads/security.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -44,6 +47,10 @@ struct ClientOptions {
   std::size_t silent_timeouts = 3;
   /// A frame announced longer than this closes the connection.
   std::size_t max_frame = 4U << 20U;
+  /// Secure ADS, to the port of it; otherwise plain ADS.
+  std::optional<Security> security{};
+  /// How long TLS and TlsConnectInfo may take together.
+  std::chrono::milliseconds handshake_timeout{5000};
   /// The AMS port whose ReadState decides that the link is up.
   std::uint16_t probe_port = 552;
 };

@@ -36,11 +36,11 @@ tcp::endpoint endpoint_of(const tcp::socket& socket) {
 }  // namespace
 
 Connection::Connection(Transport transport, Device& device, const ServerOptions& options,
-                       Lingering* lingering, base::program::Log log)
+                       const SessionOptions& session, Lingering* lingering, base::program::Log log)
     : transport_(std::move(transport)),
       executor_(transport_.stream->socket().get_executor()),
       options_(options),
-      session_(device, options.session, lingering),
+      session_(device, session, lingering),
       reader_(options.max_frame, transport_.framing),
       outbox_(transport_, options.max_output),
       due_(executor_, Clock::time_point::max()),

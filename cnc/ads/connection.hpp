@@ -18,7 +18,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// Device and options must outlive the connection, `lingering` its run(); the faults among the
   /// options may change.
   Connection(Transport transport, Device& device, const ServerOptions& options,
-             Lingering* lingering, base::program::Log log);
+             const SessionOptions& session, Lingering* lingering, base::program::Log log);
 
   /// Serves until the connection ends.
   boost::asio::awaitable<void> run();

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "cnc/ads/bytes.hpp"
+#include "cnc/ads/connect_info.hpp"
 
 namespace millrace::cnc::ads {
 
@@ -22,6 +23,19 @@ struct Faults {
   std::size_t segment = 0;
   /// Each new connection is closed as soon as it is made.
   bool refuse_connections = false;
+};
+
+/// … before the first frame of Secure ADS.
+struct SecureFaults {
+  /// Before the server's part of the TLS handshake.
+  std::chrono::milliseconds handshake_delay{0};
+  bool close_after_handshake = false;
+  /// Each TlsConnectInfo is answered with this.
+  ConnectError answer = ConnectError::none;
+  /// … with 64 bytes that are none.
+  bool garbage = false;
+  /// … with so many bytes less.
+  std::size_t missing_bytes = 0;
 };
 
 /// The answers of one connection on their way through its faults. Pure.

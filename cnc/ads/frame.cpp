@@ -30,6 +30,15 @@ tl::unexpected<ProtocolError> broken(std::string message) {
   return tl::make_unexpected(ProtocolError{std::move(message)});
 }
 
+/// As many bytes as an AMS header has are those of a frame of plain ADS: both its lengths agree.
+bool begins_with_ams_tcp(BytesView bytes) {
+  ByteReader in(bytes);
+  const auto kind = in.u16();
+  const std::size_t length = in.u32();
+  in.take(data_length_offset);
+  return kind == 0 && in.ok() && length == packet_header_size + in.u32();
+}
+
 }  // namespace
 
 void FrameReader::feed(BytesView bytes) {
@@ -48,6 +57,7 @@ std::optional<FrameReader::Announced> FrameReader::announced() const {
   } else {
     in.take(data_length_offset);
     frame.body = packet_header_size + in.u32();
+    in.take(packet_header_size - data_length_offset - sizeof(std::uint32_t));
   }
   return in.ok() ? std::optional(frame) : std::nullopt;
 }
@@ -56,6 +66,10 @@ tl::expected<std::optional<Frame>, ProtocolError> FrameReader::next() {
   const auto frame = announced();
   if (!frame) {
     return std::nullopt;
+  }
+  if (framing_ == Framing::headerless &&
+      begins_with_ams_tcp(BytesView(buffer_).subspan(consumed_))) {
+    return broken("a frame behind an AMS/TCP header; Secure ADS has none");
   }
   const auto kind = static_cast<std::uint16_t>(frame->kind);
   const std::size_t length = frame->body;

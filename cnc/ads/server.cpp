@@ -22,6 +22,17 @@ using namespace std::chrono_literals;
 /// Of the lines about connections that are too many, so that they fill no log.
 constexpr auto refusal_pause = 10s;
 
+std::optional<TlsContext> tls_context(const ServerOptions& options) {
+  if (!options.security) {
+    return std::nullopt;
+  }
+  auto context = TlsContext::server(*options.security);
+  if (!context) {
+    throw std::runtime_error(fmt::format("no Secure ADS: {}", context.error()));
+  }
+  return std::move(*context);
+}
+
 tcp::acceptor listen(const asio::any_io_executor& executor, const ServerOptions& options) {
   try {
     const tcp::endpoint endpoint(asio::ip::make_address(options.address), options.tcp_port);
@@ -40,6 +51,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
       : device(served),
         options(std::move(wanted)),
         log(std::move(destination)),
+        tls(tls_context(options)),
         acceptor(listen(executor, options)),
         tcp_port(acceptor.local_endpoint().port()) {}
 
@@ -48,6 +60,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   static asio::awaitable<void> drain(std::shared_ptr<Impl> self,
                                      std::shared_ptr<asio::steady_timer> over);
   void admit(tcp::socket socket);
+  static asio::awaitable<void> welcome(std::shared_ptr<Impl> self, tcp::socket socket);
+  void admit(Transport transport, const SessionOptions& session);
   [[nodiscard]] bool full() const;
   void say_refused(const Connection& connection);
   void stop();
@@ -55,9 +69,12 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   Device& device;
   ServerOptions options;
   base::program::Log log;
+  std::optional<TlsContext> tls;
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
   Connections connections;
+  /// Connections of Secure ADS before their first frame.
+  std::size_t welcoming = 0;
   /// Since the last line about one.
   std::size_t refused = 0;
   std::chrono::steady_clock::time_point next_refusal_line{};
@@ -65,8 +82,42 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
 };
 
 void Server::Impl::admit(tcp::socket socket) {
+  if (!tls) {
+    admit(plain_transport(std::move(socket)), options.session);
+  } else if (welcoming < options.max_connections) {
+    asio::co_spawn(acceptor.get_executor(), welcome(shared_from_this(), std::move(socket)),
+                   base::program::rethrow_from_loop);
+  }
+}
+
+asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::socket socket) {
+  boost::system::error_code gone;
+  const auto peer = socket.remote_endpoint(gone);
+  if (gone) {
+    co_return;
+  }
+  ++self->welcoming;
+  SecureWelcome how{*self->tls, self->options.session.net_id, self->options.handshake_timeout,
+                    self->options.secure_faults};
+  auto welcomed = co_await welcome_securely(std::move(socket), std::move(how));
+  --self->welcoming;
+  if (!self->acceptor.is_open()) {
+    co_return;
+  }
+  if (!welcomed) {
+    self->log->warn("{}:{}: connection closed by us: {}", peer.address().to_string(), peer.port(),
+                    welcomed.error());
+    co_return;
+  }
+  // A client of Secure ADS speaks for itself alone.
+  SessionOptions session = self->options.session;
+  session.routes = {welcomed->client};
+  self->admit(std::move(welcomed->transport), session);
+}
+
+void Server::Impl::admit(Transport transport, const SessionOptions& session) {
   auto connection =
-      std::make_shared<Connection>(plain_transport(std::move(socket)), device, options,
+      std::make_shared<Connection>(std::move(transport), device, options, session,
                                    options.notifications_survive ? &lingering : nullptr, log);
   log->debug("{}: connected", connection->peer());
   for (const auto& older : connections) {

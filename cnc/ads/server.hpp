@@ -1,4 +1,4 @@
-// An ADS server on TCP: serves a Device to any number of clients.
+// An ADS server, plain or Secure ADS: serves a Device to any number of clients.
 //
 //   Server server(io.get_executor(), device, {.tcp_port = 0}, log);   // listens from here on
 //   ready(fmt::format("on 127.0.0.1:{}", server.tcp_port()));
@@ -12,12 +12,14 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <boost/asio/any_io_executor.hpp>
 
 #include "base/program/log.hpp"
 #include "cnc/ads/faults.hpp"
+#include "cnc/ads/secure_handshake.hpp"
 #include "cnc/ads/session.hpp"
 
 namespace millrace::cnc::ads {
@@ -44,13 +46,19 @@ struct ServerOptions {
   /// they do with a TwinCAT router (inferred from reports).
   bool notifications_survive = false;
   Faults faults{};
+  /// Secure ADS only; otherwise plain ADS only.
+  std::optional<ServerSecurity> security{};
+  /// How long TLS and TlsConnectInfo may take together.
+  std::chrono::milliseconds handshake_timeout{10'000};
+  SecureFaults secure_faults{};
 };
 
 /// Everything, the calls of the Device included, runs on the one executor it was given; not
 /// thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error with the reason if it cannot listen. The device must outlive the
+  /// Throws std::runtime_error with the reason if it cannot listen, or has no use for a key or
+  /// certificate. The device must outlive the
   /// server.
   Server(const boost::asio::any_io_executor& executor, Device& device, ServerOptions options,
          base::program::Log log);

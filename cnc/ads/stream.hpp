@@ -40,7 +40,7 @@ std::unique_ptr<Stream> plain_stream(Stream::Socket socket);
 
 /// What frames travel over.
 struct Transport {
-  std::unique_ptr<Stream> stream;
+  std::shared_ptr<Stream> stream;
   Framing framing = Framing::ams_tcp;
 };
 

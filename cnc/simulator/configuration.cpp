@@ -10,6 +10,7 @@
 #include "base/configuration/mistakes.hpp"
 #include "base/program/command_line.hpp"
 #include "cnc/simulator/axis_variables.hpp"
+#include "cnc/simulator/secure_ads_reader.hpp"
 #include "cnc/simulator/system_data_reader.hpp"
 #include "idl/cnc.pb.h"
 
@@ -342,6 +343,7 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.variables = system_variables(config, settings, mistakes);
   settings.aep_parameters = aep_parameters(config, mistakes);
   settings.system_data = read_system_data(config, mistakes);
+  settings.secure_ads = read_secure_ads(config, mistakes);
   for (const std::string& folder : config.program_folder()) {
     settings.folders.push_back(base / folder);
   }

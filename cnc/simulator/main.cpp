@@ -49,6 +49,19 @@ std::vector<Program> read_programs(const std::vector<Run>& runs) {
   return programs;
 }
 
+/// " on 127.0.0.1:48898, Secure ADS at 127.0.0.1:8016"
+std::string addresses_of(const Station& station, const Setup& setup) {
+  std::string addresses;
+  if (const auto port = station.plain_port()) {
+    addresses = fmt::format(" on {}:{}", setup.listen.host, *port);
+  }
+  if (const auto port = station.secure_port()) {
+    addresses +=
+        fmt::format(", Secure ADS at {}:{}", setup.settings.secure_ads->listen.host, *port);
+  }
+  return addresses;
+}
+
 int serve(const Options& options) {
   const Setup setup = resolve(options);
   const std::vector<Program> programs = read_programs(setup.runs);
@@ -73,8 +86,8 @@ int serve(const Options& options) {
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
   signals.async_wait([&](const boost::system::error_code&, int) { io.stop(); });
 
-  ready(fmt::format("virtual CNC {} on {}:{}, {} channel{}", setup.net_id.to_string(), setup.host,
-                    station.tcp_port(), setup.settings.channels,
+  ready(fmt::format("virtual CNC {}{}, {} channel{}", setup.net_id.to_string(),
+                    addresses_of(station, setup), setup.settings.channels,
                     setup.settings.channels == 1 ? "" : "s"));
   station.start(setup.runs, programs);
   io.run();

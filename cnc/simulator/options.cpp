@@ -17,17 +17,13 @@ namespace {
 using base::program::UsageError;
 using base::text::parse_number;
 
-void set_listen(const std::string& listen, Setup& setup) {
-  const std::size_t colon = listen.rfind(':');
-  const auto port = colon == std::string::npos
-                        ? std::nullopt
-                        : parse_number<std::uint16_t>(std::string_view(listen).substr(colon + 1));
-  if (!port || colon == 0) {
+ListenAddress listen_address(const std::string& text) {
+  const auto address = ListenAddress::parse(text);
+  if (!address) {
     throw UsageError(
-        fmt::format("--listen {}: expected ADDRESS:PORT, as in 127.0.0.1:48898", listen));
+        fmt::format("--listen {}: expected ADDRESS:PORT, as in 127.0.0.1:48898", text));
   }
-  setup.host = listen.substr(0, colon);
-  setup.tcp_port = *port;
+  return *address;
 }
 
 ads::NetId parse_net_id(const std::string& text) {
@@ -98,7 +94,7 @@ void add_options(CLI::App& app, Options& options) {
 
 Setup resolve(const Options& options) {
   Setup setup;
-  set_listen(options.listen, setup);
+  setup.listen = listen_address(options.listen);
   setup.net_id = parse_net_id(options.net_id);
   if (!options.config.empty()) {
     setup.settings = read_settings(options.config);

@@ -41,8 +41,7 @@ void add_options(CLI::App& app, Options& options);
 
 /// What the flags mean together with the configuration file they name.
 struct Setup {
-  std::string host;
-  std::uint16_t tcp_port = 0;
+  ListenAddress listen;
   ads::NetId net_id;
   Settings settings;
   std::vector<Run> runs;

@@ -6,12 +6,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "cnc/ads/error.hpp"
 #include "cnc/ads/faults.hpp"
+#include "cnc/ads/security.hpp"
 #include "cnc/ads/session.hpp"
 #include "cnc/nc/channel.hpp"
 #include "cnc/simulator/service_interface.hpp"
@@ -19,6 +22,17 @@
 #include "cnc/simulator/variable.hpp"
 
 namespace millrace::cnc::simulator {
+
+/// Where a server is reached.
+struct ListenAddress {
+  /// Numeric.
+  std::string host;
+  /// 0 = any free one.
+  std::uint16_t port = 0;
+
+  /// "127.0.0.1:48898"; nothing for any other text.
+  static std::optional<ListenAddress> parse(std::string_view text);
+};
 
 /// What the vendor does not document about the answers of the ADS objects.
 struct AnswerRules {
@@ -56,6 +70,15 @@ struct ConnectionSettings {
   /// Of a connection.
   std::size_t max_notifications = 550;
   ads::SubscriptionHabits notifications;
+};
+
+/// Secure ADS beside plain ADS.
+struct SecureAdsSettings {
+  ListenAddress listen{"127.0.0.1", ads::secure_port};
+  ads::ServerSecurity security;
+  /// No plain ADS.
+  bool only = false;
+  ads::SecureFaults faults;
 };
 
 /// A channel's number is one byte of an index group.
@@ -113,6 +136,7 @@ struct Settings {
   std::vector<Declaration> externals;
   std::vector<DataDeclaration> system_data;
   ConnectionSettings connections;
+  std::optional<SecureAdsSettings> secure_ads;
 
   [[nodiscard]] const std::vector<AxisSettings>& axes_of(std::uint32_t channel) const {
     const auto own = channel_axes.find(channel);

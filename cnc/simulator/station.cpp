@@ -1,6 +1,7 @@
 #include "cnc/simulator/station.hpp"
 
 #include <cassert>
+#include <memory>
 
 #include <spdlog/spdlog.h>
 
@@ -15,11 +16,9 @@ std::chrono::nanoseconds steady_now() {
   return std::chrono::steady_clock::now().time_since_epoch();
 }
 
-ads::ServerOptions server_options(const Setup& setup) {
+ads::ServerOptions common_options(const Setup& setup) {
   const ConnectionSettings& connections = setup.settings.connections;
   ads::ServerOptions options;
-  options.address = setup.host;
-  options.tcp_port = setup.tcp_port;
   options.session.net_id = setup.net_id;
   options.session.foreign_target = connections.foreign_target;
   options.session.routes = connections.routes;
@@ -33,6 +32,23 @@ ads::ServerOptions server_options(const Setup& setup) {
   options.faults = connections.faults;
   options.max_connections = connections.max_connections;
   options.idle_time = connections.idle_time;
+  return options;
+}
+
+ads::ServerOptions plain_options(const Setup& setup) {
+  ads::ServerOptions options = common_options(setup);
+  options.address = setup.listen.host;
+  options.tcp_port = setup.listen.port;
+  return options;
+}
+
+ads::ServerOptions secure_options(const Setup& setup) {
+  const SecureAdsSettings& secure = *setup.settings.secure_ads;
+  ads::ServerOptions options = common_options(setup);
+  options.address = secure.listen.host;
+  options.tcp_port = secure.listen.port;
+  options.security = secure.security;
+  options.secure_faults = secure.faults;
   return options;
 }
 
@@ -53,9 +69,17 @@ Station::Station(const boost::asio::any_io_executor& executor, const Setup& setu
       symbol_names_(machine_, device_.catalogue()),
       with_symbols_(device_, symbol_names_),
       with_sums_(named_device(setup.settings)),
-      server_(executor, served_device(setup.settings), server_options(setup), log),
       cycle_(executor, setup.settings.cycle,
-             [this](std::chrono::nanoseconds now) { return advance(now); }) {}
+             [this](std::chrono::nanoseconds now) { return advance(now); }) {
+  ads::Device& device = served_device(setup.settings);
+  const auto& secure = setup.settings.secure_ads;
+  if (!secure || !secure->only) {
+    plain_.emplace(executor, device, plain_options(setup), log);
+  }
+  if (secure) {
+    secure_.emplace(executor, device, secure_options(setup), log);
+  }
+}
 
 ads::Device& Station::named_device(const Settings& settings) {
   if (settings.connections.symbols) {
@@ -79,13 +103,21 @@ void Station::start(const std::vector<Run>& runs, const std::vector<Program>& pr
 }
 
 void Station::drain(std::function<void()> done) {
-  server_.drain(drain_limit, [this, done = std::move(done)](bool all) {
+  const auto servers = std::make_shared<int>(plain_ && secure_ ? 2 : 1);
+  const auto drained = [this, servers, done = std::move(done)](bool all) {
     if (!all) {
       log_->warn("a client has not taken all its answers within {} s; it will miss them",
                  drain_limit.count());
     }
-    done();
-  });
+    if (--*servers == 0) {
+      done();
+    }
+  };
+  for (auto* const server : {&plain_, &secure_}) {
+    if (*server) {
+      (*server)->drain(drain_limit, drained);
+    }
+  }
 }
 
 bool Station::advance(std::chrono::nanoseconds now) {

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <boost/asio/any_io_executor.hpp>
@@ -33,7 +34,9 @@ class Station {
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
 
-  [[nodiscard]] std::uint16_t tcp_port() const { return server_.tcp_port(); }
+  /// Of plain and of Secure ADS; nothing if it is not served.
+  [[nodiscard]] std::optional<std::uint16_t> plain_port() const { return port_of(plain_); }
+  [[nodiscard]] std::optional<std::uint16_t> secure_port() const { return port_of(secure_); }
   [[nodiscard]] bool active() const { return machine_.active(); }
   [[nodiscard]] const CycleCounts& cycles() const { return cycle_.counts(); }
   /// Called whenever the last program has ended.
@@ -49,6 +52,9 @@ class Station {
   /// The device with its symbols, if it has any.
   ads::Device& named_device(const Settings& settings);
   ads::Device& served_device(const Settings& settings);
+  static std::optional<std::uint16_t> port_of(const std::optional<ads::Server>& server) {
+    return server ? std::optional(server->tcp_port()) : std::nullopt;
+  }
   /// One cycle; true while there are more to come.
   bool advance(std::chrono::nanoseconds now);
 
@@ -61,7 +67,8 @@ class Station {
   objects::SymbolNames symbol_names_;
   ads::Symbols with_symbols_;
   ads::SumCommands with_sums_;
-  ads::Server server_;
+  std::optional<ads::Server> plain_;
+  std::optional<ads::Server> secure_;
   Cycle cycle_;
 };
 

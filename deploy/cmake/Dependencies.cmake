@@ -39,6 +39,13 @@ target_compile_definitions(millrace_asio PUBLIC BOOST_ASIO_SEPARATE_COMPILATION 
 target_link_libraries(millrace_asio PUBLIC Boost::headers Threads::Threads)
 set_target_properties(millrace_asio PROPERTIES POSITION_INDEPENDENT_CODE ON)
 
+# … and its TLS.
+file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/asio/asio_ssl.cpp CONTENT "#include <boost/asio/ssl/impl/src.hpp>\n")
+add_library(millrace_asio_ssl STATIC ${CMAKE_BINARY_DIR}/asio/asio_ssl.cpp)
+add_library(millrace::asio_ssl ALIAS millrace_asio_ssl)
+target_link_libraries(millrace_asio_ssl PUBLIC millrace_asio OpenSSL::SSL)
+set_target_properties(millrace_asio_ssl PROPERTIES POSITION_INDEPENDENT_CODE ON)
+
 # The same for Boost.JSON.
 file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/boost_json/json.cpp CONTENT "#include <boost/json/src.hpp>\n")
 add_library(millrace_boost_json STATIC ${CMAKE_BINARY_DIR}/boost_json/json.cpp)

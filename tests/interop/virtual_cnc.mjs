@@ -1,6 +1,6 @@
 // Starts a real millrace-cnc on a free port for one test file and ends it by its process id.
 import { spawn } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 
@@ -12,7 +12,19 @@ if (!bin) {
 /** tests/data */
 export const testData = process.env.MILLRACE_TEST_DATA;
 
-/** Resolves, once the program has said that it is ready, with its port and a function that ends it. */
+/** The same with the text of its configuration file. */
+export async function startConfiguredCnc(config) {
+  const dir = mkdtempSync(join(tmpdir(), 'millrace-interop-'));
+  const file = join(dir, 'cnc.textproto');
+  writeFileSync(file, config);
+  const cnc = await startVirtualCnc('--config', file);
+  return { ...cnc, stop: () => cnc.stop().then(() => rmSync(dir, { recursive: true })) };
+}
+
+/**
+ * Resolves, once the program has said that it is ready, with its ports, of plain and of Secure ADS, and a function that
+ * ends it.
+ */
 export function startVirtualCnc(...flags) {
   const dir = mkdtempSync(join(tmpdir(), 'millrace-interop-'));
   const child = spawn(join(bin, 'millrace-cnc'), ['--listen', '127.0.0.1:0', '--dir', dir, ...flags], {
@@ -31,9 +43,9 @@ export function startVirtualCnc(...flags) {
     child.once('exit', (code) => reject(new Error(`millrace-cnc ended with ${code} before it was ready`)));
     child.stdout.on('data', (chunk) => {
       output += chunk;
-      const ready = output.match(/^ready: .* on 127\.0\.0\.1:(\d+)/m);
+      const ready = output.match(/^ready: (?:.* on 127\.0\.0\.1:(\d+))?(?:.*, Secure ADS at 127\.0\.0\.1:(\d+))?.*$/m);
       if (ready) {
-        resolve({ port: Number(ready[1]), stop });
+        resolve({ port: Number(ready[1]), securePort: Number(ready[2]), stop });
       }
     });
   });

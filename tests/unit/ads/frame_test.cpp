@@ -138,10 +138,18 @@ TEST(HeaderlessFrames, AreWaitedForToTheLastByte) {
 
 TEST(HeaderlessFrames, AreRefusedAboveTheLimitWithoutWaitingForTheBytes) {
   FrameReader sut(43, Framing::headerless);
-  sut.feed(BytesView(headerless({"read_request"})).first(24));
+  sut.feed(BytesView(headerless({"read_request"})).first(packet_header_size));
   const auto frame = sut.next();
   ASSERT_FALSE(frame);
   EXPECT_THAT(frame.error().message, HasSubstr("announces 44 bytes, at most 43"));
+}
+
+TEST(HeaderlessFrames, AreRefusedBehindAHeaderOfAmsTcp) {
+  FrameReader sut(max_frame, Framing::headerless);
+  sut.feed(frame_vector("read_request"));
+  const auto frame = sut.next();
+  ASSERT_FALSE(frame);
+  EXPECT_THAT(frame.error().message, HasSubstr("AMS/TCP header"));
 }
 
 TEST(Packet, IsDecodedAndEncodedToTheSameBytes) {

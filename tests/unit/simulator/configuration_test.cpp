@@ -25,6 +25,21 @@ TEST(Configuration, ChangesNothingUndocumentedByDefault) {
   EXPECT_EQ(sut.answers.unknown_variable, ads::ErrorCode::symbol_not_found);
 }
 
+TEST(Configuration, ReadsSecureAds) {
+  const auto sut = read_settings(good / "every_switch.cnc.textproto").secure_ads;
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->listen.host, "127.0.0.2");
+  EXPECT_EQ(sut->listen.port, 8017);
+  EXPECT_EQ(sut->security.psk, (ads::Psk{"millrace", "secret"}));
+  EXPECT_TRUE(sut->only);
+  EXPECT_EQ(sut->faults.handshake_delay, std::chrono::milliseconds(10));
+  EXPECT_TRUE(sut->faults.close_after_handshake);
+  EXPECT_EQ(sut->faults.answer, ads::ConnectError::unknown_certificate);
+  EXPECT_TRUE(sut->faults.garbage);
+  EXPECT_EQ(sut->faults.missing_bytes, 4);
+  EXPECT_FALSE(parse_settings("", "empty").secure_ads);
+}
+
 TEST(Configuration, ReadsEverySwitch) {
   const Settings sut = read_settings(good / "every_switch.cnc.textproto");
   EXPECT_EQ(sut.channels, 3);

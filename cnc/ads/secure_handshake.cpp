@@ -1,0 +1,316 @@
+#include "cnc/ads/secure_handshake.hpp"
+
+#include <algorithm>
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/ip/host_name.hpp>
+#include <boost/asio/ssl/error.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <fmt/format.h>
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+
+#include "base/loop/quietly.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using base::loop::quietly;
+using boost::system::error_code;
+
+/// Closes a stream when its time is up, unless it is destroyed before.
+class Deadline {
+ public:
+  Deadline(Stream& stream, std::chrono::milliseconds time)
+      : state_(std::make_shared<State>(stream, time)) {
+    state_->timer.async_wait([state = state_](error_code error) {
+      if (!error && state->stream != nullptr) {
+        state->passed = true;
+        error_code ignored;
+        state->stream->socket().close(ignored);
+      }
+    });
+  }
+  ~Deadline() {
+    state_->stream = nullptr;
+    state_->timer.cancel();
+  }
+  Deadline(const Deadline&) = delete;
+  Deadline& operator=(const Deadline&) = delete;
+
+  [[nodiscard]] bool passed() const { return state_->passed; }
+
+ private:
+  struct State {
+    State(Stream& the_stream, std::chrono::milliseconds time)
+        : stream(&the_stream), timer(the_stream.socket().get_executor(), time) {}
+    Stream* stream;
+    asio::steady_timer timer;
+    bool passed = false;
+  };
+  std::shared_ptr<State> state_;
+};
+
+asio::awaitable<error_code> write_all(Stream& stream, Bytes bytes) {
+  auto rest = asio::buffer(std::as_const(bytes));
+  while (rest.size() > 0) {
+    const auto [error, size] = co_await stream.write_some(rest);
+    if (error) {
+      co_return error;
+    }
+    rest += size;
+  }
+  co_return error_code{};
+}
+
+/// Fills the buffer.
+asio::awaitable<error_code> read_all(Stream& stream, asio::mutable_buffer rest) {
+  while (rest.size() > 0) {
+    const auto [error, size] = co_await stream.read_some(rest);
+    if (error) {
+      co_return error;
+    }
+    rest += size;
+  }
+  co_return error_code{};
+}
+
+std::string host_name() {
+  error_code error;
+  const auto name = asio::ip::host_name(error);
+  return error ? std::string() : name;
+}
+
+bool closed(error_code error) {
+  return error == asio::error::eof || error == asio::error::connection_reset ||
+         error == asio::ssl::error::stream_truncated;
+}
+
+/// The TLS alert that the other side has sent; 0 if there is none.
+int alert_of(error_code error) {
+  if (error.category() != asio::error::get_ssl_category()) {
+    return 0;
+  }
+  const int reason = ERR_GET_REASON(static_cast<unsigned long>(error.value()));
+  return reason > SSL_AD_REASON_OFFSET ? reason - SSL_AD_REASON_OFFSET : 0;
+}
+
+std::string words_of_alert(int alert, const Psk& psk) {
+  switch (alert) {
+    case SSL_AD_UNKNOWN_PSK_IDENTITY:
+      return fmt::format(
+          "it does not know the identity \"{}\": is there a <Psk> with it under "
+          "<Server><Tls> in its route file, and was its router restarted since?",
+          psk.identity);
+    case SSL_AD_DECRYPT_ERROR:
+    case SSL_AD_BAD_RECORD_MAC:
+      return fmt::format(
+          "the pre-shared key of identity \"{}\" is not the controller's: compare "
+          "the password with that in its route file",
+          psk.identity);
+    case SSL_AD_HANDSHAKE_FAILURE:
+    case SSL_AD_INSUFFICIENT_SECURITY:
+      return "it has no cipher suite for a pre-shared key: is there a <Psk> under <Server><Tls> in "
+             "its route file?";
+    default:
+      return {};
+  }
+}
+
+std::string why_no_tls(error_code error, const TlsStream& stream, const Security& security) {
+  if (!stream.refusal().empty()) {
+    return stream.refusal();
+  }
+  if (closed(error)) {
+    return "it closed the connection during the TLS handshake: is this the port of Secure ADS, and "
+           "were there many connections in a short time?";
+  }
+  const int alert = alert_of(error);
+  const auto words = words_of_alert(alert, std::get<Psk>(security));
+  if (!words.empty()) {
+    return fmt::format("{} (TLS alert {})", words, alert);
+  }
+  return fmt::format("no TLS: {}: is this the port of Secure ADS?", error.message());
+}
+
+std::string words_of(ConnectError error) {
+  switch (error) {
+    case ConnectError::version:
+      return "it speaks another version of Secure ADS";
+    case ConnectError::common_name:
+      return "the common name of our certificate is not the name or address of this host as it "
+             "knows it";
+    case ConnectError::unknown_certificate:
+      return "it does not know our certificate: it needs a route with its fingerprint";
+    case ConnectError::unknown_user:
+      return "it does not know us: user or password is wrong, or it has no route to us";
+    default:
+      return "it refuses us";
+  }
+}
+
+/// What its answer to our TlsConnectInfo means; empty if frames may follow.
+std::string why_refused(BytesView bytes) {
+  const auto answer = decode_connect_info(bytes);
+  const bool right = answer && (answer->flags & connect_flags::response) != 0;
+  if (!right) {
+    return fmt::format("it does not answer with a TlsConnectInfo{}: is this a TwinCAT?",
+                       answer ? "" : fmt::format(" ({})", answer.error().message));
+  }
+  if (answer->error != ConnectError::none) {
+    return fmt::format("{} (TlsConnectInfo {})", words_of(answer->error), describe(answer->error));
+  }
+  return {};
+}
+
+ConnectInfo request_of(const SecureHello& hello) {
+  return {.net_id = hello.source, .host = host_name()};
+}
+
+/// The steps of a client behind the TCP connection; empty if all went well.
+asio::awaitable<std::string> say_hello(TlsStream& stream, const SecureHello& hello) {
+  const Deadline deadline(stream, hello.timeout);
+  auto error = co_await stream.handshake();
+  if (deadline.passed()) {
+    co_return fmt::format("no TLS handshake in {} ms: is this the port of Secure ADS?",
+                          hello.timeout.count());
+  }
+  if (error) {
+    co_return why_no_tls(error, stream, hello.security);
+  }
+  Bytes request = encode(request_of(hello));
+  error = co_await write_all(stream, std::move(request));
+  Bytes answer(connect_info_size);
+  if (!error) {
+    const auto buffer = asio::buffer(answer);
+    error = co_await read_all(stream, buffer);
+  }
+  if (deadline.passed()) {
+    co_return fmt::format("no answer to TlsConnectInfo in {} ms", hello.timeout.count());
+  }
+  if (error && !closed(error)) {
+    co_return error.message();
+  }
+  if (error) {
+    co_return fmt::format(
+        "route missing: it closed the connection instead of answering TlsConnectInfo; it needs a "
+        "route to NetId {}",
+        hello.source.to_string());
+  }
+  co_return why_refused(answer);
+}
+
+Bytes answer_to(const ConnectInfo& request, ConnectError error, const SecureWelcome& welcome) {
+  ConnectInfo answer{.flags = connect_flags::response,
+                     .error = error,
+                     .net_id = welcome.source,
+                     .host = host_name()};
+  if (request.version != 1) {
+    answer.error = ConnectError::version;
+  }
+  if (welcome.faults.answer != ConnectError::none) {
+    answer.error = welcome.faults.answer;
+  }
+  if (answer.error == ConnectError::none) {
+    answer.flags |= connect_flags::ams_allowed;
+  }
+  Bytes bytes = encode(answer);
+  if (welcome.faults.garbage) {
+    std::ranges::fill(bytes, std::uint8_t{0xA5});
+  }
+  bytes.resize(bytes.size() - std::min(bytes.size(), welcome.faults.missing_bytes));
+  return bytes;
+}
+
+asio::awaitable<tl::expected<ConnectInfo, std::string>> receive_hello(Stream& stream) {
+  Bytes bytes(connect_info_size);
+  auto buffer = asio::buffer(bytes);
+  auto error = co_await read_all(stream, buffer);
+  if (error) {
+    co_return tl::make_unexpected(fmt::format("no TlsConnectInfo: {}", error.message()));
+  }
+  const auto size = connect_info_length(bytes);
+  if (!size) {
+    co_return tl::make_unexpected(size.error().message);
+  }
+  bytes.resize(*size);
+  buffer = asio::buffer(bytes) + connect_info_size;
+  error = co_await read_all(stream, buffer);
+  if (error) {
+    co_return tl::make_unexpected(fmt::format("half a TlsConnectInfo: {}", error.message()));
+  }
+  const auto info = decode_connect_info(bytes);
+  if (!info) {
+    co_return tl::make_unexpected(info.error().message);
+  }
+  co_return *info;
+}
+
+/// The steps of a server behind the TCP connection.
+asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream,
+                                                               const SecureWelcome& welcome) {
+  using Refused = tl::unexpected<std::string>;
+  const Deadline deadline(stream, welcome.timeout);
+  const auto late = fmt::format("no TLS and TlsConnectInfo in {} ms", welcome.timeout.count());
+  if (welcome.faults.handshake_delay.count() > 0) {
+    asio::steady_timer delay(stream.socket().get_executor(), welcome.faults.handshake_delay);
+    co_await delay.async_wait(quietly);
+  }
+  auto error = co_await stream.handshake();
+  if (error) {
+    co_return Refused(deadline.passed() ? late : fmt::format("no TLS: {}", error.message()));
+  }
+  if (welcome.faults.close_after_handshake) {
+    co_return Refused("closed after the handshake (fault)");
+  }
+  const auto request = co_await receive_hello(stream);
+  if (!request) {
+    co_return Refused(deadline.passed() ? late : request.error());
+  }
+  Bytes answer = answer_to(*request, ConnectError::none, welcome);
+  const auto said = decode_connect_info(answer);
+  error = co_await write_all(stream, std::move(answer));
+  if (error) {
+    co_return Refused(error.message());
+  }
+  if (!said) {
+    std::uint8_t more = 0;  // a client that waits for the rest
+    const auto buffer = asio::buffer(&more, 1);
+    co_await read_all(stream, buffer);
+    co_return Refused("answered with what is no TlsConnectInfo (fault)");
+  }
+  if (said->error != ConnectError::none) {
+    co_return Refused(fmt::format("refused with {}", describe(said->error)));
+  }
+  co_return request->net_id;
+}
+
+}  // namespace
+
+asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
+    Stream::Socket socket, SecureHello hello, std::function<void(std::weak_ptr<Stream>)> opened) {
+  const auto context = TlsContext::client(hello.security);
+  if (!context) {
+    co_return tl::make_unexpected(context.error());
+  }
+  const std::shared_ptr<TlsStream> stream = context->stream(std::move(socket));
+  opened(stream);
+  const auto refused = co_await say_hello(*stream, hello);
+  if (!refused.empty()) {
+    co_return tl::make_unexpected(refused);
+  }
+  co_return Transport{stream, Framing::headerless};
+}
+
+asio::awaitable<tl::expected<Welcomed, std::string>> welcome_securely(Stream::Socket socket,
+                                                                      SecureWelcome welcome) {
+  auto stream = welcome.context.stream(std::move(socket));
+  const auto client = co_await answer_hello(*stream, welcome);
+  if (!client) {
+    co_return tl::make_unexpected(client.error());
+  }
+  co_return Welcomed{Transport{std::move(stream), Framing::headerless}, *client};
+}
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,52 @@
+// The first steps of a Secure ADS connection, of both sides: TLS, then a TlsConnectInfo each way.
+// All of it within a time limit; no frame is read before the other side is known.
+//
+//   auto transport = co_await connect_securely(std::move(socket), {.security = psk, …});
+//   if (!transport) …                          // transport.error() says why
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+#include <tl/expected.hpp>
+
+#include "cnc/ads/faults.hpp"
+#include "cnc/ads/security.hpp"
+#include "cnc/ads/stream.hpp"
+#include "cnc/ads/tls.hpp"
+
+namespace millrace::cnc::ads {
+
+struct SecureHello {
+  Security security;
+  /// Our own.
+  NetId source;
+  std::chrono::milliseconds timeout{};
+};
+
+/// What carries frames, or why there is nothing, in words that go behind the name of the host.
+/// `opened` is called first, with the connection, which may be closed meanwhile.
+boost::asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
+    Stream::Socket socket, SecureHello hello, std::function<void(std::weak_ptr<Stream>)> opened);
+
+struct SecureWelcome {
+  TlsContext context;
+  /// Our own.
+  NetId source;
+  std::chrono::milliseconds timeout{};
+  SecureFaults faults{};
+};
+
+struct Welcomed {
+  Transport transport;
+  /// The peer's.
+  NetId client;
+};
+
+/// A client and what carries its frames, or why it was refused, in words for the log.
+boost::asio::awaitable<tl::expected<Welcomed, std::string>> welcome_securely(Stream::Socket socket,
+                                                                             SecureWelcome welcome);
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,164 @@
+#include "cnc/ads/tls.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+#include <span>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/error.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <openssl/evp.h>
+#include <openssl/ssl.h>
+
+#include "base/loop/quietly.hpp"
+
+namespace millrace::cnc::ads {
+namespace {
+
+namespace asio = boost::asio;
+using base::loop::quietly;
+using boost::system::error_code;
+
+/// The suites that a TwinCAT is known to accept, the strongest first (inferred from
+/// kevinherron/beckhoff-secure-ads).
+constexpr const char* psk_suites =
+    "PSK-AES256-CBC-SHA384:PSK-AES128-CBC-SHA256:PSK-AES256-CBC-SHA:PSK-AES128-CBC-SHA";
+
+std::string in_capitals(std::string_view identity) {
+  std::string capitals(identity);
+  std::ranges::transform(capitals, capitals.begin(), [](unsigned char c) {
+    return static_cast<char>(c < 0x80 ? std::toupper(c) : c);
+  });
+  return capitals;
+}
+
+std::array<std::uint8_t, EVP_MAX_MD_SIZE> sha256(std::string_view text, unsigned int& size) {
+  std::array<std::uint8_t, EVP_MAX_MD_SIZE> digest{};
+  EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr);
+  return digest;
+}
+
+/// Writes the key; its size, or 0 if there is no room for it.
+unsigned int write_key(const Psk& psk, std::span<unsigned char> room) {
+  unsigned int size = 0;
+  const auto key = sha256(in_capitals(psk.identity) + psk.password, size);
+  if (size > room.size()) {
+    return 0;
+  }
+  std::copy_n(key.begin(), size, room.begin());
+  return size;
+}
+
+}  // namespace
+
+struct TlsContext::Impl {
+  explicit Impl(asio::ssl::stream_base::handshake_type the_side)
+      : side(the_side),
+        context(the_side == asio::ssl::stream_base::client ? asio::ssl::context::tls_client
+                                                           : asio::ssl::context::tls_server) {
+    SSL_CTX* const native = context.native_handle();
+    SSL_CTX_set_min_proto_version(native, TLS1_2_VERSION);
+    SSL_CTX_set_max_proto_version(native, TLS1_2_VERSION);
+    SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
+    // A TwinCAT refuses a hello with extensions that it does not know; these two were seen.
+    SSL_CTX_set_options(native, SSL_OP_NO_TICKET | SSL_OP_NO_ENCRYPT_THEN_MAC |
+                                    SSL_OP_NO_EXTENDED_MASTER_SECRET | SSL_OP_NO_RENEGOTIATION |
+                                    SSL_OP_NO_COMPRESSION);
+    SSL_CTX_set_ex_data(native, index(), this);
+  }
+
+  /// Where a context of OpenSSL keeps its Impl.
+  static int index() {
+    static const int index = SSL_CTX_get_ex_new_index(0, nullptr, nullptr, nullptr, nullptr);
+    return index;
+  }
+  static const Impl& of(const SSL* connection) {
+    return *static_cast<const Impl*>(SSL_CTX_get_ex_data(SSL_get_SSL_CTX(connection), index()));
+  }
+
+  static unsigned int give_psk(SSL* connection, const char* /*hint*/, char* identity,
+                               unsigned int identity_size, unsigned char* key,
+                               unsigned int key_size) {
+    const Psk& psk = of(connection).psk;
+    if (psk.identity.size() >= identity_size) {
+      return 0;
+    }
+    std::memcpy(identity, psk.identity.c_str(), psk.identity.size() + 1);
+    return write_key(psk, {key, key_size});
+  }
+
+  static unsigned int find_psk(SSL* connection, const char* identity, unsigned char* key,
+                               unsigned int key_size) {
+    const Psk& psk = of(connection).psk;
+    return in_capitals(identity) == in_capitals(psk.identity) ? write_key(psk, {key, key_size}) : 0;
+  }
+
+  asio::ssl::stream_base::handshake_type side;
+  asio::ssl::context context;
+  Psk psk;
+};
+
+namespace {
+
+class AsioTlsStream final : public TlsStream {
+ public:
+  AsioTlsStream(Socket socket, asio::ssl::context& context,
+                asio::ssl::stream_base::handshake_type side, std::shared_ptr<void> keep)
+      : keep_(std::move(keep)), stream_(std::move(socket), context), side_(side) {}
+
+  asio::awaitable<error_code> handshake() override {
+    const auto [error] = co_await stream_.async_handshake(side_, quietly);
+    co_return error;
+  }
+  asio::awaitable<Moved> read_some(asio::mutable_buffer buffer) override {
+    return stream_.async_read_some(buffer, quietly);
+  }
+  asio::awaitable<Moved> write_some(asio::const_buffer bytes) override {
+    return stream_.async_write_some(bytes, quietly);
+  }
+  void send_now(BytesView bytes) override {
+    error_code ignored;
+    socket().native_non_blocking(true, ignored);
+    socket().non_blocking(true, ignored);
+    stream_.write_some(asio::buffer(bytes.data(), bytes.size()), ignored);
+  }
+  Socket& socket() override { return stream_.next_layer(); }
+  [[nodiscard]] const std::string& refusal() const override { return refusal_; }
+
+ private:
+  std::shared_ptr<void> keep_;
+  asio::ssl::stream<Socket> stream_;
+  asio::ssl::stream_base::handshake_type side_;
+  std::string refusal_;
+};
+
+}  // namespace
+
+tl::expected<TlsContext, std::string> TlsContext::client(const Security& security) {
+  auto impl = std::make_shared<Impl>(asio::ssl::stream_base::client);
+  SSL_CTX* const native = impl->context.native_handle();
+  impl->psk = std::get<Psk>(security);
+  SSL_CTX_set_cipher_list(native, psk_suites);
+  SSL_CTX_set_psk_client_callback(native, &Impl::give_psk);
+  return TlsContext(std::move(impl));
+}
+
+tl::expected<TlsContext, std::string> TlsContext::server(const ServerSecurity& security) {
+  auto impl = std::make_shared<Impl>(asio::ssl::stream_base::server);
+  SSL_CTX* const native = impl->context.native_handle();
+  impl->psk = security.psk;
+  SSL_CTX_set_cipher_list(native, psk_suites);
+  SSL_CTX_set_psk_server_callback(native, &Impl::find_psk);
+  return TlsContext(std::move(impl));
+}
+
+std::unique_ptr<TlsStream> TlsContext::stream(Stream::Socket socket) const {
+  error_code ignored;  // a socket already closed shows in the handshake
+  socket.set_option(asio::ip::tcp::no_delay(true), ignored);
+  return std::make_unique<AsioTlsStream>(std::move(socket), impl_->context, impl_->side, impl_);
+}
+
+}  // namespace millrace::cnc::ads

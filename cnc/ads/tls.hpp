@@ -1,0 +1,43 @@
+// TLS 1.2 as TwinCAT does it, over a connected socket.
+//
+//   const auto context = TlsContext::client(security);
+//   auto stream = context->stream(std::move(socket));
+//   if (const auto error = co_await stream->handshake(); error) …  // stream->refusal() may say more
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+#include <tl/expected.hpp>
+
+#include "cnc/ads/security.hpp"
+#include "cnc/ads/stream.hpp"
+
+namespace millrace::cnc::ads {
+
+class TlsStream : public Stream {
+ public:
+  /// Before anything is read or written.
+  virtual boost::asio::awaitable<boost::system::error_code> handshake() = 0;
+  /// Why we have not accepted the peer; empty if it was not us.
+  [[nodiscard]] virtual const std::string& refusal() const = 0;
+};
+
+/// Shared by all streams that are made of it, and kept by them.
+class TlsContext {
+ public:
+  /// Fail with words for people about what is wrong with keys and certificates.
+  static tl::expected<TlsContext, std::string> client(const Security& security);
+  static tl::expected<TlsContext, std::string> server(const ServerSecurity& security);
+
+  [[nodiscard]] std::unique_ptr<TlsStream> stream(Stream::Socket socket) const;
+
+ private:
+  struct Impl;
+  explicit TlsContext(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,16 @@
+// Reads how a virtual CNC does Secure ADS from its configuration.
+#pragma once
+
+#include <optional>
+
+#include "base/configuration/mistakes.hpp"
+#include "cnc/simulator/settings.hpp"
+#include "idl/cnc.pb.h"
+
+namespace millrace::cnc::simulator {
+
+/// Nothing if the file has no secure_ads.
+std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
+                                                 base::configuration::Mistakes& mistakes);
+
+}  // namespace millrace::cnc::simulator

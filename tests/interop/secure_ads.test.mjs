@@ -1,0 +1,179 @@
+// Secure ADS, asked for by openssl s_client: TLS is not ours here, and what travels in it is made by hand, by the
+// table of kevinherron/beckhoff-secure-ads.
+import assert from 'node:assert/strict';
+import { spawn } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import { after, before, test } from 'node:test';
+import { startConfiguredCnc } from './virtual_cnc.mjs';
+
+const ours = [127, 0, 0, 1, 2, 1];
+const controller = [127, 0, 0, 1, 1, 1];
+
+/** A TlsConnectInfo without user and password. */
+function hello({ flags = 0, version = 1, netId = ours } = {}) {
+  const bytes = Buffer.alloc(64);
+  bytes.writeUInt16LE(64, 0);
+  bytes.writeUInt16LE(flags, 2);
+  bytes.writeUInt8(version, 4);
+  Buffer.from(netId).copy(bytes, 6);
+  bytes.write('GATEWAY', 32, 'latin1');
+  return bytes;
+}
+
+/** A request to the task SDA, without the AMS/TCP header. */
+function request(command, data = Buffer.alloc(0), netId = ours) {
+  const header = Buffer.alloc(32);
+  Buffer.from(controller).copy(header, 0);
+  header.writeUInt16LE(552, 6);
+  Buffer.from(netId).copy(header, 8);
+  header.writeUInt16LE(32750, 14);
+  header.writeUInt16LE(command, 16);
+  header.writeUInt16LE(4, 18);
+  header.writeUInt32LE(data.length, 20);
+  header.writeUInt32LE(7, 28);
+  return Buffer.concat([header, data]);
+}
+
+/** REQUEST_STATE of the first channel, by its name. */
+function readRequestState() {
+  const name = Buffer.from('V.G.SERVICE.REQUEST_STATE\0', 'latin1');
+  const data = Buffer.alloc(16);
+  data.writeUInt32LE(0x122301, 0);
+  data.writeUInt32LE(0x48, 4);
+  data.writeUInt32LE(4, 8);
+  data.writeUInt32LE(name.length, 12);
+  return request(9, Buffer.concat([data, name]));
+}
+
+/** openssl s_client: what it sends and receives travels inside TLS. */
+class Client {
+  constructor(port, ...flags) {
+    this.received = Buffer.alloc(0);
+    this.errors = '';
+    this.child = spawn('openssl', ['s_client', '-connect', `127.0.0.1:${port}`, '-tls1_2', '-quiet', '-nocommands', ...flags]);
+    this.changed = () => {};
+    this.child.stdin.on('error', () => {});
+    this.child.stdout.on('data', (chunk) => {
+      this.received = Buffer.concat([this.received, chunk]);
+      this.changed();
+    });
+    this.child.stderr.on('data', (chunk) => (this.errors += chunk));
+    this.ended = new Promise((resolve) => this.child.once('close', () => {
+      this.over = true;
+      this.changed();
+      resolve();
+    }));
+  }
+
+  send(...parts) {
+    this.child.stdin.write(Buffer.concat(parts));
+  }
+
+  /** The next bytes; fewer if the connection ends before. */
+  async receive(size) {
+    while (this.received.length < size && !this.over) {
+      await new Promise((resolve) => (this.changed = resolve));
+    }
+    const bytes = this.received.subarray(0, size);
+    this.received = this.received.subarray(size);
+    return bytes;
+  }
+
+  async close() {
+    this.child.kill('SIGKILL');
+    await this.ended;
+  }
+}
+
+const key = (identity, password) => createHash('sha256').update(identity.toUpperCase() + password).digest('hex');
+const withKey = (identity, password, suite = 'PSK-AES256-CBC-SHA384') => [
+  '-psk_identity', identity, '-psk', key(identity, password), '-cipher', suite];
+
+let cnc;
+
+before(async () => {
+  cnc = await startConfiguredCnc(
+    'secure_ads { listen: "127.0.0.1:0" only: true psk { identity: "millrace" password: "secret" } }');
+});
+
+after(async () => {
+  await cnc?.stop();
+});
+
+test('a client with the key is welcomed and asks as ever, without the AMS/TCP header', async () => {
+  const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret'));
+  sut.send(hello());
+  const answer = await sut.receive(64);
+  assert.equal(answer.length, 64, sut.errors);
+  assert.equal(answer.readUInt16LE(0), 64);
+  assert.equal(answer.readUInt16LE(2) & 1, 1, 'a response');
+  assert.equal(answer.readUInt8(5), 0, 'no error');
+  assert.deepEqual([...answer.subarray(6, 12)], controller);
+
+  sut.send(request(4));
+  const state = await sut.receive(40);
+  assert.deepEqual([...state.subarray(0, 6)], ours);
+  assert.equal(state.readUInt16LE(18), 5, 'a response');
+  assert.equal(state.readUInt32LE(20), 8);
+  assert.equal(state.readUInt16LE(36), 5, 'it runs');
+
+  sut.send(readRequestState());
+  const value = await sut.receive(44);
+  assert.equal(value.readUInt32LE(32), 0, 'no error');
+  assert.equal(value.readUInt32LE(36), 4);
+  assert.equal(value.readUInt32LE(40), 0, 'no request');
+  await sut.close();
+});
+
+for (const suite of ['PSK-AES128-CBC-SHA256', 'PSK-AES256-CBC-SHA', 'PSK-AES128-CBC-SHA']) {
+  test(`the suite ${suite} is there, too`, async () => {
+    const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret', suite));
+    sut.send(hello());
+    assert.equal((await sut.receive(64)).length, 64, sut.errors);
+    await sut.close();
+  });
+}
+
+test('suites that a TwinCAT refuses are refused', async () => {
+  for (const suite of ['PSK-AES256-GCM-SHA384', 'ECDHE-PSK-AES256-CBC-SHA384', 'DHE-PSK-AES256-CBC-SHA384']) {
+    const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret', suite));
+    await sut.ended;
+    assert.match(sut.errors, /handshake failure/, suite);
+  }
+});
+
+test('a wrong key gets an alert', async () => {
+  const sut = new Client(cnc.securePort, ...withKey('millrace', 'wrong'));
+  await sut.ended;
+  assert.match(sut.errors, /bad record mac|decrypt error/);
+});
+
+test('an unknown identity gets an alert', async () => {
+  const sut = new Client(cnc.securePort, ...withKey('stranger', 'secret'));
+  await sut.ended;
+  assert.match(sut.errors, /unknown psk identity/);
+});
+
+test('another version of TlsConnectInfo gets error 1, and the connection ends', async () => {
+  const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret'));
+  sut.send(hello({ version: 2 }));
+  assert.equal((await sut.receive(64)).readUInt8(5), 1);
+  await sut.ended;
+});
+
+test('frames behind the AMS/TCP header end the connection', async () => {
+  const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret'));
+  const header = Buffer.from([0, 0, 32, 0, 0, 0]);
+  sut.send(hello(), header, request(4));
+  assert.equal((await sut.receive(64)).readUInt8(5), 0);
+  await sut.ended;
+  assert.equal(sut.received.length, 0);
+});
+
+test('a client that speaks for another NetId than it said loses its connection', async () => {
+  const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret'));
+  sut.send(hello(), request(4, undefined, [10, 0, 0, 1, 1, 1]));
+  assert.equal((await sut.receive(64)).readUInt8(5), 0);
+  await sut.ended;
+  assert.equal(sut.received.length, 0);
+});

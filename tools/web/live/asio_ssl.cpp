@@ -1,2 +1,0 @@
-// Asio's TLS, compiled once, as the rest of Asio is (deploy/cmake/Dependencies.cmake).
-#include <boost/asio/ssl/impl/src.hpp>
