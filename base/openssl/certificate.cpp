@@ -1,5 +1,8 @@
 #include "base/openssl/certificate.hpp"
 
+#include <array>
+#include <cctype>
+
 #include <fmt/format.h>
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
@@ -113,7 +116,43 @@ std::string Certificate::pem() const {
 }
 
 std::string Certificate::common_name() const {
-  return named(X509_get_subject_name(certificate_.get()), NID_commonName);
+  return common_name_of(certificate_.get());
+}
+
+std::string Certificate::fingerprint() const {
+  return fingerprint_of(certificate_.get());
+}
+
+std::string common_name_of(const X509* certificate) {
+  return named(X509_get_subject_name(certificate), NID_commonName);
+}
+
+std::string fingerprint_of(const X509* certificate) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  expect(X509_digest(certificate, EVP_sha256(), digest.data(), &size) == 1,
+         "cannot digest a certificate");
+  return fmt::format("{:02X}", fmt::join(digest.begin(), digest.begin() + size, ":"));
+}
+
+std::optional<std::string> parse_fingerprint(std::string_view text) {
+  constexpr std::size_t digits = std::size_t{2} * 32;
+  std::string found;
+  std::size_t count = 0;
+  for (const char c : text) {
+    if (c == ':' || c == ' ') {
+      continue;
+    }
+    if (std::isxdigit(static_cast<unsigned char>(c)) == 0 || count == digits) {
+      return std::nullopt;
+    }
+    if (count > 0 && count % 2 == 0) {
+      found += ':';
+    }
+    found += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    ++count;
+  }
+  return count == digits ? std::optional(found) : std::nullopt;
 }
 
 std::string Certificate::organisation() const {

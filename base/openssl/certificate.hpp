@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -46,6 +47,8 @@ class Certificate {
   [[nodiscard]] std::string serial() const;
   [[nodiscard]] Time from() const;
   [[nodiscard]] Time until() const;
+  /// SHA-256 of the whole certificate: "AB:CD:…", 32 bytes.
+  [[nodiscard]] std::string fingerprint() const;
   /// The signature is that of `authority`'s key; looks at no dates.
   [[nodiscard]] bool is_issued_by(const Certificate& authority) const;
   [[nodiscard]] bool belongs_to(const Key& key) const;
@@ -60,6 +63,13 @@ class Certificate {
 
   Owner certificate_;
 };
+
+/// The same of a certificate that somebody else owns.
+std::string fingerprint_of(const X509* certificate);
+std::string common_name_of(const X509* certificate);
+/// "AB:CD:…" of hexadecimal digits in small or capital letters, with colons, spaces or nothing
+/// between the bytes; nothing unless there are 32.
+std::optional<std::string> parse_fingerprint(std::string_view text);
 
 /// The name in it as X.509 encodes it (DER). Throws std::invalid_argument for a subject that X.509
 /// cannot hold.

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <openssl/ec.h>
 #include <openssl/pem.h>
+#include <openssl/rsa.h>
 
 namespace millrace::base::openssl {
 
@@ -30,7 +31,16 @@ int give_passphrase(char* buffer, int size, int /*writing*/, void* user) {
 }  // namespace
 
 Key Key::generate() {
-  Owner key(EVP_EC_gen("P-256"));
+  return made(EVP_EC_gen("P-256"));
+}
+
+Key Key::generate_rsa() {
+  constexpr std::size_t bits = 2048;
+  return made(EVP_RSA_gen(bits));
+}
+
+Key Key::made(EVP_PKEY* with) {
+  Owner key(with);
   if (!key) {
     throw std::runtime_error(fmt::format("cannot make a key: {}", last_reason()));
   }

@@ -1,4 +1,5 @@
-// A private key: NIST P-256, the curve that DDS Security's built-in plugins take for ECDSA.
+// A private key: NIST P-256, the curve that DDS Security's built-in plugins take for ECDSA, or RSA,
+// which is what a TwinCAT knows.
 //
 //   const Key key = Key::generate();
 //   write_durably(file, key.pem(), owner_only);
@@ -18,6 +19,8 @@ class Key {
  public:
   /// Throws std::runtime_error if this machine has no randomness to make one of.
   static Key generate();
+  /// RSA with 2048 bits; throws likewise.
+  static Key generate_rsa();
   /// `passphrase` opens an encrypted key and is not looked at otherwise. The error is for people,
   /// without a file's name: "is encrypted, and no passphrase is given".
   static tl::expected<Key, std::string> read(std::string_view pem,
@@ -30,6 +33,7 @@ class Key {
  private:
   using Owner = std::unique_ptr<EVP_PKEY, Free<EVP_PKEY_free>>;
   explicit Key(Owner key) : key_(std::move(key)) {}
+  static Key made(EVP_PKEY* with);
 
   Owner key_;
 };

@@ -96,6 +96,23 @@ int alert_of(error_code error) {
   return reason > SSL_AD_REASON_OFFSET ? reason - SSL_AD_REASON_OFFSET : 0;
 }
 
+std::string words_of_alert(int alert) {
+  switch (alert) {
+    case SSL_AD_BAD_CERTIFICATE:
+    case SSL_AD_UNSUPPORTED_CERTIFICATE:
+    case SSL_AD_CERTIFICATE_UNKNOWN:
+    case SSL_AD_UNKNOWN_CA:
+      return "it does not accept our certificate: does it have a route with its fingerprint?";
+    case SSL_AD_CERTIFICATE_EXPIRED:
+      return "it says that our certificate has expired: are the clocks right?";
+    case SSL_AD_HANDSHAKE_FAILURE:
+    case SSL_AD_INSUFFICIENT_SECURITY:
+      return "it has no cipher suite for certificates: does it know pre-shared keys alone?";
+    default:
+      return {};
+  }
+}
+
 std::string words_of_alert(int alert, const Psk& psk) {
   switch (alert) {
     case SSL_AD_UNKNOWN_PSK_IDENTITY:
@@ -119,15 +136,16 @@ std::string words_of_alert(int alert, const Psk& psk) {
 }
 
 std::string why_no_tls(error_code error, const TlsStream& stream, const Security& security) {
-  if (!stream.refusal().empty()) {
-    return stream.refusal();
+  if (!stream.peer().refusal.empty()) {
+    return stream.peer().refusal;
   }
   if (closed(error)) {
     return "it closed the connection during the TLS handshake: is this the port of Secure ADS, and "
            "were there many connections in a short time?";
   }
   const int alert = alert_of(error);
-  const auto words = words_of_alert(alert, std::get<Psk>(security));
+  const auto* const psk = std::get_if<Psk>(&security);
+  const auto words = psk != nullptr ? words_of_alert(alert, *psk) : words_of_alert(alert);
   if (!words.empty()) {
     return fmt::format("{} (TLS alert {})", words, alert);
   }
@@ -165,7 +183,18 @@ std::string why_refused(BytesView bytes) {
 }
 
 ConnectInfo request_of(const SecureHello& hello) {
-  return {.net_id = hello.source, .host = host_name()};
+  ConnectInfo request{.net_id = hello.source, .host = host_name()};
+  if (std::holds_alternative<SelfSigned>(hello.security)) {
+    request.flags = connect_flags::self_signed;
+  }
+  if (hello.add_route) {
+    // A route to our address, so that no name needs to be resolved over there.
+    request.flags |=
+        connect_flags::add_route | connect_flags::ip_address | connect_flags::ignore_common_name;
+    request.user = hello.add_route->user;
+    request.password = hello.add_route->password;
+  }
+  return request;
 }
 
 /// The steps of a client behind the TCP connection; empty if all went well.
@@ -201,14 +230,11 @@ asio::awaitable<std::string> say_hello(TlsStream& stream, const SecureHello& hel
   co_return why_refused(answer);
 }
 
-Bytes answer_to(const ConnectInfo& request, ConnectError error, const SecureWelcome& welcome) {
+Bytes answer_to(ConnectError error, const SecureWelcome& welcome) {
   ConnectInfo answer{.flags = connect_flags::response,
                      .error = error,
                      .net_id = welcome.source,
                      .host = host_name()};
-  if (request.version != 1) {
-    answer.error = ConnectError::version;
-  }
   if (welcome.faults.answer != ConnectError::none) {
     answer.error = welcome.faults.answer;
   }
@@ -268,7 +294,8 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
   if (!request) {
     co_return Refused(deadline.passed() ? late : request.error());
   }
-  Bytes answer = answer_to(*request, ConnectError::none, welcome);
+  const auto decision = welcome.admit(*request, stream.peer().fingerprint);
+  Bytes answer = answer_to(decision, welcome);
   const auto said = decode_connect_info(answer);
   error = co_await write_all(stream, std::move(answer));
   if (error) {

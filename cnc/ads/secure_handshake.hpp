@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <boost/asio/awaitable.hpp>
@@ -19,11 +20,19 @@
 
 namespace millrace::cnc::ads {
 
+/// Who may add a route at a controller: an administrator of it. In CP1252.
+struct RouteOwner {
+  std::string user;
+  std::string password;
+};
+
 struct SecureHello {
   Security security;
   /// Our own.
   NetId source;
   std::chrono::milliseconds timeout{};
+  /// Asks the controller to keep a route to us, with our fingerprint; otherwise it has to know us.
+  std::optional<RouteOwner> add_route{};
 };
 
 /// What carries frames, or why there is nothing, in words that go behind the name of the host.
@@ -33,6 +42,8 @@ boost::asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
 
 struct SecureWelcome {
   TlsContext context;
+  /// The answer to a client, of whose certificate the second is the fingerprint, or empty.
+  std::function<ConnectError(const ConnectInfo&, const std::string&)> admit;
   /// Our own.
   NetId source;
   std::chrono::milliseconds timeout{};

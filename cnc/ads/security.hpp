@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -18,12 +19,34 @@ struct Psk {
   bool operator==(const Psk&) const = default;
 };
 
+/// Each side has a certificate that it has signed itself; the other side knows its fingerprint,
+/// which is all that counts: neither dates nor names do.
+struct SelfSigned {
+  /// In PEM, of an RSA key.
+  std::string certificate;
+  std::string key;
+  /// Of the controller's certificate: SHA-256, "AB:CD:…".
+  std::string fingerprint;
+  bool operator==(const SelfSigned&) const = default;
+};
+
 /// What a client shows, and what it expects.
-using Security = std::variant<Psk>;
+using Security = std::variant<Psk, SelfSigned>;
+
+/// The certificate of a server, and who may add his own to those that it knows.
+struct ServerSelfSigned {
+  /// In PEM, of an RSA key.
+  std::string certificate;
+  std::string key;
+  /// In CP1252.
+  std::string user;
+  std::string password;
+};
 
 /// What a server shows and expects.
 struct ServerSecurity {
-  Psk psk;
+  std::optional<Psk> psk{};
+  std::optional<ServerSelfSigned> self_signed{};
 };
 
 }  // namespace millrace::cnc::ads

@@ -52,6 +52,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
         options(std::move(wanted)),
         log(std::move(destination)),
         tls(tls_context(options)),
+        routes(options.routes ? options.routes : std::make_shared<Routes>()),
         acceptor(listen(executor, options)),
         tcp_port(acceptor.local_endpoint().port()) {}
 
@@ -70,6 +71,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   ServerOptions options;
   base::program::Log log;
   std::optional<TlsContext> tls;
+  std::shared_ptr<Routes> routes;
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
   Connections connections;
@@ -97,8 +99,11 @@ asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::soc
     co_return;
   }
   ++self->welcoming;
-  SecureWelcome how{*self->tls, self->options.session.net_id, self->options.handshake_timeout,
-                    self->options.secure_faults};
+  const auto admits = [self](const ConnectInfo& request, const std::string& fingerprint) {
+    return ads::admit(request, fingerprint, *self->options.security, *self->routes);
+  };
+  SecureWelcome how{*self->tls, admits, self->options.session.net_id,
+                    self->options.handshake_timeout, self->options.secure_faults};
   auto welcomed = co_await welcome_securely(std::move(socket), std::move(how));
   --self->welcoming;
   if (!self->acceptor.is_open()) {

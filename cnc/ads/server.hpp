@@ -19,6 +19,7 @@
 
 #include "base/program/log.hpp"
 #include "cnc/ads/faults.hpp"
+#include "cnc/ads/routes.hpp"
 #include "cnc/ads/secure_handshake.hpp"
 #include "cnc/ads/session.hpp"
 
@@ -48,6 +49,8 @@ struct ServerOptions {
   Faults faults{};
   /// Secure ADS only; otherwise plain ADS only.
   std::optional<ServerSecurity> security{};
+  /// The clients that are known by their certificates, and those to come; none = nobody.
+  std::shared_ptr<Routes> routes{};
   /// How long TLS and TlsConnectInfo may take together.
   std::chrono::milliseconds handshake_timeout{10'000};
   SecureFaults secure_faults{};

@@ -10,10 +10,13 @@
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/error.hpp>
 #include <boost/asio/ssl/stream.hpp>
+#include <fmt/format.h>
 #include <openssl/evp.h>
 #include <openssl/ssl.h>
 
 #include "base/loop/quietly.hpp"
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
 
 namespace millrace::cnc::ads {
 namespace {
@@ -40,6 +43,11 @@ std::array<std::uint8_t, EVP_MAX_MD_SIZE> sha256(std::string_view text, unsigned
   EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr);
   return digest;
 }
+
+/// Those with certificates.
+constexpr const char* certificate_suites =
+    "DHE-RSA-AES256-GCM-SHA384:DHE-RSA-AES128-GCM-SHA256:DHE-RSA-AES256-SHA256:"
+    "DHE-RSA-AES128-SHA256";
 
 /// Writes the key; its size, or 0 if there is no room for it.
 unsigned int write_key(const Psk& psk, std::span<unsigned char> room) {
@@ -96,9 +104,68 @@ struct TlsContext::Impl {
     return in_capitals(identity) == in_capitals(psk.identity) ? write_key(psk, {key, key_size}) : 0;
   }
 
+  /// Where a connection of OpenSSL keeps what is known of its peer.
+  static int peer_index() {
+    static const int index = SSL_get_ex_new_index(0, nullptr, nullptr, nullptr, nullptr);
+    return index;
+  }
+
+  /// Instead of OpenSSL's own look at a certificate and its issuers.
+  static int verify(X509_STORE_CTX* chain, void* impl) {
+    const auto* const connection = static_cast<const SSL*>(
+        X509_STORE_CTX_get_ex_data(chain, SSL_get_ex_data_X509_STORE_CTX_idx()));
+    auto& peer = *static_cast<TlsPeer*>(SSL_get_ex_data(connection, peer_index()));
+    const X509* const certificate = X509_STORE_CTX_get0_cert(chain);
+    peer.fingerprint = base::openssl::fingerprint_of(certificate);
+    peer.common_name = base::openssl::common_name_of(certificate);
+    peer.refusal = static_cast<const Impl*>(impl)->why_refused(peer);
+    if (!peer.refusal.empty()) {
+      X509_STORE_CTX_set_error(chain, X509_V_ERR_APPLICATION_VERIFICATION);
+    }
+    return peer.refusal.empty() ? 1 : 0;
+  }
+
+  [[nodiscard]] std::string why_refused(const TlsPeer& peer) const {
+    if (fingerprint && peer.fingerprint != *fingerprint) {
+      return fmt::format(
+          "its certificate has the fingerprint {}; expected {}: if the controller was set up anew, "
+          "compare with what it shows (About TwinCAT, TcSelfSigned.xml) and add the route again",
+          peer.fingerprint, *fingerprint);
+    }
+    return {};
+  }
+
+  /// What is wrong with them; empty if nothing is.
+  std::string use(const std::string& certificate, const std::string& key) {
+    const auto read = base::openssl::Certificate::read(certificate);
+    if (!read) {
+      return "the certificate " + read.error();
+    }
+    const auto with = base::openssl::Key::read(key);
+    if (!with) {
+      return "the key " + with.error();
+    }
+    if (EVP_PKEY_get_base_id(with->get()) != EVP_PKEY_RSA) {
+      return "the key is no RSA key, and a TwinCAT knows no other";
+    }
+    if (!read->belongs_to(*with)) {
+      return "the key is not that of the certificate";
+    }
+    SSL_CTX* const native = context.native_handle();
+    if (SSL_CTX_use_certificate(native, read->get()) != 1 ||
+        SSL_CTX_use_PrivateKey(native, with->get()) != 1) {
+      return "the certificate cannot be used: " + base::openssl::last_reason();
+    }
+    SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
+    SSL_CTX_set_cert_verify_callback(native, &Impl::verify, this);
+    return {};
+  }
+
   asio::ssl::stream_base::handshake_type side;
   asio::ssl::context context;
   Psk psk;
+  /// What the peer's certificate has to have; nothing = that is looked at later.
+  std::optional<std::string> fingerprint;
 };
 
 namespace {
@@ -106,8 +173,14 @@ namespace {
 class AsioTlsStream final : public TlsStream {
  public:
   AsioTlsStream(Socket socket, asio::ssl::context& context,
-                asio::ssl::stream_base::handshake_type side, std::shared_ptr<void> keep)
-      : keep_(std::move(keep)), stream_(std::move(socket), context), side_(side) {}
+                asio::ssl::stream_base::handshake_type side, int peer_index,
+                std::shared_ptr<void> keep)
+      : keep_(std::move(keep)),
+        stream_(std::move(socket), context),
+        side_(side),
+        peer_(std::make_unique<TlsPeer>()) {
+    SSL_set_ex_data(stream_.native_handle(), peer_index, peer_.get());
+  }
 
   asio::awaitable<error_code> handshake() override {
     const auto [error] = co_await stream_.async_handshake(side_, quietly);
@@ -126,13 +199,13 @@ class AsioTlsStream final : public TlsStream {
     stream_.write_some(asio::buffer(bytes.data(), bytes.size()), ignored);
   }
   Socket& socket() override { return stream_.next_layer(); }
-  [[nodiscard]] const std::string& refusal() const override { return refusal_; }
+  [[nodiscard]] const TlsPeer& peer() const override { return *peer_; }
 
  private:
   std::shared_ptr<void> keep_;
   asio::ssl::stream<Socket> stream_;
   asio::ssl::stream_base::handshake_type side_;
-  std::string refusal_;
+  std::unique_ptr<TlsPeer> peer_;
 };
 
 }  // namespace
@@ -140,25 +213,49 @@ class AsioTlsStream final : public TlsStream {
 tl::expected<TlsContext, std::string> TlsContext::client(const Security& security) {
   auto impl = std::make_shared<Impl>(asio::ssl::stream_base::client);
   SSL_CTX* const native = impl->context.native_handle();
-  impl->psk = std::get<Psk>(security);
-  SSL_CTX_set_cipher_list(native, psk_suites);
-  SSL_CTX_set_psk_client_callback(native, &Impl::give_psk);
+  if (const auto* const psk = std::get_if<Psk>(&security)) {
+    impl->psk = *psk;
+    SSL_CTX_set_cipher_list(native, psk_suites);
+    SSL_CTX_set_psk_client_callback(native, &Impl::give_psk);
+    return TlsContext(std::move(impl));
+  }
+  const auto& self_signed = std::get<SelfSigned>(security);
+  SSL_CTX_set_cipher_list(native, certificate_suites);
+  impl->fingerprint = self_signed.fingerprint;
+  const std::string wrong = impl->use(self_signed.certificate, self_signed.key);
+  if (!wrong.empty()) {
+    return tl::make_unexpected(wrong);
+  }
   return TlsContext(std::move(impl));
 }
 
 tl::expected<TlsContext, std::string> TlsContext::server(const ServerSecurity& security) {
   auto impl = std::make_shared<Impl>(asio::ssl::stream_base::server);
   SSL_CTX* const native = impl->context.native_handle();
-  impl->psk = security.psk;
-  SSL_CTX_set_cipher_list(native, psk_suites);
-  SSL_CTX_set_psk_server_callback(native, &Impl::find_psk);
+  std::string suites;
+  if (security.self_signed) {
+    suites = certificate_suites;
+    SSL_CTX_set_dh_auto(native, 1);
+    const std::string wrong =
+        impl->use(security.self_signed->certificate, security.self_signed->key);
+    if (!wrong.empty()) {
+      return tl::make_unexpected(wrong);
+    }
+  }
+  if (security.psk) {
+    impl->psk = *security.psk;
+    suites += (suites.empty() ? "" : ":") + std::string(psk_suites);
+    SSL_CTX_set_psk_server_callback(native, &Impl::find_psk);
+  }
+  SSL_CTX_set_cipher_list(native, suites.c_str());
   return TlsContext(std::move(impl));
 }
 
 std::unique_ptr<TlsStream> TlsContext::stream(Stream::Socket socket) const {
   error_code ignored;  // a socket already closed shows in the handshake
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
-  return std::make_unique<AsioTlsStream>(std::move(socket), impl_->context, impl_->side, impl_);
+  return std::make_unique<AsioTlsStream>(std::move(socket), impl_->context, impl_->side,
+                                         Impl::peer_index(), impl_);
 }
 
 }  // namespace millrace::cnc::ads

@@ -2,7 +2,7 @@
 //
 //   const auto context = TlsContext::client(security);
 //   auto stream = context->stream(std::move(socket));
-//   if (const auto error = co_await stream->handshake(); error) …  // stream->refusal() may say more
+//   if (const auto error = co_await stream->handshake(); error) …  // stream->peer().refusal may say more
 #pragma once
 
 #include <memory>
@@ -16,12 +16,21 @@
 
 namespace millrace::cnc::ads {
 
+/// Who is at the other end.
+struct TlsPeer {
+  /// Of its certificate; empty if it has a pre-shared key instead.
+  std::string fingerprint;
+  std::string common_name;
+  /// Why we have refused it; empty if we have not.
+  std::string refusal;
+};
+
 class TlsStream : public Stream {
  public:
   /// Before anything is read or written.
   virtual boost::asio::awaitable<boost::system::error_code> handshake() = 0;
-  /// Why we have not accepted the peer; empty if it was not us.
-  [[nodiscard]] virtual const std::string& refusal() const = 0;
+  /// What came of the handshake; of its certificate also if that was refused.
+  [[nodiscard]] virtual const TlsPeer& peer() const = 0;
 };
 
 /// Shared by all streams that are made of it, and kept by them.

@@ -343,7 +343,7 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.variables = system_variables(config, settings, mistakes);
   settings.aep_parameters = aep_parameters(config, mistakes);
   settings.system_data = read_system_data(config, mistakes);
-  settings.secure_ads = read_secure_ads(config, mistakes);
+  settings.secure_ads = read_secure_ads(config, base, mistakes);
   for (const std::string& folder : config.program_folder()) {
     settings.folders.push_back(base / folder);
   }

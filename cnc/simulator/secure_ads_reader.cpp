@@ -1,7 +1,12 @@
 #include "cnc/simulator/secure_ads_reader.hpp"
 
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
 #include <fmt/format.h>
 
+#include "base/text/cp1252.hpp"
 #include "base/text/number.hpp"
 
 namespace millrace::cnc::simulator {
@@ -17,6 +22,37 @@ ads::Psk psk(const config::CncPsk& from, const ConfigPath& path, Mistakes& mista
   mistakes.expect(!from.password().empty(), path / "password",
                   "is empty; expected a password: \"secret\"");
   return {from.identity(), from.password()};
+}
+
+std::string text_of(const std::filesystem::path& file, const ConfigPath& path, Mistakes& mistakes) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  mistakes.expect(in.is_open() && !in.bad(), path,
+                  fmt::format("cannot read {}: {}", file.string(), std::strerror(errno)));
+  return text;
+}
+
+std::string in_cp1252(const std::string& text, const ConfigPath& path, Mistakes& mistakes) {
+  constexpr std::size_t longest = 200;
+  const auto converted = base::text::to_cp1252(text);
+  mistakes.expect(converted.has_value(), path, converted ? "" : converted.error());
+  mistakes.expect(text.size() <= longest, path,
+                  fmt::format("has {} bytes; expected at most {}", text.size(), longest));
+  return converted.value_or("");
+}
+
+ads::ServerSelfSigned self_signed(const config::CncSelfSigned& from,
+                                  const std::filesystem::path& base, const ConfigPath& path,
+                                  Mistakes& mistakes) {
+  ads::ServerSelfSigned to;
+  to.user = in_cp1252(from.user(), path / "user", mistakes);
+  to.password = in_cp1252(from.password(), path / "password", mistakes);
+  if (!from.has_certificate() && !from.has_key()) {
+    return to;
+  }
+  to.certificate = text_of(base / from.certificate(), path / "certificate", mistakes);
+  to.key = text_of(base / from.key(), path / "key", mistakes);
+  return to;
 }
 
 ads::SecureFaults faults(const config::CncSecureFaults& from, const ConfigPath& path,
@@ -43,7 +79,9 @@ std::optional<ListenAddress> ListenAddress::parse(std::string_view text) {
   return ListenAddress{std::string(text.substr(0, colon)), *port};
 }
 
-std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config, Mistakes& mistakes) {
+std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
+                                                 const std::filesystem::path& base,
+                                                 Mistakes& mistakes) {
   if (!config.has_secure_ads()) {
     return std::nullopt;
   }
@@ -55,9 +93,16 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config, Mist
       listen.has_value(), path / "listen",
       fmt::format("\"{}\"; expected an address and a port, as in 127.0.0.1:8016", from.listen()));
   to.listen = listen.value_or(to.listen);
-  if (mistakes.expect(from.has_psk(), path,
-                      "it has no way to know its clients; expected psk { … }")) {
+  mistakes.expect(from.has_psk() || from.has_self_signed(), path,
+                  "it has no way to know its clients; expected psk { … } or self_signed { … }");
+  if (from.has_psk()) {
     to.security.psk = psk(from.psk(), path / "psk", mistakes);
+  }
+  if (from.has_self_signed()) {
+    to.security.self_signed = self_signed(from.self_signed(), base, path / "self_signed", mistakes);
+  }
+  if (!from.routes_file().empty()) {
+    to.routes_file = base / from.routes_file();
   }
   to.only = from.only();
   to.faults = faults(from.faults(), path / "faults", mistakes);

@@ -1,6 +1,7 @@
 // Reads how a virtual CNC does Secure ADS from its configuration.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 
 #include "base/configuration/mistakes.hpp"
@@ -9,8 +10,9 @@
 
 namespace millrace::cnc::simulator {
 
-/// Nothing if the file has no secure_ads.
+/// Nothing if the file has no secure_ads. A relative path starts at `base`.
 std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
+                                                 const std::filesystem::path& base,
                                                  base::configuration::Mistakes& mistakes);
 
 }  // namespace millrace::cnc::simulator

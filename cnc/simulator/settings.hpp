@@ -75,7 +75,10 @@ struct ConnectionSettings {
 /// Secure ADS beside plain ADS.
 struct SecureAdsSettings {
   ListenAddress listen{"127.0.0.1", ads::secure_port};
+  /// A certificate is made at the start where none is named.
   ads::ServerSecurity security;
+  /// Where routes are kept; empty = nowhere.
+  std::filesystem::path routes_file;
   /// No plain ADS.
   bool only = false;
   ads::SecureFaults faults;

@@ -5,6 +5,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
+#include "cnc/simulator/route_file.hpp"
+
 namespace millrace::cnc::simulator {
 
 namespace {
@@ -42,13 +46,41 @@ ads::ServerOptions plain_options(const Setup& setup) {
   return options;
 }
 
-ads::ServerOptions secure_options(const Setup& setup) {
+/// Valid for ten years, as long as this CNC runs.
+void make_certificate(ads::ServerSelfSigned& to) {
+  using base::openssl::Key;
+  constexpr auto validity = std::chrono::years(10);
+  const Key key = Key::generate_rsa();
+  const auto now =
+      std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+  const base::openssl::Subject subject{.organisation = "millrace",
+                                       .common_name = "millrace-cnc",
+                                       .from = now - std::chrono::days(1),
+                                       .until = now + std::chrono::seconds(validity)};
+  to.key = key.pem();
+  to.certificate = base::openssl::self_signed(key, subject).pem();
+}
+
+std::string fingerprint_of(const std::string& certificate) {
+  const auto read = base::openssl::Certificate::read(certificate);
+  return read ? read->fingerprint() : "none";
+}
+
+ads::ServerOptions secure_options(const Setup& setup, const base::program::Log& log) {
   const SecureAdsSettings& secure = *setup.settings.secure_ads;
   ads::ServerOptions options = common_options(setup);
   options.address = secure.listen.host;
   options.tcp_port = secure.listen.port;
   options.security = secure.security;
+  if (auto& self_signed = options.security->self_signed) {
+    if (self_signed->certificate.empty()) {
+      make_certificate(*self_signed);
+    }
+    log->info("Secure ADS: the fingerprint of our certificate is {}",
+              fingerprint_of(self_signed->certificate));
+  }
   options.secure_faults = secure.faults;
+  options.routes = read_routes(secure.routes_file, log);
   return options;
 }
 
@@ -77,7 +109,7 @@ Station::Station(const boost::asio::any_io_executor& executor, const Setup& setu
     plain_.emplace(executor, device, plain_options(setup), log);
   }
   if (secure) {
-    secure_.emplace(executor, device, secure_options(setup), log);
+    secure_.emplace(executor, device, secure_options(setup, log), log);
   }
 }
 

@@ -1,18 +1,23 @@
 // Secure ADS, asked for by openssl s_client: TLS is not ours here, and what travels in it is made by hand, by the
 // table of kevinherron/beckhoff-secure-ads.
 import assert from 'node:assert/strict';
-import { spawn } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { createHash } from 'node:crypto';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { startConfiguredCnc } from './virtual_cnc.mjs';
 
 const ours = [127, 0, 0, 1, 2, 1];
 const controller = [127, 0, 0, 1, 1, 1];
 
-/** A TlsConnectInfo without user and password. */
-function hello({ flags = 0, version = 1, netId = ours } = {}) {
-  const bytes = Buffer.alloc(64);
-  bytes.writeUInt16LE(64, 0);
+/** A TlsConnectInfo. */
+function hello({ flags = 0, version = 1, netId = ours, user = '', password = '' } = {}) {
+  const bytes = Buffer.concat([Buffer.alloc(64), Buffer.from(user, 'latin1'), Buffer.from(password, 'latin1')]);
+  bytes.writeUInt16LE(bytes.length, 0);
+  bytes.writeUInt8(user.length, 12);
+  bytes.writeUInt8(password.length, 13);
   bytes.writeUInt16LE(flags, 2);
   bytes.writeUInt8(version, 4);
   Buffer.from(netId).copy(bytes, 6);
@@ -88,6 +93,19 @@ class Client {
 const key = (identity, password) => createHash('sha256').update(identity.toUpperCase() + password).digest('hex');
 const withKey = (identity, password, suite = 'PSK-AES256-CBC-SHA384') => [
   '-psk_identity', identity, '-psk', key(identity, password), '-cipher', suite];
+
+/** What openssl req makes of it: a certificate that signs itself, and its key. */
+function selfSigned(name) {
+  const [certificate, key] = [join(folder, `${name}.crt`), join(folder, `${name}.key`)];
+  execFileSync('openssl', ['req', '-x509', '-newkey', 'rsa:2048', '-nodes', '-keyout', key, '-out', certificate,
+    '-days', '1', '-subj', `/CN=${name}`], { stdio: 'ignore' });
+  return { certificate, key };
+}
+const withCertificate = ({ certificate, key }, suite = 'DHE-RSA-AES256-GCM-SHA384') => [
+  '-cert', certificate, '-key', key, '-cipher', suite];
+
+const folder = mkdtempSync(join(tmpdir(), 'millrace-secure-ads-'));
+after(() => rmSync(folder, { recursive: true }));
 
 let cnc;
 
@@ -176,4 +194,41 @@ test('a client that speaks for another NetId than it said loses its connection',
   assert.equal((await sut.receive(64)).readUInt8(5), 0);
   await sut.ended;
   assert.equal(sut.received.length, 0);
+});
+
+test('a client with a certificate of its own adds a route, and is known from then on', async () => {
+  const [controllerFiles, gateway, stranger] = ['controller', 'gateway', 'stranger'].map(selfSigned);
+  const routes = join(folder, 'routes');
+  const config = `secure_ads { listen: "127.0.0.1:0" only: true routes_file: "${routes}"
+    self_signed { certificate: "${controllerFiles.certificate}" key: "${controllerFiles.key}"
+                  user: "Administrator" password: "1" } }`;
+  const errorFor = async (files, how, suite) => {
+    const sut = new Client(secured.securePort, ...withCertificate(files, suite));
+    sut.send(hello(how), request(4));
+    const answer = await sut.receive(64);
+    assert.equal(answer.length, 64, sut.errors);
+    const error = answer.readUInt8(5);
+    const state = await sut.receive(40);
+    assert.equal(state.length, error === 0 ? 40 : 0, 'frames are answered if there is no error');
+    await sut.close();
+    return error;
+  };
+  let secured = await startConfiguredCnc(config);
+  const known = { flags: 0x10 };
+  const adds = { flags: 0xf0, user: 'Administrator', password: '1' };
+  assert.equal(await errorFor(gateway, known), 3, 'unknown');
+  assert.equal(await errorFor(gateway, { ...adds, password: '2' }), 4, 'wrong password');
+  assert.equal(await errorFor(gateway, adds), 0, 'added');
+  assert.equal(await errorFor(gateway, known), 0, 'known');
+  assert.equal(await errorFor(stranger, known), 3, 'another fingerprint');
+  await secured.stop();
+
+  const fingerprint = execFileSync('openssl', ['x509', '-in', gateway.certificate, '-noout', '-fingerprint', '-sha256'])
+    .toString().trim().replace(/.*=/, '');
+  assert.equal(readFileSync(routes, 'latin1'), `127.0.0.1.2.1 ${fingerprint}\n`);
+  secured = await startConfiguredCnc(config);
+  for (const suite of ['DHE-RSA-AES256-SHA256', 'DHE-RSA-AES128-SHA256', 'DHE-RSA-AES128-GCM-SHA256']) {
+    assert.equal(await errorFor(gateway, known, suite), 0, `known after a restart, ${suite}`);
+  }
+  await secured.stop();
 });

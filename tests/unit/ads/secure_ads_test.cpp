@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
 #include "base/program/barrier.hpp"
 #include "cnc/ads/client.hpp"
 #include "cnc/ads/server.hpp"
@@ -24,7 +26,7 @@ class SecureAdsTest : public testing::Test {
   SecureAdsTest() {
     device.values[{1, 1}] = {1, 2, 3, 4};
     server_options.tcp_port = 0;
-    server_options.security = ServerSecurity{{"millrace", "secret"}};
+    server_options.security = ServerSecurity{.psk = Psk{"millrace", "secret"}};
     options.target = server_options.session.net_id;
     options.security = Psk{"millrace", "secret"};
   }
@@ -156,6 +158,116 @@ TEST_F(SecureAdsTest, GivesBackWhatItHasBeforeItLeaves) {
   ASSERT_TRUE(handles.at(0));
   sut->leave({.port = 552, .notifications = {*handles[0]}});
   EXPECT_TRUE(tests::run_until(io, [&] { return server->connections() == 0; }));
+}
+
+/// A certificate that its holder has signed, and his key. Made once: RSA keys take their time.
+struct Holder {
+  explicit Holder(const std::string& name)
+      : key(base::openssl::Key::generate_rsa()),
+        certificate(base::openssl::self_signed(
+            key, {.organisation = "millrace",
+                  .common_name = name,
+                  .from = std::chrono::sys_days(std::chrono::year(2000) / 1 / 1),
+                  .until = std::chrono::sys_days(std::chrono::year(2001) / 1 / 1)})) {}
+  base::openssl::Key key;
+  base::openssl::Certificate certificate;
+};
+
+const Holder& controller() {
+  static const Holder holder("controller");
+  return holder;
+}
+const Holder& gateway() {
+  static const Holder holder("gateway");
+  return holder;
+}
+
+/// Both certificates have expired long ago: with fingerprints dates do not count.
+class SelfSignedAdsTest : public SecureAdsTest {
+ protected:
+  SelfSignedAdsTest() {
+    const auto& theirs = controller();
+    const auto& ours = gateway();
+    server_options.security = ServerSecurity{
+        .self_signed = ServerSelfSigned{theirs.certificate.pem(), theirs.key.pem(), "Admin", "1"}};
+    server_options.routes = std::make_shared<Routes>();
+    server_options.routes->add({options.source.net_id, ours.certificate.fingerprint()});
+    options.security =
+        SelfSigned{ours.certificate.pem(), ours.key.pem(), theirs.certificate.fingerprint()};
+  }
+  SelfSigned& shown() { return std::get<SelfSigned>(*options.security); }
+};
+
+TEST_F(SelfSignedAdsTest, CarriesRequestsOfAClientWithARoute) {
+  ASSERT_TRUE(connect());
+  EXPECT_EQ(wait_for(io, sut->read(552, {1, 1}, 4)), (Bytes{1, 2, 3, 4}));
+}
+
+TEST_F(SelfSignedAdsTest, NeverAcceptsAnotherFingerprint) {
+  const std::string expected = gateway().certificate.fingerprint();
+  shown().fingerprint = expected;
+  const std::string words = refusal();
+  EXPECT_THAT(words, HasSubstr("its certificate has the fingerprint " +
+                               controller().certificate.fingerprint()));
+  EXPECT_THAT(words, HasSubstr("expected " + expected));
+}
+
+TEST_F(SelfSignedAdsTest, AcceptsNoCertificateIfItKnowsNoFingerprint) {
+  shown().fingerprint.clear();
+  EXPECT_THAT(refusal(), HasSubstr("its certificate has the fingerprint"));
+}
+
+TEST_F(SelfSignedAdsTest, SaysThatItNeedsARouteWithItsFingerprint) {
+  server_options.routes = std::make_shared<Routes>();
+  EXPECT_THAT(refusal(),
+              HasSubstr("it needs a route with its fingerprint (TlsConnectInfo error 3"));
+}
+
+TEST_F(SelfSignedAdsTest, SaysThatKeyAndCertificateAreNotOne) {
+  shown().key = controller().key.pem();
+  EXPECT_THAT(refusal(), HasSubstr("the key is not that of the certificate"));
+}
+
+TEST_F(SelfSignedAdsTest, SaysThatAnotherKeyThanRsaIsOfNoUse) {
+  shown().key = base::openssl::Key::generate().pem();
+  EXPECT_THAT(refusal(), HasSubstr("the key is no RSA key"));
+}
+
+TEST_F(SelfSignedAdsTest, SaysThatTheControllerKnowsPreSharedKeysAlone) {
+  server_options.security = ServerSecurity{.psk = Psk{"millrace", "secret"}};
+  EXPECT_THAT(refusal(), HasSubstr("does it know pre-shared keys alone?"));
+}
+
+TEST_F(SelfSignedAdsTest, SharesItsPortWithPreSharedKeys) {
+  server_options.security->psk = Psk{"millrace", "secret"};
+  options.security = Psk{"millrace", "secret"};
+  EXPECT_TRUE(connect());
+}
+
+TEST(AdmittedClient, WithCertificateIsKnownOnceItHasAddedARoute) {
+  const ServerSecurity security{.self_signed = ServerSelfSigned{{}, {}, "Admin", "1"}};
+  Routes sut;
+  const NetId net_id{{10, 0, 0, 1, 1, 1}};
+  ConnectInfo request{.flags = connect_flags::self_signed, .net_id = net_id};
+  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_certificate);
+  request.flags |= connect_flags::add_route;
+  request.user = "Admin";
+  request.password = "2";
+  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_user);
+  request.password = "1";
+  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::none);
+  request = {.flags = connect_flags::self_signed, .net_id = net_id};
+  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::none);
+  EXPECT_EQ(admit(request, "CD", security, sut), ConnectError::unknown_certificate);
+  request.flags = 0;
+  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_certificate);
+}
+
+TEST(AdmittedClient, AddsNoRouteWhereNobodyMay) {
+  const ServerSecurity security{.self_signed = ServerSelfSigned{}};
+  Routes sut;
+  const ConnectInfo request{.flags = connect_flags::self_signed | connect_flags::add_route};
+  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_user);
 }
 
 }  // namespace

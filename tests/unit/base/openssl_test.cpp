@@ -24,6 +24,25 @@ struct Authority {
       key, {.organisation = "plant", .common_name = "authority", .from = from, .until = until});
 };
 
+TEST(Fingerprint, IsReadInAnyNotation) {
+  const Key key = Key::generate_rsa();
+  const Certificate sut = self_signed(
+      key, {.organisation = "plant", .common_name = "cnc", .from = Time(), .until = Time()});
+  const std::string text = sut.fingerprint();
+  EXPECT_EQ(text.size(), 95U);
+  EXPECT_EQ(parse_fingerprint(text), text);
+  std::string lower;
+  for (const char c : text) {
+    if (c != ':') {
+      lower += static_cast<char>(std::tolower(c));
+    }
+  }
+  EXPECT_EQ(parse_fingerprint(lower), text);
+  EXPECT_FALSE(parse_fingerprint(lower + "0"));
+  EXPECT_FALSE(parse_fingerprint("AB:CD"));
+  EXPECT_FALSE(parse_fingerprint(lower.substr(1) + "g"));
+}
+
 TEST(Key, IsReadAsItWasWritten) {
   const Key sut = Key::generate();
   const auto read = Key::read(sut.pem());

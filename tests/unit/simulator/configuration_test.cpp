@@ -31,6 +31,8 @@ TEST(Configuration, ReadsSecureAds) {
   EXPECT_EQ(sut->listen.host, "127.0.0.2");
   EXPECT_EQ(sut->listen.port, 8017);
   EXPECT_EQ(sut->security.psk, (ads::Psk{"millrace", "secret"}));
+  EXPECT_EQ(sut->security.self_signed->user, "Administrator");
+  EXPECT_EQ(sut->routes_file, good / "routes");
   EXPECT_TRUE(sut->only);
   EXPECT_EQ(sut->faults.handshake_delay, std::chrono::milliseconds(10));
   EXPECT_TRUE(sut->faults.close_after_handshake);
