@@ -19,18 +19,24 @@ bool Routes::knows(const Route& route) const {
   return std::ranges::count(routes_, route) > 0;
 }
 
-ConnectError admit(const ConnectInfo& request, const std::string& fingerprint,
+ConnectError admit(const ConnectInfo& request, const TlsClient& client,
                    const ServerSecurity& security, Routes& routes) {
   if (request.version != 1) {
     return ConnectError::version;
   }
-  if (fingerprint.empty()) {
+  if (client.fingerprint.empty()) {
     return ConnectError::none;  // the key has said it all
+  }
+  if (security.shared_ca) {
+    const bool right = security.shared_ca->ignore_common_name ||
+                       (request.flags & connect_flags::ignore_common_name) != 0 ||
+                       client.common_name == request.host || client.common_name == client.address;
+    return right ? ConnectError::none : ConnectError::common_name;
   }
   if ((request.flags & connect_flags::self_signed) == 0 || !security.self_signed) {
     return ConnectError::unknown_certificate;
   }
-  const Route route{request.net_id, fingerprint};
+  const Route route{request.net_id, client.fingerprint};
   if ((request.flags & connect_flags::add_route) == 0) {
     return routes.knows(route) ? ConnectError::none : ConnectError::unknown_certificate;
   }

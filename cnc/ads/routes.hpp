@@ -37,10 +37,18 @@ class Routes {
   std::function<void(const Route&)> added_ = [](const Route&) {};
 };
 
-/// What the TlsConnectInfo of a client gets for an answer. `fingerprint` is that of its
-/// certificate, empty if it has a pre-shared key. A client that asks for a route, and may, is known
-/// afterwards.
-ConnectError admit(const ConnectInfo& request, const std::string& fingerprint,
+/// What TLS says of a client.
+struct TlsClient {
+  /// Of its certificate; empty if it has a pre-shared key.
+  std::string fingerprint;
+  std::string common_name{};
+  /// Its IP address.
+  std::string address{};
+};
+
+/// What the TlsConnectInfo of a client gets for an answer. One that asks for a route, and may, is
+/// known afterwards.
+ConnectError admit(const ConnectInfo& request, const TlsClient& client,
                    const ServerSecurity& security, Routes& routes);
 
 }  // namespace millrace::cnc::ads

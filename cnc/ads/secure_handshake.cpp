@@ -102,7 +102,9 @@ std::string words_of_alert(int alert) {
     case SSL_AD_UNSUPPORTED_CERTIFICATE:
     case SSL_AD_CERTIFICATE_UNKNOWN:
     case SSL_AD_UNKNOWN_CA:
-      return "it does not accept our certificate: does it have a route with its fingerprint?";
+      return "it does not accept our certificate: does it have a route with its fingerprint, or is "
+             "it "
+             "signed by its CA?";
     case SSL_AD_CERTIFICATE_EXPIRED:
       return "it says that our certificate has expired: are the clocks right?";
     case SSL_AD_HANDSHAKE_FAILURE:
@@ -285,7 +287,10 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
   }
   auto error = co_await stream.handshake();
   if (error) {
-    co_return Refused(deadline.passed() ? late : fmt::format("no TLS: {}", error.message()));
+    const std::string& refusal = stream.peer().refusal;
+    co_return Refused(deadline.passed() ? late
+                      : refusal.empty() ? fmt::format("no TLS: {}", error.message())
+                                        : refusal);
   }
   if (welcome.faults.close_after_handshake) {
     co_return Refused("closed after the handshake (fault)");
@@ -294,7 +299,7 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
   if (!request) {
     co_return Refused(deadline.passed() ? late : request.error());
   }
-  const auto decision = welcome.admit(*request, stream.peer().fingerprint);
+  const auto decision = welcome.admit(*request, stream.peer());
   Bytes answer = answer_to(decision, welcome);
   const auto said = decode_connect_info(answer);
   error = co_await write_all(stream, std::move(answer));

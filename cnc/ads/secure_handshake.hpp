@@ -42,8 +42,8 @@ boost::asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
 
 struct SecureWelcome {
   TlsContext context;
-  /// The answer to a client, of whose certificate the second is the fingerprint, or empty.
-  std::function<ConnectError(const ConnectInfo&, const std::string&)> admit;
+  /// The answer to a client.
+  std::function<ConnectError(const ConnectInfo&, const TlsPeer&)> admit;
   /// Our own.
   NetId source;
   std::chrono::milliseconds timeout{};

@@ -30,8 +30,20 @@ struct SelfSigned {
   bool operator==(const SelfSigned&) const = default;
 };
 
+/// Both sides have certificates that one authority has signed.
+struct SharedCa {
+  /// In PEM: the authority; our certificate, perhaps with others that lead to the authority; the
+  /// RSA key of it.
+  std::string ca;
+  std::string certificate;
+  std::string key;
+  /// Of the controller's certificate; capitals do not count.
+  std::string common_name;
+  bool operator==(const SharedCa&) const = default;
+};
+
 /// What a client shows, and what it expects.
-using Security = std::variant<Psk, SelfSigned>;
+using Security = std::variant<Psk, SelfSigned, SharedCa>;
 
 /// The certificate of a server, and who may add his own to those that it knows.
 struct ServerSelfSigned {
@@ -43,10 +55,22 @@ struct ServerSelfSigned {
   std::string password;
 };
 
-/// What a server shows and expects.
+/// The certificate of a server, and of whom those of its clients have to be. Their common names are
+/// those of their hosts, or their addresses.
+struct ServerSharedCa {
+  /// In PEM, as in SharedCa.
+  std::string ca;
+  std::string certificate;
+  std::string key;
+  /// Common names may be any.
+  bool ignore_common_name = false;
+};
+
+/// What a server shows and expects; certificates of one kind alone.
 struct ServerSecurity {
   std::optional<Psk> psk{};
   std::optional<ServerSelfSigned> self_signed{};
+  std::optional<ServerSharedCa> shared_ca{};
 };
 
 }  // namespace millrace::cnc::ads

@@ -99,8 +99,10 @@ asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::soc
     co_return;
   }
   ++self->welcoming;
-  const auto admits = [self](const ConnectInfo& request, const std::string& fingerprint) {
-    return ads::admit(request, fingerprint, *self->options.security, *self->routes);
+  const auto admits = [self, address = peer.address().to_string()](const ConnectInfo& request,
+                                                                   const TlsPeer& known) {
+    return ads::admit(request, {known.fingerprint, known.common_name, address},
+                      *self->options.security, *self->routes);
   };
   SecureWelcome how{*self->tls, admits, self->options.session.net_id,
                     self->options.handshake_timeout, self->options.secure_faults};

@@ -10,6 +10,7 @@
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/error.hpp>
 #include <boost/asio/ssl/stream.hpp>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <openssl/evp.h>
 #include <openssl/ssl.h>
@@ -118,11 +119,29 @@ struct TlsContext::Impl {
     const X509* const certificate = X509_STORE_CTX_get0_cert(chain);
     peer.fingerprint = base::openssl::fingerprint_of(certificate);
     peer.common_name = base::openssl::common_name_of(certificate);
-    peer.refusal = static_cast<const Impl*>(impl)->why_refused(peer);
+    const auto& self = *static_cast<const Impl*>(impl);
+    if (self.has_ca && X509_verify_cert(chain) != 1) {
+      peer.refusal = words_of(X509_STORE_CTX_get_error(chain), certificate);
+      return 0;
+    }
+    peer.refusal = self.why_refused(peer);
     if (!peer.refusal.empty()) {
       X509_STORE_CTX_set_error(chain, X509_V_ERR_APPLICATION_VERIFICATION);
     }
     return peer.refusal.empty() ? 1 : 0;
+  }
+
+  static std::string words_of(int error, const X509* certificate) {
+    const auto until = base::openssl::time_of(X509_get0_notAfter(certificate));
+    const std::time_t time = std::chrono::system_clock::to_time_t(until);
+    if (error == X509_V_ERR_CERT_HAS_EXPIRED) {
+      return fmt::format(
+          "its certificate, or one that it leads to, has expired; its own is valid "
+          "until {:%Y-%m-%d}: issue it anew, or put the clock right",
+          fmt::gmtime(time));
+    }
+    return fmt::format("its certificate does not lead to our CA: {}",
+                       X509_verify_cert_error_string(error));
   }
 
   [[nodiscard]] std::string why_refused(const TlsPeer& peer) const {
@@ -131,6 +150,12 @@ struct TlsContext::Impl {
           "its certificate has the fingerprint {}; expected {}: if the controller was set up anew, "
           "compare with what it shows (About TwinCAT, TcSelfSigned.xml) and add the route again",
           peer.fingerprint, *fingerprint);
+    }
+    if (common_name && in_capitals(peer.common_name) != in_capitals(*common_name)) {
+      return fmt::format(
+          "its certificate is that of \"{}\"; expected \"{}\": is this the right controller, and "
+          "common_name the name in its certificate?",
+          peer.common_name, *common_name);
     }
     return {};
   }
@@ -152,13 +177,30 @@ struct TlsContext::Impl {
       return "the key is not that of the certificate";
     }
     SSL_CTX* const native = context.native_handle();
-    if (SSL_CTX_use_certificate(native, read->get()) != 1 ||
-        SSL_CTX_use_PrivateKey(native, with->get()) != 1) {
-      return "the certificate cannot be used: " + base::openssl::last_reason();
+    error_code error;
+    context.use_certificate_chain(asio::buffer(certificate), error);
+    if (error || SSL_CTX_use_PrivateKey(native, with->get()) != 1) {
+      return "the certificate cannot be used: " +
+             (error ? error.message() : base::openssl::last_reason());
     }
     SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
     SSL_CTX_set_cert_verify_callback(native, &Impl::verify, this);
     return {};
+  }
+
+  /// The same with the authority that the peer's certificate has to lead to.
+  std::string use(const std::string& ca, const std::string& certificate, const std::string& key) {
+    error_code error;
+    const auto authority = base::openssl::Certificate::read(ca);
+    if (!authority) {
+      return "the CA " + authority.error();
+    }
+    context.add_certificate_authority(asio::buffer(ca), error);
+    if (error) {
+      return "the CA cannot be used: " + error.message();
+    }
+    has_ca = true;
+    return use(certificate, key);
   }
 
   asio::ssl::stream_base::handshake_type side;
@@ -166,6 +208,8 @@ struct TlsContext::Impl {
   Psk psk;
   /// What the peer's certificate has to have; nothing = that is looked at later.
   std::optional<std::string> fingerprint;
+  std::optional<std::string> common_name;
+  bool has_ca = false;
 };
 
 namespace {
@@ -219,10 +263,16 @@ tl::expected<TlsContext, std::string> TlsContext::client(const Security& securit
     SSL_CTX_set_psk_client_callback(native, &Impl::give_psk);
     return TlsContext(std::move(impl));
   }
-  const auto& self_signed = std::get<SelfSigned>(security);
   SSL_CTX_set_cipher_list(native, certificate_suites);
-  impl->fingerprint = self_signed.fingerprint;
-  const std::string wrong = impl->use(self_signed.certificate, self_signed.key);
+  std::string wrong;
+  if (const auto* const self_signed = std::get_if<SelfSigned>(&security)) {
+    impl->fingerprint = self_signed->fingerprint;
+    wrong = impl->use(self_signed->certificate, self_signed->key);
+  } else {
+    const auto& shared = std::get<SharedCa>(security);
+    impl->common_name = shared.common_name;
+    wrong = impl->use(shared.ca, shared.certificate, shared.key);
+  }
   if (!wrong.empty()) {
     return tl::make_unexpected(wrong);
   }
@@ -233,14 +283,18 @@ tl::expected<TlsContext, std::string> TlsContext::server(const ServerSecurity& s
   auto impl = std::make_shared<Impl>(asio::ssl::stream_base::server);
   SSL_CTX* const native = impl->context.native_handle();
   std::string suites;
-  if (security.self_signed) {
+  std::string wrong;
+  if (const auto& self_signed = security.self_signed) {
+    wrong = impl->use(self_signed->certificate, self_signed->key);
+  } else if (const auto& shared = security.shared_ca) {
+    wrong = impl->use(shared->ca, shared->certificate, shared->key);
+  }
+  if (!wrong.empty()) {
+    return tl::make_unexpected(wrong);
+  }
+  if (security.self_signed || security.shared_ca) {
     suites = certificate_suites;
     SSL_CTX_set_dh_auto(native, 1);
-    const std::string wrong =
-        impl->use(security.self_signed->certificate, security.self_signed->key);
-    if (!wrong.empty()) {
-      return tl::make_unexpected(wrong);
-    }
   }
   if (security.psk) {
     impl->psk = *security.psk;

@@ -93,13 +93,24 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
       listen.has_value(), path / "listen",
       fmt::format("\"{}\"; expected an address and a port, as in 127.0.0.1:8016", from.listen()));
   to.listen = listen.value_or(to.listen);
-  mistakes.expect(from.has_psk() || from.has_self_signed(), path,
-                  "it has no way to know its clients; expected psk { … } or self_signed { … }");
+  mistakes.expect(from.has_psk() || from.has_self_signed() || from.has_shared_ca(), path,
+                  "it has no way to know its clients; expected psk { … }, self_signed { … } or "
+                  "shared_ca { … }");
+  mistakes.expect(!from.has_self_signed() || !from.has_shared_ca(), path / "shared_ca",
+                  "stands beside self_signed; expected one of them");
   if (from.has_psk()) {
     to.security.psk = psk(from.psk(), path / "psk", mistakes);
   }
   if (from.has_self_signed()) {
     to.security.self_signed = self_signed(from.self_signed(), base, path / "self_signed", mistakes);
+  }
+  if (from.has_shared_ca()) {
+    const config::CncSharedCa& shared = from.shared_ca();
+    const ConfigPath here = path / "shared_ca";
+    to.security.shared_ca = {text_of(base / shared.ca(), here / "ca", mistakes),
+                             text_of(base / shared.certificate(), here / "certificate", mistakes),
+                             text_of(base / shared.key(), here / "key", mistakes),
+                             shared.ignore_common_name()};
   }
   if (!from.routes_file().empty()) {
     to.routes_file = base / from.routes_file();

@@ -232,3 +232,40 @@ test('a client with a certificate of its own adds a route, and is known from the
   }
   await secured.stop();
 });
+
+test('certificates have to be of the shared CA, valid, and of the host', async () => {
+  const ca = selfSigned('plant');
+  const other = selfSigned('other');
+  const issue = (name, ...dates) => {
+    const [request, certificate, key] = ['csr', 'crt', 'key'].map((ending) => join(folder, `${name}.${ending}`));
+    execFileSync('openssl', ['req', '-new', '-newkey', 'rsa:2048', '-nodes', '-keyout', key, '-out', request,
+      '-subj', `/CN=${name.split('-')[0]}`], { stdio: 'ignore' });
+    execFileSync('openssl', ['x509', '-req', '-in', request, '-CA', ca.certificate, '-CAkey', ca.key, '-out', certificate,
+      ...dates], { stdio: 'ignore' });
+    return { certificate, key };
+  };
+  const [controllerFiles, gateway, expired, foreign] = [
+    issue('controller'), issue('GATEWAY', '-days', '1'), issue('GATEWAY-expired', '-days', '-1'), issue('elsewhere')];
+  const secured = await startConfiguredCnc(`secure_ads { listen: "127.0.0.1:0" only: true
+    shared_ca { ca: "${ca.certificate}" certificate: "${controllerFiles.certificate}" key: "${controllerFiles.key}" } }`);
+  const connect = (files) => new Client(secured.securePort, ...withCertificate(files), '-CAfile', ca.certificate, '-verify_return_error');
+
+  let sut = connect(gateway);
+  sut.send(hello(), request(4), readRequestState());
+  assert.equal((await sut.receive(64)).readUInt8(5), 0, sut.errors);
+  assert.equal((await sut.receive(40)).readUInt16LE(36), 5, 'it runs');
+  assert.equal((await sut.receive(44)).length, 44);
+  await sut.close();
+
+  sut = connect(foreign);
+  sut.send(hello());
+  assert.equal((await sut.receive(64)).readUInt8(5), 2, 'the common name is not GATEWAY');
+  await sut.ended;
+
+  for (const [files, alert] of [[expired, /certificate expired/], [other, /unknown ca/]]) {
+    sut = connect(files);
+    await sut.ended;
+    assert.match(sut.errors, alert);
+  }
+  await secured.stop();
+});

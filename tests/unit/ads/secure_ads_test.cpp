@@ -162,13 +162,13 @@ TEST_F(SecureAdsTest, GivesBackWhatItHasBeforeItLeaves) {
 
 /// A certificate that its holder has signed, and his key. Made once: RSA keys take their time.
 struct Holder {
-  explicit Holder(const std::string& name)
+  using Time = std::chrono::sys_seconds;
+  static Time year(int number) { return std::chrono::sys_days(std::chrono::year(number) / 1 / 1); }
+  explicit Holder(const std::string& name, Time from = year(2000), Time until = year(2001))
       : key(base::openssl::Key::generate_rsa()),
         certificate(base::openssl::self_signed(
-            key, {.organisation = "millrace",
-                  .common_name = name,
-                  .from = std::chrono::sys_days(std::chrono::year(2000) / 1 / 1),
-                  .until = std::chrono::sys_days(std::chrono::year(2001) / 1 / 1)})) {}
+            key, {.organisation = "millrace", .common_name = name, .from = from, .until = until})) {
+  }
   base::openssl::Key key;
   base::openssl::Certificate certificate;
 };
@@ -249,25 +249,108 @@ TEST(AdmittedClient, WithCertificateIsKnownOnceItHasAddedARoute) {
   Routes sut;
   const NetId net_id{{10, 0, 0, 1, 1, 1}};
   ConnectInfo request{.flags = connect_flags::self_signed, .net_id = net_id};
-  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_certificate);
+  EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::unknown_certificate);
   request.flags |= connect_flags::add_route;
   request.user = "Admin";
   request.password = "2";
-  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_user);
+  EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::unknown_user);
   request.password = "1";
-  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::none);
+  EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::none);
   request = {.flags = connect_flags::self_signed, .net_id = net_id};
-  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::none);
-  EXPECT_EQ(admit(request, "CD", security, sut), ConnectError::unknown_certificate);
+  EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::none);
+  EXPECT_EQ(admit(request, {"CD"}, security, sut), ConnectError::unknown_certificate);
   request.flags = 0;
-  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_certificate);
+  EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::unknown_certificate);
+}
+
+TEST(AdmittedClient, OfASharedCaHasItsHostOrAddressForACommonName) {
+  ServerSecurity security{.shared_ca = ServerSharedCa{}};
+  Routes routes;
+  const ConnectInfo request{.host = "GATEWAY"};
+  EXPECT_EQ(admit(request, {"AB", "GATEWAY", "10.0.0.1"}, security, routes), ConnectError::none);
+  EXPECT_EQ(admit(request, {"AB", "10.0.0.1", "10.0.0.1"}, security, routes), ConnectError::none);
+  EXPECT_EQ(admit(request, {"AB", "OTHER", "10.0.0.1"}, security, routes),
+            ConnectError::common_name);
+  security.shared_ca->ignore_common_name = true;
+  EXPECT_EQ(admit(request, {"AB", "OTHER", "10.0.0.1"}, security, routes), ConnectError::none);
+}
+
+/// Of a plant: its authority, and certificates that it has issued.
+class SharedCaAdsTest : public SecureAdsTest {
+ protected:
+  SharedCaAdsTest() {
+    const Issued theirs = issue("CX-123456");
+    const Issued ours = issue("127.0.0.1");
+    server_options.security = ServerSecurity{
+        .shared_ca = ServerSharedCa{authority().certificate.pem(), theirs.pem, theirs.key}};
+    options.security = SharedCa{authority().certificate.pem(), ours.pem, ours.key, "cx-123456"};
+  }
+
+  struct Issued {
+    std::string pem;
+    std::string key;
+  };
+  static std::chrono::sys_seconds now() {
+    return std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+  }
+  static const Holder& authority() {
+    static const Holder holder("plant", now() - 1h, now() + 1h);
+    return holder;
+  }
+  static Issued issue(const std::string& name, std::chrono::sys_seconds until = now() + 1h) {
+    const auto& key = gateway().key;
+    return {
+        base::openssl::issue(
+            key,
+            {.organisation = "millrace", .common_name = name, .from = now() - 2h, .until = until},
+            authority().certificate, authority().key)
+            .pem(),
+        key.pem()};
+  }
+  SharedCa& shown() { return std::get<SharedCa>(*options.security); }
+};
+
+TEST_F(SharedCaAdsTest, CarriesRequests) {
+  ASSERT_TRUE(connect());
+  EXPECT_EQ(wait_for(io, sut->read(552, {1, 1}, 4)), (Bytes{1, 2, 3, 4}));
+}
+
+TEST_F(SharedCaAdsTest, RefusesAnotherCommonName) {
+  shown().common_name = "CX-1";
+  EXPECT_THAT(refusal(), HasSubstr("its certificate is that of \"CX-123456\"; expected \"CX-1\""));
+}
+
+TEST_F(SharedCaAdsTest, RefusesACertificateOfAnotherAuthority) {
+  shown().ca = controller().certificate.pem();
+  EXPECT_THAT(refusal(), HasSubstr("its certificate does not lead to our CA"));
+}
+
+TEST_F(SharedCaAdsTest, RefusesACertificateThatHasExpired) {
+  const Issued old = issue("CX-123456", now() - 1h);
+  server_options.security->shared_ca->certificate = old.pem;
+  EXPECT_THAT(refusal(), HasSubstr("has expired"));
+}
+
+TEST_F(SharedCaAdsTest, SaysThatItsOwnCertificateHasExpired) {
+  shown().certificate = issue("127.0.0.1", now() - 1h).pem;
+  EXPECT_THAT(refusal(), HasSubstr("our certificate has expired"));
+}
+
+TEST_F(SharedCaAdsTest, SaysThatItsCertificateIsOfAnotherAuthority) {
+  shown().certificate = gateway().certificate.pem();
+  EXPECT_THAT(refusal(), HasSubstr("is it signed by its CA?"));
+}
+
+TEST_F(SharedCaAdsTest, SaysThatItsCommonNameIsNotThatOfThisHost) {
+  shown().certificate = issue("elsewhere").pem;
+  EXPECT_THAT(refusal(), HasSubstr("TlsConnectInfo error 2"));
 }
 
 TEST(AdmittedClient, AddsNoRouteWhereNobodyMay) {
   const ServerSecurity security{.self_signed = ServerSelfSigned{}};
   Routes sut;
   const ConnectInfo request{.flags = connect_flags::self_signed | connect_flags::add_route};
-  EXPECT_EQ(admit(request, "AB", security, sut), ConnectError::unknown_user);
+  EXPECT_EQ(admit(request, {"AB"}, security, sut), ConnectError::unknown_user);
 }
 
 }  // namespace
