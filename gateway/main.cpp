@@ -99,6 +99,17 @@ std::string list_of(const std::vector<MachineSettings>& machines) {
   return words;
 }
 
+void warn_of_plain_ads(const std::vector<MachineSettings>& machines, const program::Log& log) {
+  for (const MachineSettings& machine : machines) {
+    if (machine.is_open_to_the_network()) {
+      log->warn(
+          "{}: plain ADS: everybody on its network can read and change what is said; Secure "
+          "ADS prevents that (secure in its configuration, docs/secure-ads.md)",
+          machine.to_string());
+    }
+  }
+}
+
 /// SIGHUP: reads the configuration again; a bad one is refused and the old one stays.
 class Reload {
  public:
@@ -134,6 +145,7 @@ class Reload {
       gateway_.change(settings);
       log_->info("configuration {} read again: {}", options_.config.string(),
                  list_of(settings.machines));
+      warn_of_plain_ads(settings.machines, log_);
     } catch (const program::UsageError& error) {
       log_->error("the configuration stays as it was: {}", error.what());
     }
@@ -181,6 +193,7 @@ int serve(const Settings& settings, const Options& options, const program::Log& 
     gateway.finish([&] { io.stop(); });
     signals.async_wait([&](const boost::system::error_code&, int) { io.stop(); });
   });
+  warn_of_plain_ads(settings.machines, log);
   gateway.start();
   program::ready(
       fmt::format("serving {} on domain {}", list_of(settings.machines), settings.join.domain));

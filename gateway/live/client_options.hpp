@@ -12,6 +12,7 @@ inline cnc::ads::ClientOptions client_options(const settings::MachineSettings& s
   options.tcp_port = settings.tcp_port;
   options.target = settings.net_id;
   options.source.net_id = settings.source;
+  options.security = settings.security;
   return options;
 }
 

@@ -13,13 +13,12 @@ namespace {
 
 std::string address_of(const settings::MachineSettings& settings) {
   constexpr std::size_t most = 127;
-  return fmt::format("{}:{}, {}", settings.host, settings.tcp_port, settings.net_id.to_string())
-      .substr(0, most);
+  return settings.address().substr(0, most);
 }
 
 bool same_way(const settings::MachineSettings& a, const settings::MachineSettings& b) {
   return a.host == b.host && a.tcp_port == b.tcp_port && a.net_id == b.net_id &&
-         a.source == b.source && a.channels == b.channels && a.symbol == b.symbol &&
+         a.source == b.source && a.security == b.security && a.channels == b.channels && a.symbol == b.symbol &&
          a.groups == b.groups;
 }
 

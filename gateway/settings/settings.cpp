@@ -10,6 +10,7 @@
 #include "fabric/channel_scope.hpp"
 #include "gateway/settings/data_reader.hpp"
 #include "gateway/settings/queue_reader.hpp"
+#include "gateway/settings/secure_reader.hpp"
 #include "idl/gateway.pb.h"
 
 namespace millrace::gateway::settings {
@@ -30,7 +31,8 @@ constexpr std::uint32_t slowest_poll_ms = 1000;
 /// part.
 class Reader {
  public:
-  explicit Reader(Mistakes& mistakes) : mistakes_(mistakes) {}
+  Reader(Mistakes& mistakes, std::filesystem::path folder)
+      : mistakes_(mistakes), folder_(std::move(folder)) {}
 
   MachineSettings machine(const config::Machine& from, const ConfigPath& path) {
     MachineSettings to;
@@ -40,9 +42,11 @@ class Reader {
     mistakes_.expect(!from.host().empty(), path / "host",
                      fmt::format("machine {} has no host; expected host: \"10.0.0.5\"", to.name));
     to.host = from.host();
-    to.tcp_port = in_range(from.port(), last_port, path / "port");
+    const std::uint32_t usual = from.has_secure() ? cnc::ads::secure_port : to.tcp_port;
+    to.tcp_port = in_range(from.has_port() ? from.port() : usual, last_port, path / "port");
     to.net_id = net_id(from.net_id(), path / "net_id");
     to.source = net_id(from.source_net_id(), path / "source_net_id");
+    to.security = read_security(from, folder_, path, mistakes_);
     for (int i = 0; i < from.channel_size(); ++i) {
       to.channels.push_back(
           in_range(from.channel(i), last_channel, path / ConfigStep{"channel", i}));
@@ -163,6 +167,8 @@ class Reader {
   }
 
   Mistakes& mistakes_;
+  /// Where relative paths start.
+  std::filesystem::path folder_;
 };
 
 journal::Sync sync_of(config::Journal::Sync sync) {
@@ -215,7 +221,17 @@ std::uint16_t port_of(const std::string& text, const std::string& whole) {
 }  // namespace
 
 std::string MachineSettings::to_string() const {
-  return fmt::format("{} ({}:{}, {})", name, host, tcp_port, net_id.to_string());
+  return fmt::format("{} ({})", name, address());
+}
+
+std::string MachineSettings::address() const {
+  return fmt::format("{}:{}, {}{}", host, tcp_port, net_id.to_string(),
+                     security ? ", Secure ADS" : "");
+}
+
+bool MachineSettings::is_open_to_the_network() const {
+  const bool this_host = host == "localhost" || host == "::1" || host.starts_with("127.");
+  return !security && !this_host;
 }
 
 std::string wrong_name(const std::string& name) {
@@ -239,7 +255,7 @@ Settings read_settings(const std::filesystem::path& file) {
     throw UsageError(read.error());
   }
   Mistakes mistakes(config, places);
-  Reader reader(mistakes);
+  Reader reader(mistakes, file.parent_path());
   Settings settings;
   std::set<std::string> names;
   for (int i = 0; i < config.machine_size(); ++i) {

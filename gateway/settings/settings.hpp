@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cnc/ads/address.hpp"
+#include "cnc/ads/security.hpp"
 #include "fabric/dds/participant.hpp"
 #include "gateway/data/groups.hpp"
 #include "gateway/journal/options.hpp"
@@ -38,6 +39,8 @@ struct MachineSettings {
   std::uint16_t tcp_port = 48898;
   cnc::ads::NetId net_id{{127, 0, 0, 1, 1, 1}};
   cnc::ads::NetId source{{127, 0, 0, 1, 2, 1}};
+  /// Secure ADS; otherwise plain ADS.
+  std::optional<cnc::ads::Security> security{};
   /// Empty = all that the controller has.
   std::vector<std::uint16_t> channels{};
   Pace pace{};
@@ -51,6 +54,10 @@ struct MachineSettings {
   std::vector<queues::QueueSettings> queues{};
   bool operator==(const MachineSettings&) const = default;
 
+  /// What everybody can read and change on the way: plain ADS to another host.
+  [[nodiscard]] bool is_open_to_the_network() const;
+  /// "127.0.0.1:48898, 127.0.0.1.1.1", and ", Secure ADS" if it is that.
+  [[nodiscard]] std::string address() const;
   /// "cnc (127.0.0.1:48898, 127.0.0.1.1.1)"
   [[nodiscard]] std::string to_string() const;
 };

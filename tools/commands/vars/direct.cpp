@@ -58,6 +58,7 @@ cnc::ads::ClientOptions client_options(const MachineSettings& machine) {
   options.tcp_port = machine.tcp_port;
   options.target = machine.net_id;
   options.source.net_id = machine.source;
+  options.security = machine.security;
   return options;
 }
 
