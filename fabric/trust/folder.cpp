@@ -40,7 +40,30 @@ tl::unexpected<std::string> refuse(const fs::path& file, std::string_view what,
   return tl::unexpected(fmt::format("{}: {}; {}", file.string(), what, do_this));
 }
 
-Result<std::string> content_of(const fs::path& file) {
+constexpr mode_t others_write = S_IWOTH;
+
+/// Who can write them can have this program believe anybody.
+Result<void> check_writers(const fs::path& path, mode_t mode, mode_t forbidden) {
+  if ((mode & forbidden) == 0) {
+    return {};
+  }
+  return refuse(
+      path,
+      (mode & S_IWOTH) != 0 ? "everybody on this host can write it" : "its group can write it",
+      fmt::format("`chmod go-w {}`, and copy the folder anew if others may have changed it",
+                  path.string()));
+}
+
+Result<std::string> content_of(const fs::path& file, mode_t forbidden = others_write) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) == 0) {
+    if (!S_ISREG(status.st_mode)) {
+      return refuse(file, "is no regular file");  // to open a pipe would wait for its writer
+    }
+    if (const auto checked = check_writers(file, status.st_mode, forbidden); !checked) {
+      return tl::unexpected(checked.error());
+    }
+  }
   std::ifstream in(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};
   if (!in.is_open() || in.bad()) {
@@ -54,8 +77,8 @@ Result<std::string> content_of(const fs::path& file) {
 }
 
 template <typename T>
-Result<T> read_as(const fs::path& file) {
-  return content_of(file).and_then([&](const std::string& text) {
+Result<T> read_as(const fs::path& file, mode_t forbidden = others_write) {
+  return content_of(file, forbidden).and_then([&](const std::string& text) {
     return T::read(text).or_else(
         [&](const std::string& what) -> Result<T> { return refuse(file, what); });
   });
@@ -64,11 +87,11 @@ Result<T> read_as(const fs::path& file) {
 Result<Key> read_key(const fs::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-      (status.st_mode & (S_IROTH | S_IWOTH)) != 0) {
+      (status.st_mode & S_IROTH) != 0) {
     return refuse(file, "is the private key, and everybody on this host can read it",
                   "`chmod o= " + file.string() + "`, and issue it anew if others may have seen it");
   }
-  return read_as<Key>(file);
+  return read_as<Key>(file, S_IWGRP | S_IWOTH);
 }
 
 /// What the one authority that counts has signed.
@@ -236,6 +259,13 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
   if (folder.string().find(',') != std::string::npos) {
     return refuse(folder, "has a comma in its name, which Cyclone's configuration cannot hold",
                   "move it");
+  }
+  struct stat status {};
+  // Where it is sticky, as /tmp, others replace no file of its owner.
+  if (::stat(folder.c_str(), &status) == 0 && (status.st_mode & S_ISVTX) == 0) {
+    if (const auto checked = check_writers(folder, status.st_mode, others_write); !checked) {
+      return tl::unexpected(checked.error());
+    }
   }
   const auto certificate = read_as<Certificate>(folder / files::certificate);
   if (!certificate) {

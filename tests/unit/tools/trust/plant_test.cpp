@@ -376,6 +376,46 @@ TEST_F(PlantTest, SignsWithNoKeyThatOthersCanRead) {
   EXPECT_TRUE(sut.issue(service(), {}, {}, now));
 }
 
+TEST_F(PlantTest, IssuesAFolderThatIsRefusedOnceOthersMayWriteIt) {
+  create();
+  open().issue(service(), {}, {}, now).value();
+  const fs::path root = folder / "root";
+  const std::vector<std::pair<fs::path, unsigned>> wrong{
+      {root, 0777U},
+      {root / "revoked.pem", 0666U},
+      {root / "identity_authority.pem", 0666U},
+      {root / "permissions_authority.pem", 0646U},
+      {root / "certificate.pem", 0666U},
+      {root / "permissions.p7s", 0666U},
+      {root / "governance_sign.p7s", 0666U},
+      {root / "key.pem", 0644U},
+      {root / "key.pem", 0660U},
+  };
+  for (const auto& [path, mode] : wrong) {
+    const fs::perms before = fs::status(path).permissions();
+    fs::permissions(path, fs::perms(mode));
+    EXPECT_THAT(why_refused(), AllOf(HasSubstr(path.string()), HasSubstr("chmod"))) << path;
+    fs::permissions(path, before);
+  }
+  EXPECT_EQ(why_refused(), "not refused");
+}
+
+TEST_F(PlantTest, IssuesAFolderInWhichAPipeIsNoFile) {
+  create();
+  open().issue(service(), {}, {}, now).value();
+  for (const auto& entry : fs::directory_iterator(folder / "root")) {
+    if (entry.path().filename() == "governance_encrypt.p7s") {
+      continue;
+    }
+    const fs::path kept = temporary.path() / "kept";
+    fs::rename(entry.path(), kept);
+    ASSERT_EQ(::mkfifo(entry.path().c_str(), 0600), 0);
+    EXPECT_THAT(why_refused(), HasSubstr("is no regular file")) << entry.path();
+    fs::remove(entry.path());
+    fs::rename(kept, entry.path());
+  }
+}
+
 TEST_F(PlantTest, SaysWhatAFolderIsNot) {
   EXPECT_THAT(Plant::open(temporary.path()).error(), HasSubstr("millrace trust init"));
 }
