@@ -243,6 +243,7 @@ TEST_F(Trust, EndsForWhoIsOnWhenHisCertificateDoes) {
   // It says so itself, and ends, for its supervisor to start it with newer material.
   service.await_error("the certificate of square-root expired on .*`millrace trust renew`");
   EXPECT_EQ(service.wait(), 1);
+  EXPECT_THAT(service.error_output(), Not(HasSubstr("internal error")));
   EXPECT_THAT(sut.ask({"services"}, sut.as("screen")), HasSubstr("no service is on fabric"));
   EXPECT_THAT(sut.ask({"services"}, sut.as("square-root"), 2), HasSubstr("expired on"));
 }
