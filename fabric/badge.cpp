@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text/number.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/channel_scope.hpp"
 
@@ -66,6 +67,23 @@ std::optional<Badge> parse_badge(std::string_view fabric,
     }
   }
   return badge.name.empty() ? std::nullopt : std::optional(std::move(badge));
+}
+
+std::string format_whereabouts(const Whereabouts& where) {
+  return fmt::format("{}\n{}\n{}", where.pid, where.host, where.program);
+}
+
+std::optional<Whereabouts> parse_whereabouts(std::string_view user_data) {
+  const std::size_t first = user_data.find('\n');
+  const std::size_t second =
+      first == std::string_view::npos ? first : user_data.find('\n', first + 1);
+  const auto pid = base::text::parse_number<std::uint32_t>(user_data.substr(0, first));
+  if (second == std::string_view::npos || !pid) {
+    return std::nullopt;
+  }
+  return Whereabouts{.program = std::string(user_data.substr(second + 1)),
+                     .host = std::string(user_data.substr(first + 1, second - first - 1)),
+                     .pid = *pid};
 }
 
 Standing standing_of(const Proof& proof, std::string_view machine, bool testers) {

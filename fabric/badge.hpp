@@ -41,6 +41,20 @@ std::string all_badges(std::string_view fabric);
 std::optional<Badge> parse_badge(std::string_view fabric,
                                  const std::vector<std::string>& partitions);
 
+/// Which process a program with a badge is. Everybody can read what a participant announces, with
+/// ENCRYPT too, so this is told in the user_data of the badge's writer, to who is believed.
+struct Whereabouts {
+  std::string program{};
+  std::string host{};
+  std::uint32_t pid = 0;
+  bool operator==(const Whereabouts&) const = default;
+};
+
+/// "17\nhall-pc\narchiver"
+std::string format_whereabouts(const Whereabouts& where);
+/// Nothing if it is not of this form: a badge need not say it.
+std::optional<Whereabouts> parse_whereabouts(std::string_view user_data);
+
 /// What is known of a program.
 struct Proof {
   /// Null: it has shown none.

@@ -70,7 +70,7 @@ struct Badges::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  void open(dds_entity_t participant);
+  void open(dds_entity_t participant, const Whereabouts& where);
   /// Who of those known as revoked is not among `names`.
   std::vector<std::string> revoke(const std::set<std::string>& names);
   void say(std::string text);
@@ -115,7 +115,7 @@ Badges::Impl::~Impl() {
   reader.reset();
 }
 
-void Badges::Impl::open(dds_entity_t participant) {
+void Badges::Impl::open(dds_entity_t participant, const Whereabouts& where) {
   topic = Entity(
       check(dds_create_topic(participant, &millrace_Badge_desc, badge_topic_name, nullptr, nullptr),
             fmt::format("create the topic {}", badge_topic_name)));
@@ -136,9 +136,12 @@ void Badges::Impl::open(dds_entity_t participant) {
   publisher =
       Entity(check(dds_create_publisher(participant, partitions_qos(trust->badge).get(), nullptr),
                    "publish a badge"));
-  writer = Entity(
-      check(dds_create_writer(publisher.handle(), topic.handle(), badge_qos().get(), nullptr),
-            fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
+  const Qos shown = badge_qos();
+  const std::string user_data = format_whereabouts(where);
+  dds_qset_userdata(shown.get(), user_data.data(), user_data.size());
+  writer =
+      Entity(check(dds_create_writer(publisher.handle(), topic.handle(), shown.get(), nullptr),
+                   fmt::format("write {} in {}", badge_topic_name, fmt::join(trust->badge, ", "))));
   watch.emplace(trust,
                 TrustWatch::Told{.revoked =
                                      [this](const auto& names) {
@@ -235,10 +238,10 @@ void Badges::Impl::say(std::string text) {
   wake();
 }
 
-Badges::Badges(dds_entity_t participant, const std::string& fabric,
+Badges::Badges(dds_entity_t participant, const std::string& fabric, const Whereabouts& where,
                std::shared_ptr<const Trust> trust)
     : impl_(std::make_unique<Impl>(fabric, std::move(trust))) {
-  impl_->open(participant);
+  impl_->open(participant, where);
 }
 
 Badges::~Badges() = default;

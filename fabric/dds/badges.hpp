@@ -25,7 +25,8 @@ namespace millrace::fabric::dds {
 class Badges {
  public:
   /// Throws std::runtime_error with Cyclone's reason.
-  Badges(dds_entity_t participant, const std::string& fabric, std::shared_ptr<const Trust> trust);
+  Badges(dds_entity_t participant, const std::string& fabric, const Whereabouts& where,
+         std::shared_ptr<const Trust> trust);
   ~Badges();
   Badges(const Badges&) = delete;
   Badges& operator=(const Badges&) = delete;

@@ -1,6 +1,7 @@
 #include "fabric/dds/participant.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "base/program/barrier.hpp"
 #include "base/text/quoted.hpp"
@@ -103,10 +105,23 @@ Qos participant_qos(const ParticipantOptions& options) {
   dds_qset_liveliness(
       qos.get(), DDS_LIVELINESS_AUTOMATIC,
       DDS_MSECS(std::max(options.lease, options.participant_lease.value_or(usual)).count()));
-  if (!options.name.empty()) {
+  if (options.trust) {
+    // Of their own Cyclone tells everybody the true ones. These stay here; the badge has them.
+    for (const char* const told : {"__ProcessName", "__Pid", "__Hostname"}) {
+      dds_qset_prop(qos.get(), told, "");
+    }
+  } else if (!options.name.empty()) {
     dds_qset_entity_name(qos.get(), options.name.c_str());
   }
   return qos;
+}
+
+Whereabouts whereabouts_of(const ParticipantOptions& options) {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return {.program = options.name.empty() ? program_invocation_short_name : options.name,
+          .host = host.data(),
+          .pid = static_cast<std::uint32_t>(::getpid())};
 }
 
 }  // namespace
@@ -127,7 +142,8 @@ Participant::Participant(ParticipantOptions options) : options_(std::move(option
   if (options_.trust) {
     try {
       // Before all that this program says, so that it is known first.
-      badges_ = std::make_unique<Badges>(handle_, options_.fabric, options_.trust);
+      badges_ = std::make_unique<Badges>(handle_, options_.fabric, whereabouts_of(options_),
+                                         options_.trust);
     } catch (...) {
       leave();
       throw;

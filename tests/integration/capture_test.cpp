@@ -144,6 +144,20 @@ TEST_F(WhoListensOnTheWire, FindsNeitherTextNorUuidOfACallThatIsEncrypted) {
   EXPECT_EQ(seen.find("millrace/"), std::string::npos) << "the name of a topic or a partition";
 }
 
+TEST_F(WhoListensOnTheWire, FindsNeitherProcessNorHostOfAProgramThatJoins) {
+  const TrustMaterial plant(chain_.folder(), {uuid}, "ENCRYPT");
+  Capture sut;
+  Process service = chain_.slow_service({"--fabric-config", plant.profile("service")});
+  Process cnc = chain_.cnc();
+  Process gateway = chain_.gateway({"--fabric-config", plant.profile("gateway")});
+  gateway.await_error("is ready");
+  const std::string& seen = sut.end();
+  EXPECT_EQ(seen.find("__Pid"), std::string::npos);
+  EXPECT_EQ(seen.find("__Hostname"), std::string::npos);
+  EXPECT_EQ(seen.find("millrace-slow-service"), std::string::npos);
+  EXPECT_EQ(seen.find("millrace-gateway"), std::string::npos);
+}
+
 // The handshake of DDS Security shows certificates and permissions before there is a key.
 TEST_F(WhoListensOnTheWire, ReadsWhatPermissionsSayWhileAProgramJoins) {
   const TrustMaterial plant(chain_.folder(), {uuid}, "ENCRYPT");

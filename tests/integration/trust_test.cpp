@@ -269,6 +269,9 @@ TEST_F(Trust, IsExplainedByTheDoctor) {
   EXPECT_THAT(report,
               AllOf(HasSubstr("this program is trusted as screen until"),
                     HasSubstr("believed here: square_root on"), HasSubstr("shows no certificate")));
+  // Only the badge tells it.
+  const std::string programs = sut.ask({"doctor", "--json"}, sut.as("screen"), 1);
+  EXPECT_THAT(programs, HasSubstr(fmt::format(R"("pid":"{}")", service.pid())));
 }
 
 TEST_F(Trust, IsExplainedToAProgramWithoutACertificate) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "fabric/badge.hpp"
 #include "fabric/wire/reader.hpp"
 
 namespace millrace::tools::doctor {
@@ -41,12 +42,15 @@ std::vector<std::string> partitions(const dds_qos_t* qos) {
   return all;
 }
 
-bool has_user_data(const dds_qos_t* qos) {
+std::string user_data(const dds_qos_t* qos) {
   void* data = nullptr;
   std::size_t size = 0;
-  const bool there = dds_qget_userdata(qos, &data, &size) && size > 0;
+  std::string text;
+  if (dds_qget_userdata(qos, &data, &size) && size > 0) {
+    text.assign(static_cast<const char*>(data), size);
+  }
   dds_free(data);
-  return there;
+  return text;
 }
 
 fabric::dds::Entity builtin_reader(const fabric::dds::Participant& participant, dds_entity_t topic,
@@ -75,6 +79,18 @@ void Directory::drain() {
   drain_participants();
   drain_endpoints(subscriptions_.handle(), false);
   drain_endpoints(publications_.handle(), true);
+  for (const auto& [handle, endpoint] : endpoints_) {
+    const auto owner = participants_.find(endpoint.participant);
+    if (endpoint.topic != fabric::badge_topic_name || owner == participants_.end()) {
+      continue;
+    }
+    if (const auto where = fabric::parse_whereabouts(endpoint.user_data)) {
+      Announcement& who = owner->second.who;
+      who.name = where->program;
+      who.host = where->host;
+      who.pid = std::to_string(where->pid);
+    }
+  }
 }
 
 void Directory::drain_participants() {
@@ -113,7 +129,7 @@ void Directory::drain_endpoints(dds_entity_t reader, bool writers) {
                                              .topic = sample.topic_name,
                                              .type = sample.type_name,
                                              .partitions = partitions(sample.qos),
-                                             .has_user_data = has_user_data(sample.qos),
+                                             .user_data = user_data(sample.qos),
                                              .qos = qos_of(*sample.qos, writers)});
   };
   while (fabric::wire::take_lent<dds_builtintopic_endpoint_t>(reader, use) > 0) {

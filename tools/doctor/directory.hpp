@@ -22,7 +22,7 @@ namespace millrace::tools::doctor {
 using Handle = dds_instance_handle_t;
 
 struct SeenParticipant {
-  /// Host and process only if it is Cyclone's.
+  /// Host and process only if it is Cyclone's; with trust those that its badge tells.
   Announcement who{};
   /// "10.77.0.3", …: where it listens, in Cyclone's form.
   std::string addresses{};
@@ -35,7 +35,7 @@ struct SeenEndpoint {
   std::string topic{};
   std::string type{};
   std::vector<std::string> partitions{};
-  bool has_user_data = false;
+  std::string user_data{};
   EndpointQos qos{};
 };
 

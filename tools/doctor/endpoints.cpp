@@ -173,7 +173,7 @@ std::vector<Program> programs_in(const Directory& directory, const std::string& 
       program->second.fabrics.insert(fabric_of(partition));
       const auto mailbox = fabric::wire::parse_mailbox(fabric, partition);
       if (mailbox && !endpoint.writer && endpoint.topic == fabric::wire::request_topic.name &&
-          endpoint.has_user_data) {
+          !endpoint.user_data.empty()) {
         program->second.serves.insert(mailbox->uuid);
       }
     }

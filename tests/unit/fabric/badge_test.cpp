@@ -72,5 +72,13 @@ TEST(Issuer, IsWhoTheCertificateSays) {
   EXPECT_LE(issuer_of(std::string(64, 'a'), std::string(255, 'b')).size(), 127U);
 }
 
+TEST(ABadge, SaysWhichProcessShowsIt) {
+  const Whereabouts where{.program = "archiver", .host = "hall-pc", .pid = 17};
+  EXPECT_EQ(parse_whereabouts(format_whereabouts(where)), where);
+  for (const char* other : {"", "17", "17\nhall-pc", "x\nhall-pc\narchiver", "-1\na\nb"}) {
+    EXPECT_EQ(parse_whereabouts(other), std::nullopt) << other;
+  }
+}
+
 }  // namespace
 }  // namespace millrace::fabric

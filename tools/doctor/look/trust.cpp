@@ -27,6 +27,10 @@ std::string text_of(const fabric::Badge& badge) {
                              : " of " + safe(fmt::format("{}", fmt::join(badge.machines, ", "))));
 }
 
+std::string text_of(const Program& program) {
+  return program_text(Announcement{.name = program.name, .host = program.host, .pid = program.pid});
+}
+
 void at_our_own(const Joining& joining, Report& report) {
   const std::string text = fmt::format("this program is trusted as {} until {:%F %R} UTC",
                                        safe(joining.trusted_as), joining.trusted_until);
@@ -62,7 +66,7 @@ void at_trust(const Findings& found, Report& report) {
     const auto program = std::ranges::find(found.programs, each.who.prefix, &Program::prefix);
     if (program != found.programs.end() && !program->self && !program->fabrics.empty() &&
         each.who.shows_certificate) {
-      believed.insert(program_text(each.who) +
+      believed.insert(text_of(*program) +
                       (each.who.certificate.empty() ? "" : " as " + safe(each.who.certificate)));
     }
   }
@@ -81,8 +85,7 @@ void at_trust(const Findings& found, Report& report) {
       report.problem(
           fmt::format("{} is of this plant and shows no badge: what it says is not believed, and "
                       "its instances get no calls",
-                      program_text(Announcement{
-                          .name = program.name, .host = program.host, .pid = program.pid})),
+                      text_of(program)),
           "it is of an earlier version of millrace: `millrace trust renew` its material, and start "
           "it with this version; how a program of another vendor shows one is in docs/wire.md");
     }

@@ -159,10 +159,10 @@ TEST_F(TheDoctor, NamesWhomItBelieves) {
   hear(2, 0);
   found.heard.back().who.shows_certificate = true;
   found.joining.trusted_as = "office";
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on hall")));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on host-sq1, pid 17")));
   // As another vendor's DDS says.
   found.heard.back().who.certificate = "CN=gateway-1";
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on hall as CN=gateway-1")));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
 }
 
 TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
