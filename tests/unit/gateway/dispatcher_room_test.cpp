@@ -203,5 +203,14 @@ TEST_F(DispatcherRoom, BelievesWhoDeclinesAndAnswersInBetweenThatItHasRoom) {
   }
 }
 
+TEST_F(DispatcherRoom, LetsOneCallAloneWaitHoweverManyAnInstanceRunsAtOnce) {
+  auto two = instance(1);
+  two.concurrency = 2;
+  sut.on_instance_ready(two);
+  beat(1, {of_others(1), of_others(2)});
+  EXPECT_THAT(add(1), ElementsAre("1→1#1 waits"));
+  EXPECT_THAT(add(2), ElementsAre("2: the only instance is busy"));
+}
+
 }  // namespace
 }  // namespace millrace::gateway::room

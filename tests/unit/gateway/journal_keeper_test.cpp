@@ -330,6 +330,17 @@ TEST_F(JournalKeeper, IsInTroubleUntilAllOfTheDraftIsWritten) {
   EXPECT_EQ(disk.troubles.back(), "");
 }
 
+TEST_F(JournalKeeper, KeepsItsFileIfTheDraftCannotTakeInWhatCameMeanwhile) {
+  open(Sync::interval);
+  fill(1024);
+  sut->on_tick();
+  append(1);
+  ASSERT_THAT(recorded, ElementsAre(1U));
+  disk.full = true;
+  disk.finish();
+  EXPECT_THAT(open_in(disk.after_a_crash()), ElementsAre(1U));
+}
+
 TEST_F(JournalKeeper, TrustsNoFileAfterAForceThatFailed) {
   open(Sync::always);
   append(1);

@@ -122,6 +122,14 @@ TEST_F(AProgramWatch, TellsOfAnErrorOfAProgramThatItNeverSawRun) {
   EXPECT_EQ(last.program, "demo.nc");
 }
 
+TEST_F(AProgramWatch, KnowsNoStartOfAProgramThatItNeverSawRunBehindAnotherThatFailed) {
+  see(active);
+  see(error);
+  see(ready);
+  EXPECT_THAT(see(error), ElementsAre(ProgramEventKind::aborted));
+  EXPECT_EQ(last.started, Time{});
+}
+
 TEST_F(AProgramWatch, TellsOfAHaltAndOfGoingOn) {
   see(ready);
   see(active);
