@@ -238,6 +238,71 @@ TEST(MessageQueueReader, GivesAMessageThatWaitsToTheServiceThatTheConfigurationN
   EXPECT_EQ(sut.queue->look(ReadSet::request).uuid, "another");
 }
 
+/// A queue whose journal confirms when it is told to.
+class AQueueWithASlowJournal : public testing::Test {
+ protected:
+  AQueueWithASlowJournal() { sut.on_up(now); }
+
+  static queues::QueueSettings settings() {
+    queues::QueueSettings one;
+    one.name = "alarms";
+    one.array = "SD.ALARMS";
+    one.control = "SD.CONTROL";
+    one.uuid = QueuePlant::uuid;
+    return one;
+  }
+  /// The controller answers whatever is asked for two seconds.
+  void work() {
+    for (const SteadyTime end = now.steady + std::chrono::seconds(2); now.steady < end;) {
+      const auto step = sut.next(now);
+      if (!step) {
+        now.steady += std::chrono::milliseconds(100);
+      } else if (std::holds_alternative<queues::ReadControl>(*step)) {
+        sut.on_control(ring.control(), now);
+      } else if (std::holds_alternative<queues::ReadQueue>(*step)) {
+        sut.on_array(ring.texts, now);
+      } else {
+        ring.last_get = std::get<queues::WriteLastGet>(*step).element;
+        sut.on_written({}, now);
+      }
+    }
+  }
+  [[nodiscard]] std::string shown() const { return sut.look(ReadSet::request).request; }
+
+  RingModel ring{5};
+  Moment now{SteadyTime(std::chrono::hours(1)), {}};
+  queues::Queue sut{"press", settings(), {}};
+};
+
+TEST_F(AQueueWithASlowJournal, LeavesAMessageInTheControllerUntilItIsJournalledAlsoOnANewLink) {
+  ring.write("first");
+  work();
+  sut.on_down("cable");
+  sut.on_up(now);
+  work();
+  EXPECT_EQ(ring.last_get, 1U);
+  EXPECT_EQ(shown(), "");
+  sut.on_journalled(now);
+  EXPECT_EQ(shown(), "first");
+  work();
+  EXPECT_EQ(ring.last_get, 2U);
+}
+
+TEST_F(AQueueWithASlowJournal, CallsTheNextMessageOnceItIsJournalled) {
+  ring.write("first");
+  work();
+  sut.on_journalled(now);
+  ring.write("second");
+  work();
+  sut.write(Variable::response, std::string("done"), now);
+  sut.write(Variable::request_state, std::uint32_t{0}, now);
+  sut.write(Variable::response_state, std::uint32_t{1}, now);
+  sut.on_acknowledged();
+  EXPECT_EQ(shown(), "");
+  sut.on_journalled(now);
+  EXPECT_EQ(shown(), "second");
+}
+
 // What stands beside the request of a message is taken for an answer to it.
 TEST(QueueWindow, ShowsNothingOfTheResponseBeforeBesideTheNextMessage) {
   queues::Window sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
