@@ -155,6 +155,18 @@ TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatWasAskedForBeforeTheWriteWasLost
       << "the gateway has stood still meanwhile";
 }
 
+// This gateway, or its controller, has stood still: the program may have gone on since.
+TEST_F(AWrittenAnswer, IsNotRepeatedForAReadThatTookLong) {
+  const Snapshot without_text = all(0, 0, "");
+  const auto read_that_takes = [&](std::chrono::milliseconds time) {
+    const SteadyTime asked = now + 2s;
+    return sut.on_read(without_text, judge(without_text, request, {}), request,
+                       {asked, asked + time});
+  };
+  EXPECT_EQ(read_that_takes(251ms), Step::read);
+  EXPECT_EQ(read_that_takes(250ms), Step::write_response);
+}
+
 TEST_F(AWrittenAnswer, IsReleasedAgainIfTwoReadsASecondLaterFindTheProgramWaiting) {
   release_with_unknown_outcome();
   EXPECT_EQ(wait_and_read(sut, 999ms, shown), Step::read);
