@@ -142,9 +142,9 @@ class Bridge {
     fabric::SteadyTime told_to_leave{};
     std::map<fabric::CallId, Given> calls{};
     /// The newest attempt of each call that is over: a repeated answer is no news.
-    sdk::CallMemory<std::uint32_t> over{256};
+    sdk::CallMemory<fabric::CallId, std::uint32_t> over{256};
     /// The newest attempt of each that was withdrawn: no answer any more.
-    sdk::CallMemory<std::uint32_t> withdrawn{256};
+    sdk::CallMemory<fabric::CallId, std::uint32_t> withdrawn{256};
   };
 
   void on_presence(const Presence& presence, Sender sender, fabric::Moment now, Actions& actions);

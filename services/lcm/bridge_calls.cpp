@@ -170,7 +170,7 @@ void Bridge::flush_interim(const Program& program, Given& given, SteadyTime now,
 
 void Bridge::end(Program& program, const CallId& call, sdk::Result result, Actions& actions) {
   const auto place = program.calls.find(call);
-  program.over.put(call, place->second.request.attempt);
+  program.over.put(0, call, place->second.request.attempt);
   program.calls.erase(place);
   actions.emplace_back(Answer{*program.registration, call, std::move(result)});
 }
@@ -197,7 +197,7 @@ Actions Bridge::on_cancelled(Registration number, CallId call, SteadyTime now) {
   given->second.withdrawn = true;
   given->second.sent = now;
   given->second.interim.reset();
-  program->withdrawn.put(call, given->second.request.attempt);
+  program->withdrawn.put(0, call, given->second.request.attempt);
   return {withdrawal_of(key->first, key->second, given->second.request)};
 }
 
