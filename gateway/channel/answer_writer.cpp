@@ -313,7 +313,9 @@ AnswerWriter::Step AnswerWriter::read_again() {
 
 void AnswerWriter::on_link_up() {
   read_again();
-  if (clear_sent_.times == 0 && state_sent_.times == 0) {
+  // What was acknowledged may still take effect, and an interim answer must not be followed by a
+  // final one before that.
+  if (kind_ == Kind::final && clear_sent_.times == 0 && state_sent_.times == 0) {
     response_sent_ = {};
   }
 }
