@@ -216,6 +216,10 @@ const noReasons = new Set([
   'this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this machine, and its first answer need not wait',
   'would release the program, which waits for RESPONSE and looks at no state', 'already connected', 'channels 1 to {} have a Service Interface',
   '{} of channel 1 (AMS port {}, index group {})',
+  'half a TlsConnectInfo: {}', 'no TLS and TlsConnectInfo in {} ms', 'closed after the handshake (fault)',
+  'answered with what is no TlsConnectInfo (fault)', 'refused with {}', 'the certificate {}', 'the key {}',
+  'the key is no RSA key, and a TwinCAT knows no other', 'the key is not that of the certificate',
+  'the certificate cannot be used: {}', 'the CA cannot be used: {}',
   'LastGet is {}, not {} as this gateway has left it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind {}',
   'LastFilled is {}, but element {} was read already: a program has initialised the queue (SSDQInit); going on behind LastGet, {}',
   'element {} does not hold the message that was read of it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind LastGet',
@@ -228,7 +232,7 @@ function sentencesOf(source) {
     const before = text.slice(0, found.index);
     const statement = before.slice(Math.max(before.lastIndexOf(';'), before.lastIndexOf('{\n'), before.lastIndexOf('}\n')));
     return !/\b(say|complain)\w*\(|log_?->|Level::|#include/.test(statement);
-  }).map((found) => found[0].replace(/"\s*"/g, '').slice(1, -1).replace(/\{[^}]*\}/g, '{}'))
+  }).map((found) => found[0].replace(/"\s*"/g, '').slice(1, -1).replace(/\{[^}]*\}/g, '{}').replace(/\\"/g, '"'))
     .filter((sentence) => /[a-z}] [a-z{]/.test(sentence))
     .map((sentence) => (/^[ ;]/.test(sentence) ? '{}' : '') + sentence + (sentence.endsWith(' ') ? '{}' : ''));
 }
@@ -241,7 +245,7 @@ test('each reason of a gateway has a German sentence, with all its values', () =
   const rooms = ['channel', 'control', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
     .filter((file) => file.endsWith('.cpp') && file !== 'watch.cpp').map((file) => `gateway/${room}/${file}`));
   const files = [...rooms, 'gateway/response.cpp', 'gateway/words.cpp', 'gateway/journal/keeper.cpp', 'gateway/live/machine_link.cpp',
-    'gateway/live/service_interfaces.cpp', 'gateway/live/symbol_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp',
+    'gateway/live/service_interfaces.cpp', 'gateway/live/symbol_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
     'cnc/ads/requester.cpp', 'cnc/variables/survey.cpp', 'fabric/observer/observer.cpp'];
   const known = reasons.map(([sentence]) => sentence);
   const missing = files.flatMap((file) => sentencesOf(readFileSync(`${root}/${file}`, 'utf8'))
