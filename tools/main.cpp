@@ -1,6 +1,7 @@
 // millrace: the operator's command.
 #include "base/program/command_line.hpp"
 #include "tools/commands/completion.hpp"
+#include "tools/commands/controller/controller.hpp"
 #include "tools/commands/data/data.hpp"
 #include "tools/commands/doctor/doctor.hpp"
 #include "tools/commands/lint/lint.hpp"
@@ -37,6 +38,7 @@ int main(int argc, char** argv) {
   commands::watch::add_watch(app, chosen);
   commands::web::add_web(app, chosen);
   commands::vars::add_vars(app, chosen);
+  commands::controller::add_controller(app, chosen);
   commands::record::add_record(app, chosen);
   commands::replay::add_replay(app, chosen);
   commands::log::add_log(app, chosen);

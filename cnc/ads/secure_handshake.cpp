@@ -335,6 +335,23 @@ asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
   co_return Transport{stream, Framing::headerless};
 }
 
+asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
+    Stream::Socket socket, SelfSigned shown, std::chrono::milliseconds timeout) {
+  shown.fingerprint.clear();  // that of nobody: the handshake fails
+  const Security security = std::move(shown);
+  const auto context = TlsContext::client(security);
+  if (!context) {
+    co_return tl::make_unexpected(context.error());
+  }
+  const auto stream = context->stream(std::move(socket));
+  const Deadline deadline(*stream, timeout);
+  const auto error = co_await stream->handshake();
+  if (!stream->peer().fingerprint.empty()) {
+    co_return stream->peer().fingerprint;
+  }
+  co_return tl::make_unexpected(why_no_tls(error, *stream, security));
+}
+
 asio::awaitable<tl::expected<Welcomed, std::string>> welcome_securely(Stream::Socket socket,
                                                                       SecureWelcome welcome) {
   auto stream = welcome.context.stream(std::move(socket));

@@ -63,6 +63,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   void admit(tcp::socket socket);
   static asio::awaitable<void> welcome(std::shared_ptr<Impl> self, tcp::socket socket);
   void admit(Transport transport, const SessionOptions& session);
+  [[nodiscard]] SessionOptions plain_session() const;
   [[nodiscard]] bool full() const;
   void say_refused(const Connection& connection);
   void stop();
@@ -85,11 +86,22 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
 
 void Server::Impl::admit(tcp::socket socket) {
   if (!tls) {
-    admit(plain_transport(std::move(socket)), options.session);
+    admit(plain_transport(std::move(socket)), plain_session());
   } else if (welcoming < options.max_connections) {
     asio::co_spawn(acceptor.get_executor(), welcome(shared_from_this(), std::move(socket)),
                    base::program::rethrow_from_loop);
   }
+}
+
+SessionOptions Server::Impl::plain_session() const {
+  SessionOptions session = options.session;
+  if (options.routes) {
+    session.routes.push_back(session.net_id);  // an empty list would let everybody in
+    for (const Route& route : options.routes->all()) {
+      session.routes.push_back(route.net_id);
+    }
+  }
+  return session;
 }
 
 asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::socket socket) {

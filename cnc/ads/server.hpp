@@ -49,7 +49,8 @@ struct ServerOptions {
   Faults faults{};
   /// Secure ADS only; otherwise plain ADS only.
   std::optional<ServerSecurity> security{};
-  /// The clients that are known by their certificates, and those to come; none = nobody.
+  /// The clients that are known, and those to come. Without it Secure ADS knows no certificate;
+  /// plain ADS then goes by session.routes alone.
   std::shared_ptr<Routes> routes{};
   /// How long TLS and TlsConnectInfo may take together.
   std::chrono::milliseconds handshake_timeout{10'000};

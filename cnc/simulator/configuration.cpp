@@ -344,6 +344,7 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   settings.aep_parameters = aep_parameters(config, mistakes);
   settings.system_data = read_system_data(config, mistakes);
   settings.secure_ads = read_secure_ads(config, base, mistakes);
+  settings.discovery = read_discovery(config, mistakes);
   for (const std::string& folder : config.program_folder()) {
     settings.folders.push_back(base / folder);
   }

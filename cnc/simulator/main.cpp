@@ -59,6 +59,9 @@ std::string addresses_of(const Station& station, const Setup& setup) {
     addresses +=
         fmt::format(", Secure ADS at {}:{}", setup.settings.secure_ads->listen.host, *port);
   }
+  if (const auto port = station.discovery_port()) {
+    addresses += fmt::format(", discovery at {}:{}", setup.settings.discovery->listen.host, *port);
+  }
   return addresses;
 }
 

@@ -24,6 +24,15 @@ ads::Psk psk(const config::CncPsk& from, const ConfigPath& path, Mistakes& mista
   return {from.identity(), from.password()};
 }
 
+std::optional<ListenAddress> listen_address(const std::string& text, const ConfigPath& path,
+                                            Mistakes& mistakes) {
+  const auto listen = ListenAddress::parse(text);
+  mistakes.expect(
+      listen.has_value(), path,
+      fmt::format("\"{}\"; expected an address and a port, as in 127.0.0.1:8016", text));
+  return listen;
+}
+
 std::string text_of(const std::filesystem::path& file, const ConfigPath& path, Mistakes& mistakes) {
   std::ifstream in(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), {}};
@@ -88,11 +97,7 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
   const config::CncSecureAds& from = config.secure_ads();
   const ConfigPath path{{"secure_ads"}};
   SecureAdsSettings to;
-  const auto listen = ListenAddress::parse(from.listen());
-  mistakes.expect(
-      listen.has_value(), path / "listen",
-      fmt::format("\"{}\"; expected an address and a port, as in 127.0.0.1:8016", from.listen()));
-  to.listen = listen.value_or(to.listen);
+  to.listen = listen_address(from.listen(), path / "listen", mistakes).value_or(to.listen);
   mistakes.expect(from.has_psk() || from.has_self_signed() || from.has_shared_ca(), path,
                   "it has no way to know its clients; expected psk { … }, self_signed { … } or "
                   "shared_ca { … }");
@@ -117,6 +122,20 @@ std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
   }
   to.only = from.only();
   to.faults = faults(from.faults(), path / "faults", mistakes);
+  return to;
+}
+
+std::optional<DiscoverySettings> read_discovery(const config::Cnc& config, Mistakes& mistakes) {
+  if (!config.has_discovery()) {
+    return std::nullopt;
+  }
+  const config::CncDiscovery& from = config.discovery();
+  const ConfigPath path{{"discovery"}};
+  DiscoverySettings to;
+  to.listen = listen_address(from.listen(), path / "listen", mistakes).value_or(to.listen);
+  to.name = in_cp1252(from.name(), path / "name", mistakes);
+  to.user = in_cp1252(from.user(), path / "user", mistakes);
+  to.password = in_cp1252(from.password(), path / "password", mistakes);
   return to;
 }
 

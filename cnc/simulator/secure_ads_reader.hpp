@@ -14,5 +14,8 @@ namespace millrace::cnc::simulator {
 std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
                                                  const std::filesystem::path& base,
                                                  base::configuration::Mistakes& mistakes);
+/// Nothing if the file has no discovery.
+std::optional<DiscoverySettings> read_discovery(const config::Cnc& config,
+                                                base::configuration::Mistakes& mistakes);
 
 }  // namespace millrace::cnc::simulator

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "cnc/ads/discovery.hpp"
 #include "cnc/ads/error.hpp"
 #include "cnc/ads/faults.hpp"
 #include "cnc/ads/security.hpp"
@@ -84,6 +85,15 @@ struct SecureAdsSettings {
   ads::SecureFaults faults;
 };
 
+/// Answers over UDP; plain ADS then closes connections of clients without a route.
+struct DiscoverySettings {
+  ListenAddress listen{"127.0.0.1", ads::discovery_port};
+  std::string name;
+  /// In CP1252.
+  std::string user;
+  std::string password;
+};
+
 /// A channel's number is one byte of an index group.
 inline constexpr std::uint32_t max_channels = 255;
 /// Of a channel.
@@ -140,6 +150,7 @@ struct Settings {
   std::vector<DataDeclaration> system_data;
   ConnectionSettings connections;
   std::optional<SecureAdsSettings> secure_ads;
+  std::optional<DiscoverySettings> discovery;
 
   [[nodiscard]] const std::vector<AxisSettings>& axes_of(std::uint32_t channel) const {
     const auto own = channel_axes.find(channel);

@@ -66,6 +66,19 @@ std::string fingerprint_of(const std::string& certificate) {
   return read ? read->fingerprint() : "none";
 }
 
+/// Who says so over UDP.
+ads::Identity identity_of(const Setup& setup, const ads::ServerSecurity& security) {
+  ads::Identity identity;
+  identity.net_id = setup.net_id;
+  identity.name = setup.settings.discovery->name;
+  if (security.self_signed) {
+    identity.fingerprint = fingerprint_of(security.self_signed->certificate);
+  } else if (security.shared_ca) {
+    identity.fingerprint = fingerprint_of(security.shared_ca->certificate);
+  }
+  return identity;
+}
+
 ads::ServerOptions secure_options(const Setup& setup, const base::program::Log& log) {
   const SecureAdsSettings& secure = *setup.settings.secure_ads;
   ads::ServerOptions options = common_options(setup);
@@ -80,7 +93,6 @@ ads::ServerOptions secure_options(const Setup& setup, const base::program::Log& 
               fingerprint_of(self_signed->certificate));
   }
   options.secure_faults = secure.faults;
-  options.routes = read_routes(secure.routes_file, log);
   return options;
 }
 
@@ -105,11 +117,26 @@ Station::Station(const boost::asio::any_io_executor& executor, const Setup& setu
              [this](std::chrono::nanoseconds now) { return advance(now); }) {
   ads::Device& device = served_device(setup.settings);
   const auto& secure = setup.settings.secure_ads;
+  const auto& discovery = setup.settings.discovery;
+  const auto routes = read_routes(secure ? secure->routes_file : std::filesystem::path(), log);
   if (!secure || !secure->only) {
-    plain_.emplace(executor, device, plain_options(setup), log);
+    ads::ServerOptions options = plain_options(setup);
+    options.routes = discovery ? routes : nullptr;
+    plain_.emplace(executor, device, std::move(options), log);
   }
+  ads::ServerSecurity shown;
   if (secure) {
-    secure_.emplace(executor, device, secure_options(setup, log), log);
+    ads::ServerOptions options = secure_options(setup, log);
+    options.routes = routes;
+    shown = *options.security;
+    secure_.emplace(executor, device, std::move(options), log);
+  }
+  if (discovery) {
+    discovery_.emplace(executor,
+                       ads::DiscoveryOptions{discovery->listen.host, discovery->listen.port,
+                                             identity_of(setup, shown), discovery->user,
+                                             discovery->password, routes},
+                       log);
   }
 }
 

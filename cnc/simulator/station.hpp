@@ -14,6 +14,7 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "base/program/log.hpp"
+#include "cnc/ads/discovery_server.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/simulator/cycle.hpp"
@@ -37,6 +38,10 @@ class Station {
   /// Of plain and of Secure ADS; nothing if it is not served.
   [[nodiscard]] std::optional<std::uint16_t> plain_port() const { return port_of(plain_); }
   [[nodiscard]] std::optional<std::uint16_t> secure_port() const { return port_of(secure_); }
+  /// Of UDP.
+  [[nodiscard]] std::optional<std::uint16_t> discovery_port() const {
+    return discovery_ ? std::optional(discovery_->port()) : std::nullopt;
+  }
   [[nodiscard]] bool active() const { return machine_.active(); }
   [[nodiscard]] const CycleCounts& cycles() const { return cycle_.counts(); }
   /// Called whenever the last program has ended.
@@ -69,6 +74,7 @@ class Station {
   ads::SumCommands with_sums_;
   std::optional<ads::Server> plain_;
   std::optional<ads::Server> secure_;
+  std::optional<ads::DiscoveryServer> discovery_;
   Cycle cycle_;
 };
 

@@ -43,9 +43,9 @@ export function startVirtualCnc(...flags) {
     child.once('exit', (code) => reject(new Error(`millrace-cnc ended with ${code} before it was ready`)));
     child.stdout.on('data', (chunk) => {
       output += chunk;
-      const ready = output.match(/^ready: (?:.* on 127\.0\.0\.1:(\d+))?(?:.*, Secure ADS at 127\.0\.0\.1:(\d+))?.*$/m);
+      const ready = output.match(/^ready: (?:.* on 127\.0\.0\.1:(\d+))?(?:.*, Secure ADS at 127\.0\.0\.1:(\d+))?(?:.*, discovery at 127\.0\.0\.1:(\d+))?.*$/m);
       if (ready) {
-        resolve({ port: Number(ready[1]), securePort: Number(ready[2]), stop });
+        resolve({ port: Number(ready[1]), securePort: Number(ready[2]), discoveryPort: Number(ready[3]), stop });
       }
     });
   });

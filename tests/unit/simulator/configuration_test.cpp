@@ -42,6 +42,15 @@ TEST(Configuration, ReadsSecureAds) {
   EXPECT_FALSE(parse_settings("", "empty").secure_ads);
 }
 
+TEST(Configuration, ReadsDiscovery) {
+  const auto sut = read_settings(good / "every_switch.cnc.textproto").discovery;
+  ASSERT_TRUE(sut);
+  EXPECT_EQ(sut->listen.port, 48890);
+  EXPECT_EQ(sut->name, "press");
+  EXPECT_EQ(sut->user, "Administrator");
+  EXPECT_EQ(sut->password, "1");
+}
+
 TEST(Configuration, ReadsEverySwitch) {
   const Settings sut = read_settings(good / "every_switch.cnc.textproto");
   EXPECT_EQ(sut.channels, 3);

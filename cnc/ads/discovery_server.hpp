@@ -1,0 +1,47 @@
+// Answers who looks for controllers over UDP, and adds routes for those who may.
+//
+//   DiscoveryServer server(io.get_executor(), {.identity = …, .routes = routes}, log);
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <boost/asio/any_io_executor.hpp>
+
+#include "base/program/log.hpp"
+#include "cnc/ads/discovery.hpp"
+#include "cnc/ads/routes.hpp"
+
+namespace millrace::cnc::ads {
+
+struct DiscoveryOptions {
+  /// A numeric IP address of this host.
+  std::string address = "127.0.0.1";
+  /// 0 = any free port.
+  std::uint16_t port = discovery_port;
+  Identity identity{};
+  /// Who may add a route; nobody without a user. In CP1252.
+  std::string user{};
+  std::string password{};
+  std::shared_ptr<Routes> routes{};
+};
+
+/// Everything runs on the one executor it was given.
+class DiscoveryServer {
+ public:
+  /// Throws std::runtime_error with the reason if it cannot listen.
+  DiscoveryServer(const boost::asio::any_io_executor& executor, DiscoveryOptions options,
+                  base::program::Log log);
+  ~DiscoveryServer();
+  DiscoveryServer(const DiscoveryServer&) = delete;
+  DiscoveryServer& operator=(const DiscoveryServer&) = delete;
+
+  /// The port it listens on.
+  [[nodiscard]] std::uint16_t port() const;
+
+ private:
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace millrace::cnc::ads

@@ -1,0 +1,294 @@
+// millrace controller add-route: has a controller keep a route to this host.
+#include <algorithm>
+#include <exception>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <random>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/host_name.hpp>
+#include <fmt/format.h>
+
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
+#include "base/posix/durable_file.hpp"
+#include "base/program/command_line.hpp"
+#include "base/text/cp1252.hpp"
+#include "cnc/ads/dial.hpp"
+#include "cnc/ads/secure_handshake.hpp"
+#include "tools/commands/controller/controller.hpp"
+#include "tools/commands/controller/datagrams.hpp"
+#include "tools/commands/hidden_input.hpp"
+
+namespace millrace::tools::commands::controller {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace fs = std::filesystem;
+namespace program = base::program;
+using asio::ip::udp;
+using namespace std::chrono_literals;
+
+constexpr auto patience = 5s;
+
+struct RouteOptions {
+  std::string host;
+  std::string net_id;
+  std::string user;
+  fs::path password_file;
+  fs::path self_signed;
+  std::string fingerprint;
+  bool plain = false;
+  bool temporary = false;
+  std::string name;
+  std::string address;
+  std::uint16_t port = 0;
+};
+
+/// What the command works with; texts are in CP1252.
+struct Job {
+  const RouteOptions& options;
+  cnc::ads::NetId net_id;
+  cnc::ads::RouteOwner owner;
+};
+
+std::string in_cp1252(const std::string& what, const std::string& text) {
+  constexpr std::size_t longest = 200;
+  const auto converted = base::text::to_cp1252(text);
+  if (!converted) {
+    throw program::UsageError(fmt::format("{}: {}", what, converted.error()));
+  }
+  if (converted->empty() || converted->size() > longest) {
+    throw program::UsageError(
+        fmt::format("{}: {} characters; expected 1 to {}", what, converted->size(), longest));
+  }
+  return *converted;
+}
+
+std::string password_of(const RouteOptions& options) {
+  if (options.password_file.empty()) {
+    return read_hidden(fmt::format("Password of {} on {}", options.user, options.host));
+  }
+  std::ifstream in(options.password_file);
+  std::string line;
+  if (!std::getline(in, line)) {
+    throw program::UsageError(fmt::format("--password-file {}: it cannot be read, or is empty",
+                                          options.password_file.string()));
+  }
+  return line.ends_with('\r') ? line.substr(0, line.size() - 1) : line;
+}
+
+Job job_of(const RouteOptions& options) {
+  const auto net_id = cnc::ads::NetId::parse(options.net_id);
+  if (!net_id) {
+    throw program::UsageError(
+        fmt::format("--net-id {}: expected six numbers, as in 192.168.10.20.1.1", options.net_id));
+  }
+  if (options.plain == !options.self_signed.empty()) {
+    throw program::UsageError(
+        "expected --self-signed FOLDER (Secure ADS) or --plain (the password travels in clear "
+        "text), and one of them alone");
+  }
+  if (options.temporary && !options.plain) {
+    throw program::UsageError("--temporary goes with --plain: Secure ADS keeps its routes");
+  }
+  return {options,
+          *net_id,
+          {in_cp1252("--user", options.user), in_cp1252("the password", password_of(options))}};
+}
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write(const fs::path& file, const std::string& text, mode_t mode) {
+  if (const auto written = base::posix::write_durably(file, text, mode); !written) {
+    throw std::runtime_error(written.error());
+  }
+}
+
+/// Those in the folder, made if there are none.
+cnc::ads::SelfSigned own_certificate(const fs::path& folder) {
+  const fs::path certificate = folder / "millrace.crt";
+  const fs::path key = folder / "millrace.key";
+  if (!fs::exists(certificate) && !fs::exists(key)) {
+    constexpr auto validity = std::chrono::years(20);
+    constexpr mode_t secret = 0640;
+    constexpr mode_t open = 0644;
+    const auto made = base::openssl::Key::generate_rsa();
+    const auto now =
+        std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::system_clock::now());
+    const base::openssl::Subject subject{.organisation = "millrace",
+                                         .common_name = asio::ip::host_name(),
+                                         .from = now - std::chrono::days(1),
+                                         .until = now + std::chrono::seconds(validity)};
+    write(key, made.pem(), secret);
+    write(certificate, base::openssl::self_signed(made, subject).pem(), open);
+    fmt::print("made {} and {}\n", key.string(), certificate.string());
+  }
+  return {text_of(certificate), text_of(key), {}};
+}
+
+/// A connection to the controller's port of Secure ADS. Throws std::runtime_error.
+asio::awaitable<cnc::ads::Stream::Socket> connection_to(const RouteOptions& options) {
+  const std::uint16_t port = options.port == 0 ? cnc::ads::secure_port : options.port;
+  auto socket = co_await cnc::ads::dial(options.host, port, patience);
+  if (!socket) {
+    throw std::runtime_error(
+        fmt::format("{}:{}: {}; Secure ADS needs TwinCAT 3.1 of build 4024 or later, and an open "
+                    "TCP port 8016",
+                    options.host, port, socket.error()));
+  }
+  co_return std::move(*socket);
+}
+
+/// What a person or --fingerprint has agreed to. Throws std::runtime_error.
+asio::awaitable<std::string> agreed_fingerprint(const RouteOptions& options,
+                                                cnc::ads::SelfSigned shown) {
+  if (!options.fingerprint.empty()) {
+    const auto given = base::openssl::parse_fingerprint(options.fingerprint);
+    if (!given) {
+      throw program::UsageError(
+          fmt::format("--fingerprint {}: expected 32 bytes, as in AB:CD:…", options.fingerprint));
+    }
+    co_return *given;
+  }
+  auto socket = co_await connection_to(options);
+  const auto found =
+      co_await cnc::ads::ask_fingerprint(std::move(socket), std::move(shown), patience);
+  if (!found) {
+    throw std::runtime_error(fmt::format("{}: {}", options.host, found.error()));
+  }
+  fmt::print(
+      "The certificate of {} has the fingerprint\n  {}\n"
+      "Compare it with what the controller shows (About TwinCAT). Is it the same? Type yes: ",
+      options.host, *found);
+  std::fflush(stdout);
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer != "yes") {
+    throw std::runtime_error("no route was added: the fingerprint was not confirmed");
+  }
+  co_return *found;
+}
+
+asio::awaitable<void> add_securely(Job job) {
+  cnc::ads::SelfSigned security = own_certificate(job.options.self_signed);
+  security.fingerprint = co_await agreed_fingerprint(job.options, security);
+  auto socket = co_await connection_to(job.options);
+  cnc::ads::SecureHello hello{security, job.net_id, patience, job.owner};
+  const auto transport = co_await cnc::ads::connect_securely(
+      std::move(socket), std::move(hello), [](const std::weak_ptr<cnc::ads::Stream>&) {});
+  if (!transport) {
+    throw std::runtime_error(
+        fmt::format("{}: no route was added: {}", job.options.host, transport.error()));
+  }
+  fmt::print(
+      "{} knows this host now. In gateway.textproto, with the controller's NetId:\n\n"
+      "machine {{\n  name: \"…\" host: \"{}\" net_id: \"…\" source_net_id: \"{}\"\n"
+      "  secure {{\n    self_signed {{\n      certificate: \"{}\"\n      key: \"{}\"\n"
+      "      fingerprint: \"{}\"\n    }}\n  }}\n}}\n",
+      job.options.host, job.options.host, job.net_id.to_string(),
+      (job.options.self_signed / "millrace.crt").string(),
+      (job.options.self_signed / "millrace.key").string(), security.fingerprint);
+}
+
+/// The address of this host towards another one.
+std::string our_address(const udp::endpoint& towards, asio::io_context& io) {
+  udp::socket socket(io);
+  socket.connect(towards);
+  return socket.local_endpoint().address().to_string();
+}
+
+asio::awaitable<void> add_in_clear_text(Job job, asio::io_context& io) {
+  const RouteOptions& options = job.options;
+  fmt::print(stderr,
+             "millrace: the password of {} travels in clear text: everybody on the way can read "
+             "it; --self-signed is safe\n",
+             options.user);
+  udp::resolver resolver(io);
+  const std::uint16_t port = options.port == 0 ? cnc::ads::discovery_port : options.port;
+  const auto found = resolver.resolve(udp::v4(), options.host, std::to_string(port));
+  const udp::endpoint controller = found.begin()->endpoint();
+  const std::string address =
+      options.address.empty() ? our_address(controller, io) : options.address;
+  const cnc::ads::RouteRequest route{job.net_id,
+                                     options.name.empty() ? asio::ip::host_name() : options.name,
+                                     address,
+                                     job.owner.user,
+                                     job.owner.password,
+                                     options.temporary};
+  Question question{.datagram = cnc::ads::encode(std::random_device{}(), route),
+                    .to = {controller},
+                    .patience = patience};
+  const auto answers = co_await ask(std::move(question));
+  const auto status =
+      answers.empty() ? std::nullopt : cnc::ads::route_status_of(answers.front().second);
+  if (!status) {
+    throw std::runtime_error(fmt::format(
+        "{}: no answer on UDP port {}: is it on, is a firewall between?", options.host, port));
+  }
+  if (*status != cnc::ads::ErrorCode::none) {
+    throw std::runtime_error(fmt::format(
+        "{}: no route was added: {}: is {} an administrator of it, and the password right?",
+        options.host, cnc::ads::describe(*status), options.user));
+  }
+  fmt::print("{} has a route from NetId {} to {} now{}\n", options.host, job.net_id.to_string(),
+             address, options.temporary ? ", until it is restarted" : "");
+}
+
+int add(const RouteOptions& options) {
+  asio::io_context io(1);
+  std::exception_ptr failure;
+  Job job = job_of(options);
+  asio::co_spawn(
+      io, options.plain ? add_in_clear_text(std::move(job), io) : add_securely(std::move(job)),
+      [&](std::exception_ptr error) { failure = error; });
+  io.run();
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+  return program::exit_done;
+}
+
+}  // namespace
+
+void add_route(CLI::App& controller, Chosen& chosen) {
+  CLI::App& command = add_subcommand(
+      controller, "add-route", "Has a controller keep a route to this host",
+      "millrace controller add-route 192.168.10.5 --net-id 192.168.10.20.1.1 --user Administrator "
+      "--self-signed /etc/millrace");
+  auto options = std::make_shared<RouteOptions>();
+  command.add_option("HOST", options->host, "Name or address of the controller")->required();
+  command
+      .add_option("--net-id", options->net_id,
+                  "The NetId of the gateway (source_net_id of its configuration)")
+      ->required();
+  command.add_option("--user", options->user, "An administrator of the controller")->required();
+  command.add_option("--password-file", options->password_file,
+                     "File with the password in its first line; otherwise it is asked for");
+  command
+      .add_option("--self-signed", options->self_signed,
+                  "Over Secure ADS, with millrace.key and millrace.crt in this folder, which are "
+                  "made if there are none")
+      ->check(CLI::ExistingDirectory);
+  command.add_option("--fingerprint", options->fingerprint,
+                     "Of the controller's certificate, instead of a question");
+  command.add_flag("--plain", options->plain,
+                   "Over UDP, for plain ADS: the password travels in clear text");
+  command.add_flag("--temporary", options->temporary,
+                   "With --plain: until the controller is restarted");
+  command.add_option("--name", options->name,
+                     "With --plain: how the route is called; the name of this host");
+  command.add_option("--address", options->address,
+                     "With --plain: where the route leads; the address of this host");
+  command.add_option("--port", options->port,
+                     "Port of the controller; 8016, or with --plain UDP 48899");
+  command.callback([options, &chosen] { chosen.run = [options] { return add(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::controller

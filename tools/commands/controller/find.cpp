@@ -1,0 +1,202 @@
+// millrace controller find: who answers an identify request.
+#include <algorithm>
+#include <exception>
+#include <optional>
+#include <random>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/json/array.hpp>
+#include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <netinet/in.h>
+
+#include "base/program/command_line.hpp"
+#include "base/text/cp1252.hpp"
+#include "base/text/quoted.hpp"
+#include "cnc/ads/dial.hpp"
+#include "cnc/ads/security.hpp"
+#include "tools/commands/controller/controller.hpp"
+#include "tools/commands/controller/datagrams.hpp"
+#include "tools/print/json.hpp"
+#include "tools/print/table.hpp"
+
+namespace millrace::tools::commands::controller {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace program = base::program;
+using asio::ip::udp;
+
+struct FindOptions {
+  std::vector<std::string> addresses;
+  std::string interface;
+  bool broadcast = false;
+  std::uint16_t port = cnc::ads::discovery_port;
+  bool json = false;
+};
+
+struct Found {
+  std::string address;
+  cnc::ads::Identity identity;
+  bool plain = false;
+  bool secure = false;
+};
+
+asio::ip::address_v4 address_of(const sockaddr* address) {
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): how the system has it
+  const auto* const ip = reinterpret_cast<const sockaddr_in*>(address);
+  return asio::ip::address_v4(ntohl(ip->sin_addr.s_addr));
+}
+
+/// Our address on an interface, and that of everybody on its network. Throws UsageError.
+std::pair<asio::ip::address_v4, asio::ip::address_v4> addresses_on(const std::string& interface) {
+  ifaddrs* all = nullptr;
+  if (::getifaddrs(&all) != 0) {
+    throw std::runtime_error("cannot list the network interfaces");
+  }
+  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> owner(all, &::freeifaddrs);
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_name == interface && one->ifa_addr != nullptr &&
+        one->ifa_addr->sa_family == AF_INET && (one->ifa_flags & IFF_BROADCAST) != 0 &&
+        one->ifa_broadaddr != nullptr) {
+      return {address_of(one->ifa_addr), address_of(one->ifa_broadaddr)};
+    }
+  }
+  throw program::UsageError(
+      fmt::format("--interface {}: there is no such interface with an IPv4 address and broadcasts; "
+                  "`ip address` "
+                  "lists them",
+                  interface));
+}
+
+Question question_of(const FindOptions& options) {
+  Question question{.datagram = cnc::ads::identify_request(std::random_device{}()), .to = {}};
+  if (options.addresses.empty() == options.interface.empty()) {
+    throw program::UsageError("expected --address or --interface, and one of them alone");
+  }
+  if (!options.interface.empty()) {
+    if (!options.broadcast) {
+      throw program::UsageError(fmt::format(
+          "--interface {}: this asks everybody on its network; add --broadcast if that is wanted",
+          options.interface));
+    }
+    const auto [from, to] = addresses_on(options.interface);
+    question.from = from;
+    question.to.emplace_back(to, options.port);
+    question.broadcast = true;
+  }
+  for (const std::string& text : options.addresses) {
+    boost::system::error_code error;
+    const auto address = asio::ip::make_address_v4(text, error);
+    if (error) {
+      throw program::UsageError(
+          fmt::format("--address {}: expected an IPv4 address, as in 192.168.10.5", text));
+    }
+    question.to.emplace_back(address, options.port);
+  }
+  return question;
+}
+
+asio::awaitable<bool> answers_on(std::string host, std::uint16_t port) {
+  constexpr std::chrono::milliseconds at_most{500};
+  const auto socket = co_await cnc::ads::dial(std::move(host), port, at_most);
+  co_return socket.has_value();
+}
+
+asio::awaitable<std::vector<Found>> find_all(Question question) {
+  std::vector<Found> all;
+  const auto answers = co_await ask(std::move(question));
+  for (const auto& [address, datagram] : answers) {
+    if (const auto identity = cnc::ads::identity_of(datagram)) {
+      Found found{address, *identity};
+      found.plain = co_await answers_on(address, 48898);
+      found.secure = co_await answers_on(address, cnc::ads::secure_port);
+      all.push_back(std::move(found));
+    }
+  }
+  co_return all;
+}
+
+void show(const std::vector<Found>& all, bool json) {
+  using base::text::to_utf8;
+  if (json) {
+    boost::json::array out;
+    for (const Found& one : all) {
+      out.push_back({{"name", to_utf8(one.identity.name)},
+                     {"address", one.address},
+                     {"net_id", one.identity.net_id.to_string()},
+                     {"twincat", one.identity.twincat},
+                     {"system", one.identity.system},
+                     {"fingerprint", to_utf8(one.identity.fingerprint)},
+                     {"plain_ads", one.plain},
+                     {"secure_ads", one.secure}});
+    }
+    print::print_json(out);
+    return;
+  }
+  print::Table table({{"NAME"},
+                      {"ADDRESS"},
+                      {"NETID"},
+                      {"TWINCAT"},
+                      {"SYSTEM"},
+                      {"PLAIN ADS"},
+                      {"SECURE ADS"},
+                      {"FINGERPRINT"}});
+  const auto or_dash = [](const std::string& text) { return text.empty() ? "-" : to_utf8(text); };
+  for (const Found& one : all) {
+    table.add({or_dash(one.identity.name), one.address, one.identity.net_id.to_string(),
+               or_dash(one.identity.twincat), or_dash(one.identity.system),
+               one.plain ? "open" : "closed", one.secure ? "open" : "closed",
+               or_dash(one.identity.fingerprint)});
+  }
+  fmt::print("{}", table.text());
+}
+
+int find(const FindOptions& options) {
+  asio::io_context io(1);
+  std::vector<Found> all;
+  std::exception_ptr failure;
+  asio::co_spawn(io, find_all(question_of(options)),
+                 [&](std::exception_ptr error, std::vector<Found> found) {
+                   failure = error;
+                   all = std::move(found);
+                 });
+  io.run();
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+  if (!all.empty() || options.json) {
+    show(all, options.json);
+  }
+  if (all.empty()) {
+    fmt::print(stderr,
+               "millrace: no controller has answered on UDP port {}: is it on, is a firewall "
+               "between, and is this its network?\n",
+               options.port);
+  }
+  return all.empty() ? program::exit_failed : program::exit_done;
+}
+
+}  // namespace
+
+void add_find(CLI::App& controller, Chosen& chosen) {
+  CLI::App& command =
+      add_subcommand(controller, "find", "Controllers that answer, with NetId and fingerprint",
+                     "millrace controller find --address 192.168.10.5\n"
+                     "  millrace controller find --interface eth0 --broadcast");
+  auto options = std::make_shared<FindOptions>();
+  command.add_option("--address", options->addresses, "IPv4 address to ask; may be repeated")
+      ->allow_extra_args(false);
+  command.add_option("--interface", options->interface,
+                     "Network interface on whose network everybody is asked, with --broadcast");
+  command.add_flag("--broadcast", options->broadcast,
+                   "Ask everybody on the network of --interface");
+  command.add_option("--port", options->port, "UDP port of controllers")->capture_default_str();
+  add_json(command, options->json);
+  command.callback([options, &chosen] { chosen.run = [options] { return find(*options); }; });
+}
+
+}  // namespace millrace::tools::commands::controller
