@@ -1,6 +1,7 @@
 // The program millrace-gateway as its users meet it: flags, ready line, exit codes, whole calls.
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,6 +66,35 @@ TEST_F(MillraceGateway, ChecksAConfigurationAndEnds) {
   Process bad = gateway({"--check", "--config", config("bad/bad_net_id")});
   EXPECT_EQ(bad.wait(), 2);
   EXPECT_THAT(bad.error_output(), HasSubstr("bad_net_id.gateway.textproto:4:3: machine.net_id"));
+}
+
+TEST_F(MillraceGateway, BringsACallOverSecureAdsOnceItsPasswordIsRight) {
+  const auto write = [this](const std::string& name, const std::string& text) {
+    std::ofstream(folder_.path() / name) << text;
+    std::filesystem::permissions(folder_.path() / name, std::filesystem::perms(0640));
+    return (folder_.path() / name).string();
+  };
+  Process service = square_root();
+  Process controller({binary("millrace-cnc"), "--config",
+                      write("cnc.textproto",
+                            "secure_ads { listen: \"127.0.0.1:0\" only: true "
+                            "psk { identity: \"millrace\" password: \"secret\" } }"),
+                      "--dir", folder_.path().string(), "--speed", "0", "--exit-when-idle", "--run",
+                      std::string("1=") + MILLRACE_TEST_DATA + "/nc/square_root.nc"});
+  const std::string port =
+      controller.await("^ready: .*, Secure ADS at 127\\.0\\.0\\.1:(\\d+)").at(1);
+  write("cnc.psk", "wrong");
+  Process sut = gateway(
+      {"--config", write("gateway.textproto",
+                         "machine { name: \"cnc\" host: \"127.0.0.1\" port: " + port +
+                             " net_id: \"127.0.0.1.1.1\" secure { psk { identity: \"millrace\" "
+                             "password_file: \"cnc.psk\" } } }")});
+  sut.await_error("the pre-shared key of identity \"millrace\" is not the controller's");
+  write("cnc.psk", "secret");
+  sut.signal(SIGHUP);
+  sut.await_error("cnc \\(127\\.0\\.0\\.1:" + port +
+                  ", 127\\.0\\.0\\.1\\.1\\.1, Secure ADS\\): link up");
+  EXPECT_EQ(controller.wait(), 0) << controller.error_output();
 }
 
 TEST_F(MillraceGateway, EndsWithExitCode2ForAMachineItCannotUnderstand) {

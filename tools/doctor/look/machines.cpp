@@ -20,6 +20,28 @@ void no_link(const fabric::MachineStatus& status, Report& report) {
                              safe(status.address), safe(status.host)));
 }
 
+/// How a gateway reaches its controller, by the address that it publishes:
+/// "10.0.0.5:8016, 10.0.0.5.1.1, Secure ADS".
+void at_the_transport(const fabric::MachineStatus& status, Report& report) {
+  const bool secure = status.address.ends_with(", Secure ADS");
+  report.fine(fmt::format("{} is connected to its gateway on {}{}", safe(status.machine),
+                          safe(status.host),
+                          status.address.empty() ? ""
+                          : secure               ? " over Secure ADS"
+                                                 : " over plain ADS"));
+  const bool same_host = status.address.starts_with("127.") ||
+                         status.address.starts_with("localhost:") ||
+                         status.address.starts_with("::1:");
+  if (!status.address.empty() && !secure && !same_host) {
+    report.warning(fmt::format("{} is reached by plain ADS: everybody on its network can read and "
+                               "change what is said",
+                               safe(status.machine)),
+                   fmt::format("configure `secure` for {} in gateway.textproto on {} "
+                               "(docs/secure-ads.md)",
+                               safe(status.machine), safe(status.host)));
+  }
+}
+
 void no_gateway(const bus::LostMachine& lost, Report& report) {
   const std::string where = safe(lost.last.host);
   report.problem(
@@ -37,8 +59,7 @@ void at_machines(const Findings& found, Report& report) {
   for (const auto& [key, status] : found.live.machines()) {
     if (status.connected) {
       connected.insert(status.machine);
-      report.fine(fmt::format("{} is connected to its gateway on {}", safe(status.machine),
-                              safe(status.host)));
+      at_the_transport(status, report);
     } else if (!status.host.empty()) {
       down[status.machine] = &status;
     }

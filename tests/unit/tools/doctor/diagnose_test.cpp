@@ -256,6 +256,34 @@ TEST_F(TheDoctor, TakesNoGatewayThatIsNotHeardForOne) {
   EXPECT_THAT(sut(), Contains(is(Severity::problem, "no gateway is on this fabric")));
 }
 
+TEST_F(TheDoctor, NamesTheTransportToEachController) {
+  be_healthy();
+  add(fabric::MachineStatus{.machine = "press",
+                            .connected = true,
+                            .address = "10.0.0.5:8016, 10.0.0.5.1.1, Secure ADS",
+                            .host = "host-gateway"});
+  EXPECT_THAT(sut(),
+              Contains(is(Severity::fine,
+                          "press is connected to its gateway on host-gateway over Secure ADS")));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::warning, "plain ADS"))));
+}
+
+TEST_F(TheDoctor, WarnsOfPlainAdsToAnotherHost) {
+  be_healthy();
+  fabric::MachineStatus press{.machine = "press",
+                              .connected = true,
+                              .address = "10.0.0.5:48898, 10.0.0.5.1.1",
+                              .host = "host-gateway"};
+  add(press);
+  EXPECT_THAT(sut(), Contains(is(Severity::warning, "press is reached by plain ADS",
+                                 "configure `secure` for press")));
+  EXPECT_TRUE(is_healthy(sut()));
+  press.address = "127.0.0.1:48898, 127.0.0.1.1.1";
+  add(press);
+  EXPECT_THAT(sut(), Contains(is(Severity::fine, "over plain ADS")));
+  EXPECT_THAT(sut(), Not(Contains(is(Severity::warning, "plain ADS"))));
+}
+
 TEST_F(TheDoctor, NamesEachMachineWhoseGatewayIsGoneOnceAndWhereItWas) {
   be_healthy();
   add_program(9, "gateway").is_gateway = true;
