@@ -37,7 +37,7 @@ class Files {
       return {};
     }
     const fs::path file = place_of(named, path);
-    if (file.empty() || (secrecy == Secrecy::secret && !is_secret(file, path))) {
+    if (file.empty() || !is_guarded(file, path, secrecy)) {
       return {};
     }
     std::ifstream in(file, std::ios::binary);
@@ -64,16 +64,25 @@ class Files {
     return there ? fs::path(folder + below) : fs::path();
   }
 
-  /// The rule for keys of the fabric (fabric/trust) holds for these, too.
-  bool is_secret(const fs::path& file, const ConfigPath& path) {
+  /// The rules for keys and certificates of the fabric (fabric/trust) hold for these, too.
+  bool is_guarded(const fs::path& file, const ConfigPath& path, Secrecy secrecy) {
     struct stat status {};
-    const bool open = ::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-                      (status.st_mode & (S_IROTH | S_IWOTH)) != 0;
-    return mistakes_.expect(
-        !open, path,
-        fmt::format("{} is a secret, and everybody on this host can read it: "
-                    "`chmod o= {}`, and make it anew if others may have seen it",
-                    file.string(), file.string()));
+    if (::stat(file.c_str(), &status) != 0) {
+      return true;  // reading it says why
+    }
+    const bool secret = secrecy == Secrecy::secret;
+    const mode_t writers = secret ? S_IWGRP | S_IWOTH : S_IWOTH;
+    return mistakes_.expect(S_ISREG(status.st_mode), path,
+                            fmt::format("{} is no regular file", file.string())) &&
+           mistakes_.expect(
+               !secret || (status.st_mode & S_IROTH) == 0, path,
+               fmt::format("{} is a secret, and everybody on this host can read it: "
+                           "`chmod o= {}`, and make it anew if others may have seen it",
+                           file.string(), file.string())) &&
+           mistakes_.expect((status.st_mode & writers) == 0, path,
+                            fmt::format("others than its owner can write {}: `chmod go-w {}`, and "
+                                        "make it anew if they may have changed it",
+                                        file.string(), file.string()));
   }
 
   fs::path folder_;

@@ -82,6 +82,21 @@ TEST_F(SecureSettings, RefuseASecretThatEverybodyCanRead) {
   EXPECT_THAT(mistake(psk), HasSubstr("gateway.textproto:1:"));
 }
 
+TEST_F(SecureSettings, RefuseWhatOthersCanWriteAndWhatIsNoFile) {
+  write_certificate();
+  const auto allow = [this](const char* name, unsigned mode) {
+    fs::permissions(folder.path() / name, fs::perms(mode));
+  };
+  allow("press.psk", 0660);
+  EXPECT_THAT(mistake(psk), HasSubstr("others than its owner can write"));
+  allow("press.crt", 0646);
+  EXPECT_THAT(
+      mistake("shared_ca { ca: \"press.crt\" certificate: \"press.crt\" key: \"press.key\" }"),
+      HasSubstr("press.crt: `chmod go-w"));
+  EXPECT_THAT(mistake("psk { identity: \"millrace\" password_file: \".\" }"),
+              HasSubstr("is no regular file"));
+}
+
 TEST_F(SecureSettings, SayWhichFileIsMissing) {
   EXPECT_THAT(mistake("psk { identity: \"millrace\" password_file: \"none\" }"),
               HasSubstr("none: No such file or directory"));
