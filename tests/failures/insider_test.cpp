@@ -221,11 +221,15 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
   dds::Participant participant(as);
   wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
   wire::Writer<MachineStatus> sut(participant, "millrace");
+  std::map<InstanceId, MachineStatus> known;
   attack(as, [&](std::size_t) {
     for (const wire::Taken<MachineStatus>& taken : heard.take()) {
       if (taken.valid) {
-        sut.withdraw(taken.value);
+        known.insert_or_assign(taken.value.gateway, taken.value);
       }
+    }
+    for (const auto& [id, status] : known) {
+      sut.withdraw(status);
     }
   });
   EXPECT_THAT(second.error_output(), Not(HasSubstr("taken over")));
@@ -411,7 +415,7 @@ class AReplayer : public AHostileParticipant {
   }
 };
 
-// Without the rule 38 kB of each are kept for 100 s: 57 MiB of these.
+// Without the rule the gateway grows by 24 MiB.
 TEST_F(AReplayer, IsKeptAwayByThePacketFilterOfTheManual) {
   start();
   filter_packets();
