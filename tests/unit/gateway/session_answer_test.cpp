@@ -253,6 +253,33 @@ TEST_F(ChannelAnswer, ThatComesAfterTheProgramGaveUpIsCalledLate) {
   EXPECT_EQ(desk.events.back().kind, late);
 }
 
+TEST_F(ChannelAnswer, ToACallThatIsOverIsNotWrittenToTheNextOneOfTheSameInstance) {
+  desk.dispatched_call();
+  const fabric::Reply late = desk.reply("1.414", 1);
+  desk.call("3", 2);
+  desk.wait(20ms);
+  desk.feed(sut().assign(desk.assignment(), desk.now));
+  reply(late);
+  EXPECT_THAT(desk.writes, IsEmpty());
+  EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
+  EXPECT_EQ(sut().status().late, 1U);
+}
+
+TEST_F(ChannelAnswer, WhoseReleaseWasUnderWayWhenTheLinkBrokeIsFoundWritten) {
+  desk.dispatched_call();
+  desk.before_action = [&] { desk.stop = desk.writes.size() == 3; };
+  reply(desk.reply("1.414", 1));
+  ASSERT_THAT(desk.writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+  desk.before_action = [] {};
+  desk.stop = false;
+  desk.feed(sut().on_link_dropped("cable", desk.now));
+  desk.link_up();
+  desk.wait(20ms);
+  EXPECT_EQ(sut().status().answered, 1U);
+  EXPECT_EQ(sut().status().withdrawn, 0U);
+  EXPECT_EQ(desk.writes.size(), 3U);
+}
+
 TEST_F(ChannelAnswer, OfSomeOtherTimeIsHistoryAndIgnored) {
   desk.link_up();
   auto old = desk.reply("1.414", 1);

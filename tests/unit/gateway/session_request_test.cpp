@@ -160,6 +160,15 @@ TEST_F(ChannelRequest, WithNewTextsUnderTheSameStateIsNoticedWithinHalfASecond) 
   EXPECT_EQ(sut().call()->request.text, "second");
 }
 
+TEST_F(ChannelRequest, UnderWayThatGetsNewTextsUnderTheSameStateIsOverWithinHalfASecond) {
+  desk.dispatched_call();
+  desk.channel.set_request("3");
+  desk.wait(520ms);
+  EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1)));
+  ASSERT_NE(sut().call(), nullptr);
+  EXPECT_EQ(sut().call()->request.text, "3");
+}
+
 TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
   desk.journal_works = false;
   desk.dispatched_call();
