@@ -151,17 +151,29 @@ TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
 // any more: the archiver took them for fewer than none, and threw away what came.
 TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
   constexpr std::uint64_t rows = 50;
+  constexpr std::int64_t together = 5;
   {
     Writer sut(archive(), base::program::no_log(), notices);
     SQLite::Database database((folder.path() / "archive-000001.db").string(),
                               SQLite::OPEN_READWRITE);
     database.exec(
         "CREATE TRIGGER full BEFORE INSERT ON event BEGIN SELECT RAISE(ABORT, 'disk full'); END");
-    sut.record(event(1));
+    // Several in one batch: they come while the writer's thread tells what became of a put.
+    std::promise<void> telling;
+    std::promise<void> go_on;
+    sut.put(put(1), [&](const Written&) {
+      telling.set_value();
+      go_on.get_future().wait();
+    });
+    telling.get_future().wait();
+    for (std::uint64_t number = 1; number <= together; ++number) {
+      sut.record(event(number));
+    }
+    go_on.set_value();
     tests::await("a failure", [&] { return notices.of("archive").has_value(); });
     database.exec("DROP TRIGGER full");
-    tests::await("the recorded row", [&] { return count("event") == 1; });
-    for (std::uint64_t number = 2; number <= rows; ++number) {
+    tests::await("the recorded rows", [&] { return count("event") == together; });
+    for (std::uint64_t number = together + 1; number <= rows; ++number) {
       sut.record(event(number));
     }
   }
