@@ -309,6 +309,18 @@ TEST_F(MailPostman, SurvivesATransportThatThrows) {
   EXPECT_EQ(sut->answer(sample_call(good)).state, 1U);
 }
 
+TEST_F(MailPostman, HandsNothingOverThatItCannotWriteDown) {
+  server.on_attempt = [&](std::size_t attempt) {
+    if (attempt == 1) {
+      std::filesystem::rename(spool / "spool.db", folder.path() / "away.db");
+    }
+  };
+  start();
+  EXPECT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: stopped", 2}));
+  server.await_attempts(3);
+  EXPECT_EQ(server.taken(), 0U);
+}
+
 TEST_F(MailPostman, NeverSendsAgainWhatATransportHandsOverAndThrows) {
   server.throw_behind_the_hand_over();
   start();
