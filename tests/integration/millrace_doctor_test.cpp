@@ -129,7 +129,7 @@ TEST_F(TheDoctor, NamesAProgramOfAnotherVersionOfTheWire) {
   ASSERT_GT(reader.handle(), 0);
   EXPECT_THAT(examine(chain.domain()),
               ContainsRegex("the reader of millrace/request of older on .* it speaks version 1 of "
-                            "the wire, this is version 2"));
+                            "the wire, this is version 3"));
   EXPECT_EQ(exit_code, 1);
 }
 

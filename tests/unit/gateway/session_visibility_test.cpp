@@ -202,15 +202,17 @@ TEST_F(Visibility, AChannelIsHandedOverOnceItsRequestOutlastsAnInterimAnswer) {
 // The text of the answer before is that of this one, and looks as if it were written. Found by the
 // simulation.
 TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleIsNotForgottenWithTheConnection) {
-  desk.emplace(tests::KernelRules{.response_after = 50ms});
+  desk.emplace(tests::KernelRules{.response_after = 50ms, .response_state_after = 40ms});
   desk->dispatched_call();
   reply(desk->reply("1.414", 1));
   desk->wait(500ms);
   desk->call();
-  desk->wait(20ms);
+  desk->wait(200ms);
+  ASSERT_NE(sut().call(), nullptr);
   desk->feed(sut().assign(desk->assignment(), desk->now));
   reply(desk->interim("half way", 50));
   reply(desk->reply("1.414", 1));
+  desk->wait(30ms);
   desk->feed(sut().on_link_dropped("the configuration has changed", desk->now));
   desk->link_up();
   for (int i = 0; i < 2000 && desk->channel.values().response_state == 0; ++i) {
