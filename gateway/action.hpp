@@ -85,7 +85,7 @@ struct WriteProblem {
   bool operator==(const WriteProblem&) const = default;
 };
 
-/// What leaves the core: somebody with hands carries it out.
+/// What leaves the core: gateway/live carries it out.
 using Action = std::variant<Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say,
                             WriteProblem>;
 

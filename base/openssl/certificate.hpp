@@ -64,7 +64,7 @@ class Certificate {
   Owner certificate_;
 };
 
-/// The same of a certificate that somebody else owns.
+/// The fingerprint of a certificate that OpenSSL keeps; it is only read.
 std::string fingerprint_of(const X509* certificate);
 std::string common_name_of(const X509* certificate);
 /// "AB:CD:…" of hexadecimal digits in small or capital letters, with colons, spaces or nothing

@@ -20,7 +20,7 @@ struct DiscoveryOptions {
   /// 0 = any free port.
   std::uint16_t port = discovery_port;
   Identity identity{};
-  /// Who may add a route; nobody without a user. In CP1252.
+  /// The user who may add a route, in CP1252. Empty: no route can be added.
   std::string user{};
   std::string password{};
   std::shared_ptr<Routes> routes{};

@@ -337,7 +337,7 @@ asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
 
 asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
     Stream::Socket socket, SelfSigned shown, std::chrono::milliseconds timeout) {
-  shown.fingerprint.clear();  // that of nobody: the handshake fails
+  shown.fingerprint.clear();  // matches no certificate, so the handshake fails
   const Security security = std::move(shown);
   const auto context = TlsContext::client(security);
   if (!context) {

@@ -40,8 +40,8 @@ struct SecureHello {
 boost::asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
     Stream::Socket socket, SecureHello hello, std::function<void(std::weak_ptr<Stream>)> opened);
 
-/// The fingerprint of a controller's certificate, which nobody has looked at yet: the connection
-/// ends before anything is said. Otherwise why there is none.
+/// Reads the fingerprint of a controller's certificate without trusting it: the connection ends
+/// before anything is sent. The error says why there is none.
 boost::asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
     Stream::Socket socket, SelfSigned shown, std::chrono::milliseconds timeout);
 

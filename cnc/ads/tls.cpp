@@ -138,7 +138,7 @@ struct TlsContext::Impl {
     if (error == X509_V_ERR_CERT_HAS_EXPIRED) {
       return fmt::format(
           "its certificate, or one that it leads to, has expired; its own is valid "
-          "until {:%Y-%m-%d}: issue it anew, or put the clock right",
+          "until {:%Y-%m-%d}: issue a new one, or set the clock",
           fmt::gmtime(time));
     }
     return fmt::format("its certificate does not lead to our CA: {}",
@@ -148,7 +148,8 @@ struct TlsContext::Impl {
   [[nodiscard]] std::string why_refused(const TlsPeer& peer) const {
     if (fingerprint && peer.fingerprint != *fingerprint) {
       return fmt::format(
-          "its certificate has the fingerprint {}; expected {}: if the controller was set up anew, "
+          "its certificate has the fingerprint {}; expected {}: if the controller was installed "
+          "again, "
           "compare with what it shows (About TwinCAT, TcSelfSigned.xml) and add the route again",
           peer.fingerprint, *fingerprint);
     }

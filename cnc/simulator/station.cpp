@@ -66,7 +66,7 @@ std::string fingerprint_of(const std::string& certificate) {
   return read ? read->fingerprint() : "none";
 }
 
-/// Who says so over UDP.
+/// What discovery tells of this CNC.
 ads::Identity identity_of(const Setup& setup, const ads::ServerSecurity& security) {
   ads::Identity identity;
   identity.net_id = setup.net_id;

@@ -1,19 +1,14 @@
 #include "fabric/trust/folder.hpp"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
-
 #include <dds/dds.h>
 #include <dlfcn.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include "base/openssl/certificate.hpp"
 #include "base/openssl/revocations.hpp"
 #include "base/openssl/signed_text.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "base/text/quoted.hpp"
 #include "fabric/trust/permissions.hpp"
 
@@ -23,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace openssl = base::openssl;
+namespace posix = base::posix;
 using openssl::Certificate;
 using openssl::Key;
 
@@ -40,58 +36,22 @@ tl::unexpected<std::string> refuse(const fs::path& file, std::string_view what,
   return tl::unexpected(fmt::format("{}: {}; {}", file.string(), what, do_this));
 }
 
-constexpr mode_t others_write = S_IWOTH;
-
-/// Who can write them can have this program believe anybody.
-Result<void> check_writers(const fs::path& path, mode_t mode, mode_t forbidden) {
-  if ((mode & forbidden) == 0) {
-    return {};
-  }
-  return refuse(
-      path,
-      (mode & S_IWOTH) != 0 ? "everybody on this host can write it" : "its group can write it",
-      fmt::format("`chmod go-w {}`, and copy the folder anew if others may have changed it",
-                  path.string()));
+tl::unexpected<std::string> refuse(const fs::path& file, const posix::FileFault& fault) {
+  return refuse(file, fault.what, fault.advice.empty() ? ask_for_it : fault.advice);
 }
 
-Result<std::string> content_of(const fs::path& file, mode_t forbidden = others_write) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) == 0) {
-    if (!S_ISREG(status.st_mode)) {
-      return refuse(file, "is no regular file");  // to open a pipe would wait for its writer
-    }
-    if (const auto checked = check_writers(file, status.st_mode, forbidden); !checked) {
-      return tl::unexpected(checked.error());
-    }
-  }
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in.is_open() || in.bad()) {
-    const int reason = errno;
-    return refuse(file, fmt::format("cannot be read ({})", std::strerror(reason)),
-                  reason == EACCES ? "it and its folder have to be readable for the user of this "
-                                     "program: see `chown` and `chmod`"
-                                   : ask_for_it);
-  }
-  return text;
+Result<std::string> content_of(const fs::path& file,
+                               posix::Secrecy secrecy = posix::Secrecy::open) {
+  auto text = posix::read_guarded(file, secrecy);
+  return text ? Result<std::string>(*std::move(text)) : refuse(file, text.error());
 }
 
 template <typename T>
-Result<T> read_as(const fs::path& file, mode_t forbidden = others_write) {
-  return content_of(file, forbidden).and_then([&](const std::string& text) {
+Result<T> read_as(const fs::path& file, posix::Secrecy secrecy = posix::Secrecy::open) {
+  return content_of(file, secrecy).and_then([&](const std::string& text) {
     return T::read(text).or_else(
         [&](const std::string& what) -> Result<T> { return refuse(file, what); });
   });
-}
-
-Result<Key> read_key(const fs::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-      (status.st_mode & S_IROTH) != 0) {
-    return refuse(file, "is the private key, and everybody on this host can read it",
-                  "`chmod o= " + file.string() + "`, and issue it anew if others may have seen it");
-  }
-  return read_as<Key>(file, S_IWGRP | S_IWOTH);
 }
 
 /// What the one authority that counts has signed.
@@ -260,18 +220,14 @@ tl::expected<Credentials, std::string> read_folder(const fs::path& given, Protec
     return refuse(folder, "has a comma in its name, which Cyclone's configuration cannot hold",
                   "move it");
   }
-  struct stat status {};
-  // Where it is sticky, as /tmp, others replace no file of its owner.
-  if (::stat(folder.c_str(), &status) == 0 && (status.st_mode & S_ISVTX) == 0) {
-    if (const auto checked = check_writers(folder, status.st_mode, others_write); !checked) {
-      return tl::unexpected(checked.error());
-    }
+  if (const auto fault = posix::fault_of_folder(folder)) {
+    return refuse(folder, *fault);
   }
   const auto certificate = read_as<Certificate>(folder / files::certificate);
   if (!certificate) {
     return tl::unexpected(certificate.error());
   }
-  const auto key = read_key(folder / files::key);
+  const auto key = read_as<Key>(folder / files::key, posix::Secrecy::secret);
   if (!key) {
     return tl::unexpected(key.error());
   }

@@ -221,10 +221,10 @@ class OpenCall {
   std::optional<Response> next_interim_;
   std::variant<std::monostate, Interim, AnswerWriter> interim_;
   bool interim_refused_ = false;
-  /// When the state of the last interim answer was written; nothing once a read has shown it. The
-  /// next one waits for that.
-  std::optional<SteadyTime> interim_unseen_;
+  /// When the state of the last interim answer was written.
   std::optional<SteadyTime> interim_at_;
+  /// No read has shown it yet. The next one waits for that.
+  bool interim_unseen_ = false;
   /// Instances whose mailboxes the request may stand in.
   std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.

@@ -246,9 +246,9 @@ void OpenCall::on_states(const Snapshot& snapshot, Moment now) {
   if (snapshot.response_state == call_.shown.back()) {
     // Those before it are overwritten.
     call_.shown.assign(1, snapshot.response_state);
-    interim_unseen_.reset();
-  } else if (now.steady - *interim_unseen_ >= takes_effect) {
-    interim_unseen_.reset();
+    interim_unseen_ = false;
+  } else if (now.steady - *interim_at_ >= takes_effect) {
+    interim_unseen_ = false;
   }
 }
 
@@ -276,8 +276,8 @@ void OpenCall::interim_written(ChannelOutput& out, Moment now) {
   event.text = writer.text();
   event.state = writer.state();
   out.tell(std::move(event), now);
-  interim_unseen_ = now.steady;
   interim_at_ = now.steady;
+  interim_unseen_ = true;
   interim_ = std::monostate{};
 }
 

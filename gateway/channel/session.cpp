@@ -386,7 +386,9 @@ void ChannelSession::hold_off(const std::string& reason, Moment now) {
 }
 
 void ChannelSession::show(Moment now) {
-  const std::string_view problem = link_up_ ? write_problem() : std::string_view();
+  // A channel that is given up takes its problem with it.
+  const bool watched = link_up_ && (!retired_ || has_work());
+  const std::string_view problem = watched ? write_problem() : std::string_view();
   if (write_problem_ != problem) {
     write_problem_ = problem;
     out_.put(WriteProblem{write_problem_});

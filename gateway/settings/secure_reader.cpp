@@ -1,17 +1,13 @@
 #include "gateway/settings/secure_reader.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
+#include "base/configuration/named_file.hpp"
 #include "base/openssl/certificate.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "cnc/ads/tls.hpp"
 
 namespace millrace::gateway::settings {
@@ -21,11 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using base::configuration::ConfigPath;
 using base::configuration::Mistakes;
-
-/// Where systemd hands a unit what its LoadCredential= names: systemd.exec(5).
-constexpr std::string_view credentials_variable = "$CREDENTIALS_DIRECTORY";
-
-enum class Secrecy : std::uint8_t { open, secret };
+using base::posix::Secrecy;
 
 class Files {
  public:
@@ -36,53 +28,19 @@ class Files {
     if (!mistakes_.expect(!named.empty(), path, "is missing; expected the name of a file")) {
       return {};
     }
-    const fs::path file = place_of(named, path);
-    if (file.empty() || !is_guarded(file, path, secrecy)) {
+    const auto file = base::configuration::place_of(named, folder_);
+    if (!mistakes_.expect(file.has_value(), path, file ? "" : file.error())) {
       return {};
     }
-    std::ifstream in(file, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    mistakes_.expect(in.is_open() && !in.bad(), path,
-                     fmt::format("cannot read {}: {}; expected a file that the user of this "
-                                 "program may read",
-                                 file.string(), std::strerror(errno)));
-    return text;
+    auto text = base::posix::read_guarded(*file, secrecy);
+    mistakes_.expect(text.has_value(), path, text ? "" : told(*file, text.error()));
+    return text.value_or("");
   }
 
  private:
-  fs::path place_of(const std::string& named, const ConfigPath& path) {
-    if (!named.starts_with(credentials_variable)) {
-      return folder_ / named;
-    }
-    const char* const folder = std::getenv(credentials_variable.substr(1).data());
-    const std::string below = named.substr(credentials_variable.size());
-    const bool there = folder != nullptr && *folder != '\0' && below.starts_with('/');
-    mistakes_.expect(there, path,
-                     fmt::format("\"{}\"; expected {}/NAME, in a unit of systemd with "
-                                 "LoadCredential=NAME:FILE",
-                                 named, credentials_variable));
-    return there ? fs::path(folder + below) : fs::path();
-  }
-
-  /// The rules for keys and certificates of the fabric (fabric/trust) hold for these, too.
-  bool is_guarded(const fs::path& file, const ConfigPath& path, Secrecy secrecy) {
-    struct stat status {};
-    if (::stat(file.c_str(), &status) != 0) {
-      return true;  // reading it says why
-    }
-    const bool secret = secrecy == Secrecy::secret;
-    const mode_t writers = secret ? S_IWGRP | S_IWOTH : S_IWOTH;
-    return mistakes_.expect(S_ISREG(status.st_mode), path,
-                            fmt::format("{} is no regular file", file.string())) &&
-           mistakes_.expect(
-               !secret || (status.st_mode & S_IROTH) == 0, path,
-               fmt::format("{} is a secret, and everybody on this host can read it: "
-                           "`chmod o= {}`, and make it anew if others may have seen it",
-                           file.string(), file.string())) &&
-           mistakes_.expect((status.st_mode & writers) == 0, path,
-                            fmt::format("others than its owner can write {}: `chmod go-w {}`, and "
-                                        "make it anew if they may have changed it",
-                                        file.string(), file.string()));
+  static std::string told(const fs::path& file, const base::posix::FileFault& fault) {
+    return fmt::format("{} {}{}{}", file.string(), fault.what, fault.advice.empty() ? "" : ": ",
+                       fault.advice);
   }
 
   fs::path folder_;

@@ -1,5 +1,5 @@
-// What is said before a connection of ADS: TlsConnectInfo, and messages over UDP. What can be read is
-// written to the same bytes, as far as they mean anything.
+// What is said before a connection of ADS: TlsConnectInfo, and messages over UDP. What can be read
+// is written to the same bytes, as far as they mean anything.
 #include <cstdlib>
 
 #include "cnc/ads/connect_info.hpp"

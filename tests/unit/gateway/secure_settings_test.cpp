@@ -88,18 +88,18 @@ TEST_F(SecureSettings, RefuseWhatOthersCanWriteAndWhatIsNoFile) {
     fs::permissions(folder.path() / name, fs::perms(mode));
   };
   allow("press.psk", 0660);
-  EXPECT_THAT(mistake(psk), HasSubstr("others than its owner can write"));
+  EXPECT_THAT(mistake(psk), HasSubstr("its group can write it"));
   allow("press.crt", 0646);
   EXPECT_THAT(
       mistake("shared_ca { ca: \"press.crt\" certificate: \"press.crt\" key: \"press.key\" }"),
-      HasSubstr("press.crt: `chmod go-w"));
+      HasSubstr("press.crt everybody on this host can write it: `chmod go-w"));
   EXPECT_THAT(mistake("psk { identity: \"millrace\" password_file: \".\" }"),
               HasSubstr("is no regular file"));
 }
 
 TEST_F(SecureSettings, SayWhichFileIsMissing) {
   EXPECT_THAT(mistake("psk { identity: \"millrace\" password_file: \"none\" }"),
-              HasSubstr("none: No such file or directory"));
+              HasSubstr("none cannot be read (No such file or directory)"));
 }
 
 TEST_F(SecureSettings, RefuseAnIdentityThatIsNotAscii) {

@@ -290,5 +290,17 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   EXPECT_EQ(desk->offers, 1U);
 }
 
+TEST_F(Visibility, AChannelThatIsGivenUpTakesItsProblemWithIt) {
+  desk->dispatched_call();
+  unsigned writes = 0;
+  desk->fate = [&] { return Fate{WriteOutcome::written, ++writes < 3}; };
+  reply(desk->reply("1.414", 1));
+  desk->wait(4s);
+  ASSERT_THAT(desk->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE")));
+  desk->feed(sut().retire(desk->now));
+  EXPECT_TRUE(sut().is_over());
+  EXPECT_THAT(desk->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE"), ""));
+}
+
 }  // namespace
 }  // namespace millrace::gateway

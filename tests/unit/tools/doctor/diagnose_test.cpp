@@ -162,7 +162,8 @@ TEST_F(TheDoctor, NamesWhomItBelieves) {
   EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on host-sq1, pid 17")));
   // As another vendor's DDS says.
   found.heard.back().who.certificate = "CN=gateway-1";
-  EXPECT_THAT(sut(), Contains(is(Severity::fine, "believed here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
+  EXPECT_THAT(sut(), Contains(is(Severity::fine,
+                                 "believed here: sq1 on host-sq1, pid 17 as CN=gateway-1")));
 }
 
 TEST_F(TheDoctor, SaysWhyNobodyBelievesSomebody) {
