@@ -31,8 +31,8 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
     }
   }
   // Word for word the same: a 0 that was written before may be meant for it as well.
-  channel.cleared = channel.cleared && !channel.stretches.empty() &&
-                    channel.stretches.back().request == fact.request;
+  channel.cleared = channel.cleared && channel.asked == fact.request;
+  channel.asked = fact.request;
   channel.stretches.push_back({fact.request, now, {}, {}});
   channel.wiped = false;
   channel.texts_left = false;

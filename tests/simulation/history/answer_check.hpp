@@ -31,6 +31,8 @@ class AnswerCheck final : public Check {
   };
   struct Channel {
     std::vector<Stretch> stretches;
+    /// What the program has asked last. The last stretch may be of a request that it had given up.
+    std::optional<gateway::PendingRequest> asked{};
     /// REQUEST_STATE is cleared for an answer: a program that takes its request back now changes
     /// nothing that can be seen.
     bool cleared = false;
