@@ -15,6 +15,9 @@ struct Patience {
   /// And until nobody new came for this long.
   std::chrono::milliseconds quiet{200};
   std::chrono::milliseconds at_most{5000};
+  /// With trust: waits this long for those who have announced themselves to prove who they are. A
+  /// stranger never does.
+  std::chrono::milliseconds proof{3000};
 };
 
 /// Ends sooner once `enough` says so, after each change. Throws std::runtime_error if the fabric

@@ -12,7 +12,9 @@ namespace millrace::tools::commands::look {
 
 LookOptions::LookOptions(CLI::App& command)
     : fabric(command, {.name = "millrace"}), wait(bus::Patience{}.at_least) {
-  add_duration(command, "--wait", wait, "Listen at least this long; 700ms unless given");
+  add_duration(command, "--wait", wait,
+               "Listen at least this long; 700ms unless given. With trust up to 3s for those who "
+               "still prove who they are");
   add_json(command, json);
 }
 
