@@ -334,6 +334,11 @@ void CallEnd::let_go(const ChannelKey& key) {
 }
 
 void CallEnd::let_go(const MachineStatus& status) {
+  // Unregistering alone says nothing while somebody else writes this key.
+  MachineStatus last = status;
+  last.connected = false;
+  last.claimed = {};
+  static_cast<void>(impl_->machines->write(last));
   impl_->machines->let_go(status);
 }
 

@@ -199,7 +199,7 @@ template <typename Value>
 bool Reader<Value>::judge(Taken<Value>& taken) {
   taken.standing = witness_.judge(taken.writer, claim_of(taken.value));
   if (taken.standing == Standing::believed) {
-    name_issuer(taken.value, witness_, taken.writer);
+    apply_certificate(taken.value, witness_, taken.writer);
     return true;
   }
   return false;

@@ -14,6 +14,10 @@ Standing Witness::judge(dds_instance_handle_t writer, const Claim& claim) const 
   return standing_of(proof, claim.machine, testers);
 }
 
+bool Witness::speaks_for(dds_instance_handle_t writer, std::string_view machine) const {
+  return standing_of(badges_->of_writer(writer), machine) == Standing::believed;
+}
+
 void Witness::complain(dds_instance_handle_t writer, const Claim& claim, const char* topic) const {
   const Proof proof = badges_->of_writer(writer);
   const Standing standing = judge(writer, claim);
@@ -33,7 +37,7 @@ std::uint64_t Witness::asker_of(dds_instance_handle_t writer, std::string_view m
     return writer;
   }
   const Proof proof = badges_->of_writer(writer);
-  const bool speaks_for_it = standing_of(proof, machine) == Standing::believed;
+  const bool speaks_for_it = speaks_for(writer, machine);
   constexpr std::uint64_t gateways = 1;
   return speaks_for_it || !proof.badge ? gateways
                                        : std::hash<std::string>{}(proof.badge->name) | 2U;
@@ -47,15 +51,16 @@ std::string Witness::certificate_of(dds_instance_handle_t writer) const {
   return proof.badge ? proof.badge->name : std::string();
 }
 
-void name_issuer(Command& value, const Witness& witness, dds_instance_handle_t writer) {
+void apply_certificate(Command& value, const Witness& witness, dds_instance_handle_t writer) {
   value.issuer = issuer_of(witness.certificate_of(writer), value.issuer);
 }
 
-void name_issuer(Notice& value, const Witness& witness, dds_instance_handle_t writer) {
+void apply_certificate(Notice& value, const Witness& witness, dds_instance_handle_t writer) {
   value.program = issuer_of(witness.certificate_of(writer), value.program);
 }
 
-void name_issuer(VariableRequest& value, const Witness& witness, dds_instance_handle_t writer) {
+void apply_certificate(VariableRequest& value, const Witness& witness,
+                       dds_instance_handle_t writer) {
   value.issuer = issuer_of(witness.certificate_of(writer), value.issuer);
 }
 

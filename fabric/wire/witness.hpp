@@ -65,6 +65,8 @@ class Witness {
   [[nodiscard]] dds::Badges* badges() const { return badges_; }
   /// Also of who has left lately, whose last words may be untaken.
   [[nodiscard]] Standing judge(dds_instance_handle_t writer, const Claim& claim) const;
+  /// A gateway of this machine, that is.
+  [[nodiscard]] bool speaks_for(dds_instance_handle_t writer, std::string_view machine) const;
   /// Has it said that this is not believed.
   void complain(dds_instance_handle_t writer, const Claim& claim, const char* topic) const;
   /// Who asks with this writer for `machine`, as a number: with trust the same of all that may
@@ -79,15 +81,19 @@ class Witness {
   dds::Badges* badges_;
 };
 
-/// Where a sample says itself from whom it is: that is for its certificate to say.
+/// What the certificate of its writer says better than a sample itself: from whom it is, and
+/// whether it is of a machine or of a tester (`replayed`).
 template <typename Value>
-void name_issuer(Value& value, const Witness& witness, dds_instance_handle_t writer) {
-  static_cast<void>(value);
-  static_cast<void>(witness);
-  static_cast<void>(writer);
+void apply_certificate(Value& value, const Witness& witness, dds_instance_handle_t writer) {
+  if constexpr (requires { value.replayed; }) {
+    const Claim claim = claim_of(value);
+    value.replayed =
+        value.replayed || (claim.testers && !witness.speaks_for(writer, claim.machine));
+  }
 }
-void name_issuer(Command& value, const Witness& witness, dds_instance_handle_t writer);
-void name_issuer(Notice& value, const Witness& witness, dds_instance_handle_t writer);
-void name_issuer(VariableRequest& value, const Witness& witness, dds_instance_handle_t writer);
+void apply_certificate(Command& value, const Witness& witness, dds_instance_handle_t writer);
+void apply_certificate(Notice& value, const Witness& witness, dds_instance_handle_t writer);
+void apply_certificate(VariableRequest& value, const Witness& witness,
+                       dds_instance_handle_t writer);
 
 }  // namespace millrace::fabric::wire

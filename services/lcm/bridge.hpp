@@ -140,11 +140,12 @@ class Bridge {
     /// An operator has asked it to leave.
     bool dismissed = false;
     fabric::SteadyTime told_to_leave{};
-    std::map<fabric::CallId, Given> calls{};
+    /// By call_name, as all that is remembered of calls.
+    std::map<std::string, Given> calls{};
     /// The newest attempt of each call that is over: a repeated answer is no news.
-    sdk::CallMemory<fabric::CallId, std::uint32_t> over{256};
+    sdk::CallMemory<std::string, std::uint32_t> over{256};
     /// The newest attempt of each that was withdrawn: no answer any more.
-    sdk::CallMemory<fabric::CallId, std::uint32_t> withdrawn{256};
+    sdk::CallMemory<std::string, std::uint32_t> withdrawn{256};
   };
 
   void on_presence(const Presence& presence, Sender sender, fabric::Moment now, Actions& actions);
@@ -162,7 +163,7 @@ class Bridge {
                     fabric::SteadyTime now, Actions& actions);
   void flush_interim(const Program& program, Given& given, fabric::SteadyTime now,
                      Actions& actions);
-  void end(Program& program, const fabric::CallId& call, sdk::Result result, Actions& actions);
+  static void end(Program& program, const std::string& name, sdk::Result result, Actions& actions);
   void register_anew(Program& program, const Key& key, const Announcement& as,
                      fabric::SteadyTime now, Actions& actions);
   void forgive_standstill(fabric::SteadyTime now);

@@ -19,7 +19,7 @@ using fabric::SteadyTime;
 
 call_t call_of(const fabric::Request& request) {
   call_t call;
-  call.id = request.call.to_string();
+  call.id = call_name(request);
   call.attempt = static_cast<std::int32_t>(request.attempt);
   return call;
 }
@@ -69,13 +69,13 @@ std::string why_unfit(const sdk::Result& result) {
 
 void Bridge::compare_calls(Program& program, const Key& key, const Presence& presence,
                            SteadyTime now, Actions& actions) {
-  std::vector<CallId> over;
-  for (auto& [call, given] : program.calls) {
+  std::vector<std::string> over;
+  for (auto& [name, given] : program.calls) {
     if (now - given.sent < settle) {
       continue;
     }
     const bool shown = std::ranges::any_of(
-        presence.calls, [&](const Attempt& attempt) { return attempt.call == call; });
+        presence.calls, [&](const Attempt& attempt) { return attempt.call == name; });
     if (!given.withdrawn && !shown) {
       given.sent = now;
       actions.emplace_back(request_for(key, given));
@@ -83,19 +83,19 @@ void Bridge::compare_calls(Program& program, const Key& key, const Presence& pre
       given.sent = now;
       actions.emplace_back(withdrawal_of(key.first, key.second, given.request));
     } else if (given.withdrawn) {
-      over.push_back(call);
+      over.push_back(name);
     }
   }
-  for (const CallId call : over) {
+  for (const std::string& name : over) {
     // Of a call that was withdrawn nothing is sent, whatever it is.
-    end(program, call, sdk::Response{.text = "withdrawn"}, actions);
+    end(program, name, sdk::Response{.text = "withdrawn"}, actions);
   }
 }
 
 void Bridge::on_reply(std::string_view uuid, const Answered& answered, Sender sender,
                       SteadyTime now, Actions& actions) {
   const auto place = programs_.find(Key{fabric::canonical_uuid(uuid), answered.program});
-  const std::string call = answered.attempt.call.to_string();
+  const std::string& call = answered.attempt.call;
   if (place == programs_.end()) {
     complain("unknown", uuid,
              fmt::format("{} of {} at {} answers call {}, but has not announced itself; ignored",
@@ -132,8 +132,8 @@ void Bridge::on_reply(std::string_view uuid, const Answered& answered, Sender se
 
 void Bridge::take_answer(Program& program, Given& given, const Answered& answered, const Key& key,
                          SteadyTime now, Actions& actions) {
-  const CallId call = given.request.call;
-  const std::uint32_t* const withdrawn = program.withdrawn.find(call);
+  const std::string& name = answered.attempt.call;
+  const std::uint32_t* const withdrawn = program.withdrawn.find(name);
   if (!given.withdrawn && withdrawn != nullptr && answered.attempt.number <= *withdrawn) {
     // Of the run that was given up; the one that stands goes on.
     return;
@@ -142,7 +142,7 @@ void Bridge::take_answer(Program& program, Given& given, const Answered& answere
     take_interim(program, given, answered, key, now, actions);
     return;
   }
-  end(program, call, result_of(answered, encoding_of(key.first)), actions);
+  end(program, name, result_of(answered, encoding_of(key.first)), actions);
 }
 
 void Bridge::take_interim(Program& program, Given& given, const Answered& answered, const Key& key,
@@ -168,9 +168,10 @@ void Bridge::flush_interim(const Program& program, Given& given, SteadyTime now,
   }
 }
 
-void Bridge::end(Program& program, const CallId& call, sdk::Result result, Actions& actions) {
-  const auto place = program.calls.find(call);
-  program.over.put(0, call, place->second.request.attempt);
+void Bridge::end(Program& program, const std::string& name, sdk::Result result, Actions& actions) {
+  const auto place = program.calls.find(name);
+  const CallId call = place->second.request.call;
+  program.over.put(0, name, place->second.request.attempt);
   program.calls.erase(place);
   actions.emplace_back(Answer{*program.registration, call, std::move(result)});
 }
@@ -180,7 +181,7 @@ Actions Bridge::on_call(Registration number, const fabric::Request& request, Ste
   if (program == nullptr) {
     return {};
   }
-  Given& given = program->calls[request.call];
+  Given& given = program->calls[call_name(request)];
   given = {.request = request, .sent = now};
   return {request_for(*key, given)};
 }
@@ -190,14 +191,15 @@ Actions Bridge::on_cancelled(Registration number, CallId call, SteadyTime now) {
   if (program == nullptr) {
     return {};
   }
-  const auto given = program->calls.find(call);
+  const auto given = std::ranges::find_if(
+      program->calls, [&](const auto& one) { return one.second.request.call == call; });
   if (given == program->calls.end() || given->second.withdrawn) {
     return {};
   }
   given->second.withdrawn = true;
   given->second.sent = now;
   given->second.interim.reset();
-  program->withdrawn.put(0, call, given->second.request.attempt);
+  program->withdrawn.put(0, given->first, given->second.request.attempt);
   return {withdrawal_of(key->first, key->second, given->second.request)};
 }
 

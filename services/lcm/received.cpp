@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include <boost/uuid/name_generator_sha1.hpp>
+#include <boost/uuid/uuid.hpp>
 #include <fmt/format.h>
 #include <millrace/presence_t.hpp>
 #include <millrace/reply_t.hpp>
@@ -75,11 +77,13 @@ tl::expected<std::vector<fabric::ChannelScope>, std::string> scopes(std::string_
 }
 
 tl::expected<Attempt, std::string> attempt_of(const call_t& call) {
-  const auto id = fabric::parse_call_id(call.id);
-  if (!id || call.attempt < 1) {
+  const std::string_view id = call.id;
+  constexpr std::size_t longest = 64;
+  if (id.size() > longest || !std::ranges::all_of(id, is_plain) ||
+      !fabric::parse_call_id(id.substr(0, id.find('.'))) || call.attempt < 1) {
     return Error("it names a call that is none: " + base::text::quoted(call.id.substr(0, 64)));
   }
-  return Attempt{*id, static_cast<std::uint32_t>(call.attempt)};
+  return Attempt{call.id, static_cast<std::uint32_t>(call.attempt)};
 }
 
 tl::expected<Announcement, std::string> announcement_of(const presence_t& from) {
@@ -125,6 +129,17 @@ bool is_time(std::int64_t microseconds) {
 }
 
 }  // namespace
+
+std::string call_name(const fabric::Request& request) {
+  const boost::uuids::name_generator_sha1 digest{boost::uuids::uuid{}};
+  const boost::uuids::uuid of_question =
+      digest(fmt::format("{}\n{}\n{}", request.key.to_string(), request.state, request.text));
+  std::uint64_t shown = 0;
+  for (std::size_t i = 0; i < sizeof shown; ++i) {
+    shown = (shown << 8U) | of_question.data[i];
+  }
+  return fmt::format("{}.{:016x}", request.call.to_string(), shown);
+}
 
 tl::expected<Presence, std::string> parse_presence(std::string_view bytes) {
   if (const auto type = fabric::lcm::check_type<presence_t>(bytes); !type) {

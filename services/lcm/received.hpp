@@ -18,7 +18,8 @@ namespace millrace::services::lcm {
 
 /// An attempt of a call.
 struct Attempt {
-  fabric::CallId call{};
+  /// As the bridge names it to programs (call_name), not checked further than that.
+  std::string call{};
   std::uint32_t number = 1;
   bool operator==(const Attempt&) const = default;
 };
@@ -61,6 +62,11 @@ struct Answered {
 
 /// Calls that one program may have.
 inline constexpr std::uint32_t most_calls = 256;
+
+/// What a call is called on LCM: "5f3a9c0112d4-17.8c0b1d2e3f4a5b6c". The part behind the dot is
+/// made of channel, text and state. Programs remember calls by this name, and a stranger on the
+/// fabric may ask for something else under the id of a call to come.
+std::string call_name(const fabric::Request& request);
 
 /// The error says what is wrong with it.
 tl::expected<Presence, std::string> parse_presence(std::string_view bytes);

@@ -180,6 +180,30 @@ TEST_F(BadgeTest, AnInstanceDeclinesWhatAGatewayAsksOfAMachineThatIsNotItsOwn) {
   service.await_error("gateway-2 speaks for cnc, which its certificate does not name");
 }
 
+TEST_F(BadgeTest, WhatATesterAsksIsMarkedAsReplayedWhateverItSaysItself) {
+  Process service = sut.square_root(sut.as("square-root"));
+  fabric::dds::Participant participant(join("screen"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (const auto* request = std::get_if<fabric::Request>(&entry.sample)) {
+        requests.push_back(*request);
+      }
+    }
+    std::vector<fabric::Request> requests;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::everything);
+  // One that ends at once may be gone before the observer has proved who it is.
+  await("the request", [&] {
+    EXPECT_THAT(sut.ask({"call", root_uuid, "2"}, sut.as("bench")), HasSubstr("1.414214"));
+    io.poll();
+    return !listener.requests.empty();
+  });
+  EXPECT_TRUE(listener.requests.front().replayed);
+}
+
 // Its own plugin lets it show whatever it likes; those of the others do not.
 TEST_F(BadgeTest, ABadgeThatTheCertificateDoesNotAllowIsSeenByNobody) {
   Process service = sut.square_root(sut.as("square-root"));

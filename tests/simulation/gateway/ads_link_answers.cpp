@@ -102,7 +102,10 @@ void AdsLink::execute(const RequestPointer& request) {
     return;
   }
   request->executed = true;
-  const Time late = cable_.writes.delay_of(request->write->variable);
+  Time& effective = cable_.effective[{request->channel, request->write->variable}];
+  const Time now = process_.agenda().now();
+  effective = std::max(effective, now + cable_.writes.delay_of(request->write->variable));
+  const Time late = effective - now;
   if (late == Time{}) {
     apply(request);
   } else {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "fabric/ends/call_end.hpp"
+#include "fabric/wire/writer.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/unit/fabric/recording_listeners.hpp"
 #include "tests/unit/fabric/two_processes.hpp"
@@ -49,7 +50,21 @@ class AWatchedGateway : public testing::Test {
   ends::GatewayWatch watch{here, context.get_executor(), heard};
   RecordingGateway unused;
   ends::CallEnd sut{there, context.get_executor(), unused};
-  MachineStatus status{.machine = "cnc", .gateway = InstanceId::random()};
+  MachineStatus status{
+      .machine = "cnc", .gateway = InstanceId::random(), .claimed = Time(std::chrono::hours(1))};
+};
+
+/// The same while somebody else, who has heard of it, writes its key.
+class AWatchedGatewayWithAStranger : public AWatchedGateway {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(sut.publish(status));
+    ASSERT_TRUE(until_known());
+    ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
+  }
+
+  dds::Participant elsewhere{processes.there()};
+  wire::Writer<MachineStatus> stranger{elsewhere, "millrace"};
 };
 
 TEST_F(AWatchedGateway, IsThereAsLongAsItAssertsItself) {
@@ -89,6 +104,38 @@ TEST_F(AWatchedGateway, IsSoonGoneForWhoComesLaterToo) {
     known = known || later.machines.contains("cnc");
     return known && later.machines.empty();
   }));
+}
+
+// The state of a DDS instance is one for all its writers, and a sample of the gateway that is taken
+// together with it shows it, too.
+TEST_F(AWatchedGatewayWithAStranger,
+       StaysThereWhenTheStrangerDisposesItsKeyBetweenTwoOfItsSamples) {
+  for (int i = 0; i < 20; ++i) {
+    status.since += 1ns;
+    ASSERT_TRUE(sut.publish(status));
+    stranger.withdraw(status);
+    const auto later = std::chrono::steady_clock::now() + 20ms;
+    ASSERT_TRUE(until([&] {
+      EXPECT_TRUE(heard.machines.contains("cnc"));
+      return HasFailure() || std::chrono::steady_clock::now() > later;
+    }));
+  }
+}
+
+TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItIsGoneAlthoughTheStrangerHasDisposedItsKey) {
+  stranger.withdraw(status);
+  EXPECT_TRUE(until([&] { return heard.machines.empty(); }));
+}
+
+TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItLetsGoOfTheMachine) {
+  stranger.withdraw(status);
+  sut.let_go(status);
+  const auto soon = std::chrono::steady_clock::now() + lease / 2;
+  EXPECT_TRUE(until([&] {
+    sut.assert_machines();
+    return heard.machines.empty();
+  }));
+  EXPECT_LT(std::chrono::steady_clock::now(), soon);
 }
 
 }  // namespace

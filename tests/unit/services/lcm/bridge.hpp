@@ -90,6 +90,8 @@ class BridgeTest : public testing::Test {
             .state = 7,
             .deadline = fabric::Time(3us)};
   }
+  /// What it is called on LCM.
+  [[nodiscard]] std::string name(std::uint64_t number) const { return call_name(request(number)); }
   Actions give(std::uint64_t number, std::uint32_t attempt = 1) {
     return sut->on_call(registration, request(number, attempt), now.steady);
   }

@@ -9,6 +9,7 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
+using testing::StartsWith;
 using tests::program;
 using tests::uuid;
 
@@ -17,7 +18,7 @@ TEST_F(BridgeWithProgram, GivesACallWithAllThatBelongsToIt) {
   ASSERT_THAT(given, SizeIs(1));
   const request_t& message = given.front();
   EXPECT_EQ(message.program, program);
-  EXPECT_EQ(message.call.id, "5-17");
+  EXPECT_THAT(message.call.id, StartsWith("5-17."));
   EXPECT_EQ(message.call.attempt, 1);
   EXPECT_EQ(message.machine, "cnc");
   EXPECT_EQ(message.channel, 1);
@@ -35,7 +36,7 @@ TEST_F(BridgeWithProgram, SendsARequestAgainWhileItsProgramDoesNotShowIt) {
   pass(200ms);
   EXPECT_THAT(requests(present()), SizeIs(1));
   pass(200ms);
-  EXPECT_THAT(present({"5-17"}), IsEmpty());
+  EXPECT_THAT(present({name(17)}), IsEmpty());
   pass(200ms);
   // It is done, and its answer got lost.
   EXPECT_THAT(requests(present()), SizeIs(1));
@@ -43,22 +44,22 @@ TEST_F(BridgeWithProgram, SendsARequestAgainWhileItsProgramDoesNotShowIt) {
 
 TEST_F(BridgeWithProgram, BringsAnAnswerBackOnce) {
   give(17);
-  const Actions actions = answer(tests::reply("5-17", "Maß", 3));
+  const Actions actions = answer(tests::reply(name(17), "Maß", 3));
   const auto sut_answer = only<Answer>(actions);
   EXPECT_EQ(sut_answer.number, registration);
   EXPECT_EQ(sut_answer.call, (fabric::CallId{5, 17}));
   EXPECT_EQ(sut_answer.result, (sdk::Response{"Ma\xDF", 3}));
   // The same again is what a program does that was asked twice.
-  EXPECT_THAT(answer(tests::reply("5-17", "Maß", 3)), IsEmpty());
+  EXPECT_THAT(answer(tests::reply(name(17), "Maß", 3)), IsEmpty());
 }
 
 TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherSocket) {
   give(17);
-  const Actions forged = answer(tests::reply("5-17", "yes"), elsewhere);
+  const Actions forged = answer(tests::reply(name(17), "yes"), elsewhere);
   EXPECT_THAT(all<Answer>(forged), IsEmpty());
   EXPECT_THAT(said(forged), HasSubstr("comes from 127.0.0.1:4001 in the name of program"));
-  EXPECT_THAT(answer(tests::reply("5-17", "yes"), elsewhere), IsEmpty());
-  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+  EXPECT_THAT(answer(tests::reply(name(17), "yes"), elsewhere), IsEmpty());
+  EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
 TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherProgramThanTheOneThatWasAsked) {
@@ -66,31 +67,32 @@ TEST_F(BridgeWithProgram, TakesNoAnswerFromAnotherProgramThanTheOneThatWasAsked)
   other.program = 43;
   present(other, elsewhere);
   give(17);
-  reply_t message = tests::reply("5-17", "yes");
+  reply_t message = tests::reply(name(17), "yes");
   message.program = 43;
   const Actions actions = answer(message, elsewhere);
   EXPECT_THAT(all<Answer>(actions), IsEmpty());
-  EXPECT_THAT(said(actions), HasSubstr("answers attempt 1 of call 5-17, which it was not given"));
+  EXPECT_THAT(said(actions),
+              HasSubstr("answers attempt 1 of call " + name(17) + ", which it was not given"));
 }
 
 TEST_F(BridgeWithProgram, TakesNoAnswerToWhatNobodyAsked) {
-  EXPECT_THAT(said(answer(tests::reply("5-18", "yes"))), HasSubstr("which it was not given"));
+  EXPECT_THAT(said(answer(tests::reply(name(18), "yes"))), HasSubstr("which it was not given"));
   give(17);
-  reply_t later = tests::reply("5-17", "yes");
+  reply_t later = tests::reply(name(17), "yes");
   later.call.attempt = 2;
   EXPECT_THAT(all<Answer>(answer(later)), IsEmpty());
-  reply_t unknown = tests::reply("5-17", "yes");
+  reply_t unknown = tests::reply(name(17), "yes");
   unknown.program = 44;
   EXPECT_THAT(said(answer(unknown)), HasSubstr("but has not announced itself"));
 }
 
 TEST_F(BridgeWithProgram, SaysItOnceWhoeverSendsNonsenseTwentyThousandTimes) {
   std::size_t count = 0;
-  for (int i = 0; i < 20'000; ++i) {
+  for (unsigned i = 0; i < 20'000; ++i) {
     count += sut->on_message("MILLRACE_REPLY." + uuid, "nonsense", there, now).size();
     count += sut->on_message("MILLRACE_REPLY." + std::to_string(i), "nonsense", there, now).size();
-    count += answer(tests::reply("5-" + std::to_string(i), "forged"), elsewhere).size();
-    count += present(tests::presence(1 + i), elsewhere).size();
+    count += answer(tests::reply(name(i), "forged"), elsewhere).size();
+    count += present(tests::presence(1 + std::int64_t{i}), elsewhere).size();
   }
   EXPECT_EQ(count, 4U);
   pass(61s);
@@ -100,27 +102,28 @@ TEST_F(BridgeWithProgram, SaysItOnceWhoeverSendsNonsenseTwentyThousandTimes) {
 
 TEST_F(BridgeWithProgram, AnswersWithAnErrorWhatTheControllerCannotHave) {
   give(1);
-  EXPECT_THAT(only<Answer>(answer(tests::reply("5-1", "中"))).result.error(), HasSubstr("U+4E2D"));
+  EXPECT_THAT(only<Answer>(answer(tests::reply(name(1), "中"))).result.error(),
+              HasSubstr("U+4E2D"));
   give(2);
-  EXPECT_THAT(only<Answer>(answer(tests::reply("5-2", "", -1))).result.error(),
+  EXPECT_THAT(only<Answer>(answer(tests::reply(name(2), "", -1))).result.error(),
               HasSubstr("state -1"));
   give(3);
-  EXPECT_THAT(only<Answer>(answer(tests::reply("5-3", "", 1LL << 32))).result.error(),
+  EXPECT_THAT(only<Answer>(answer(tests::reply(name(3), "", 1LL << 32))).result.error(),
               HasSubstr("state 4294967296"));
   give(4);
-  reply_t failed = tests::reply("5-4", "no paper");
+  reply_t failed = tests::reply(name(4), "no paper");
   failed.kind = reply_t::FAILED;
   EXPECT_EQ(only<Answer>(answer(failed)).result.error(), "no paper");
   // The rest is refused by the library that all services share.
   give(5);
-  EXPECT_EQ(only<Answer>(answer(tests::reply("5-5", std::string(200, 'x'), 0))).result,
+  EXPECT_EQ(only<Answer>(answer(tests::reply(name(5), std::string(200, 'x'), 0))).result,
             (sdk::Response{std::string(200, 'x'), 0}));
 }
 
 TEST_F(BridgeWithProgram, PassesInterimAnswersOnAtAPaceAndNeverLosesTheLast) {
   give(17);
   const auto interim = [&](int number) {
-    reply_t message = tests::reply("5-17", std::to_string(number), number);
+    reply_t message = tests::reply(name(17), std::to_string(number), number);
     message.kind = reply_t::INTERIM;
     return answer(message);
   };
@@ -136,10 +139,10 @@ TEST_F(BridgeWithProgram, PassesInterimAnswersOnAtAPaceAndNeverLosesTheLast) {
 
 TEST_F(BridgeWithProgram, LeavesOutAnInterimAnswerThatDoesNotFit) {
   give(17);
-  reply_t message = tests::reply("5-17", std::string(128, 'x'));
+  reply_t message = tests::reply(name(17), std::string(128, 'x'));
   message.kind = reply_t::INTERIM;
   EXPECT_THAT(said(answer(message)), HasSubstr("is left out: it has 128 bytes, at most 127 fit"));
-  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+  EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
 TEST_F(BridgeWithProgram, SaysThatACallIsWithdrawnUntilItsProgramHasHeardIt) {
@@ -147,10 +150,10 @@ TEST_F(BridgeWithProgram, SaysThatACallIsWithdrawnUntilItsProgramHasHeardIt) {
   const auto first = withdrawals(withdraw(17));
   ASSERT_THAT(first, SizeIs(1));
   EXPECT_EQ(first.front().program, program);
-  EXPECT_EQ(first.front().call.id, "5-17");
+  EXPECT_EQ(first.front().call.id, name(17));
   EXPECT_THAT(withdraw(17), IsEmpty());
   pass(200ms);
-  EXPECT_THAT(withdrawals(present({"5-17"})), SizeIs(1));
+  EXPECT_THAT(withdrawals(present({name(17)})), SizeIs(1));
   pass(200ms);
   // Only now its place is free.
   EXPECT_EQ(only<Answer>(present()).call, (fabric::CallId{5, 17}));
@@ -161,8 +164,8 @@ TEST_F(BridgeWithProgram, SaysThatACallIsWithdrawnUntilItsProgramHasHeardIt) {
 TEST_F(BridgeWithProgram, EndsAWithdrawnCallWithTheAnswerThatComesAllTheSame) {
   give(17);
   withdraw(17);
-  EXPECT_EQ(only<Answer>(answer(tests::reply("5-17", "late"))).call, (fabric::CallId{5, 17}));
-  EXPECT_THAT(answer(tests::reply("5-17", "late")), IsEmpty());
+  EXPECT_EQ(only<Answer>(answer(tests::reply(name(17), "late"))).call, (fabric::CallId{5, 17}));
+  EXPECT_THAT(answer(tests::reply(name(17), "late")), IsEmpty());
 }
 
 TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWasGivenUp) {
@@ -171,16 +174,30 @@ TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWas
   pass(200ms);
   present();
   give(17, 2);
-  EXPECT_THAT(answer(tests::reply("5-17", "of the first run")), IsEmpty());
-  reply_t second = tests::reply("5-17", "of the second run");
+  EXPECT_THAT(answer(tests::reply(name(17), "of the first run")), IsEmpty());
+  reply_t second = tests::reply(name(17), "of the second run");
   second.call.attempt = 2;
   EXPECT_EQ(only<Answer>(answer(second)).result->text, "of the second run");
+}
+
+TEST_F(BridgeWithProgram, AsksUnderAnotherNameWhatIsAnotherQuestionUnderTheIdOfACall) {
+  // Whoever asks first under an id that a gateway will give out has the program remember its
+  // answer.
+  fabric::Request strange = request(17);
+  strange.text = "something else";
+  const std::string first =
+      requests(sut->on_call(registration, strange, now.steady)).front().call.id;
+  answer(tests::reply(first, "its answer"));
+  const std::string second = requests(give(17)).front().call.id;
+  EXPECT_NE(first, second);
+  EXPECT_THAT(answer(tests::reply(first, "its answer")), IsEmpty());
+  EXPECT_EQ(only<Answer>(answer(tests::reply(second, "ours"))).result->text, "ours");
 }
 
 TEST_F(BridgeWithProgram, TakesAnAnswerOfTheAttemptThatStillRuns) {
   // The bridge was started anew, or had lost the program, which went on with attempt 1.
   give(17, 2);
-  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+  EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }
 
 TEST_F(BridgeWithProgram, DoesNotTryAgainWhatWasRefused) {

@@ -149,10 +149,10 @@ TEST_F(BridgeTest, KeepsRoomForTheProgramsThatTheConfigurationNames) {
 TEST_F(BridgeWithProgram, HasAProgramDrainThatSaysSo) {
   give(17);
   draining = true;
-  EXPECT_EQ(only<Drain>(present({"5-17"})).number, registration);
+  EXPECT_EQ(only<Drain>(present({name(17)})).number, registration);
   pass(200ms);
-  EXPECT_THAT(present({"5-17"}), IsEmpty());
-  EXPECT_THAT(all<Answer>(answer(tests::reply("5-17", "yes"))), SizeIs(1));
+  EXPECT_THAT(present({name(17)}), IsEmpty());
+  EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
   EXPECT_EQ(only<Unregister>(sut->on_drained(registration)).number, registration);
   pass(200ms);
   EXPECT_THAT(present(), IsEmpty());
@@ -181,7 +181,7 @@ TEST_F(BridgeWithProgram, RegistersAProgramAnewThatSaysSomethingElseOnceItIsIdle
   message.name = "other";
   give(17);
   EXPECT_THAT(all<Register>(present(message, there)), IsEmpty());
-  answer(tests::reply("5-17", "yes"));
+  answer(tests::reply(name(17), "yes"));
   // Nor more often than once a second.
   EXPECT_THAT(all<Register>(present(message, there)), IsEmpty());
   pass(1s);

@@ -29,7 +29,7 @@ std::string why_not(const presence_t& message) {
 }
 
 TEST(Presence, TellsWhoIsThereAndWhatItHas) {
-  presence_t message = tests::presence(1'500'000, {call("5f-17"), call("5f-18", 2)});
+  presence_t message = tests::presence(1'500'000, {call("5f-17"), call("5f-18.0a", 2)});
   message.uuid = "{560AACBF-6335-44A9-895A-8B27F3ED5E47}";
   message.channels = " cnc/1  press/* ";
   message.delivery = presence_t::AT_MOST_ONCE;
@@ -40,7 +40,7 @@ TEST(Presence, TellsWhoIsThereAndWhatItHas) {
   EXPECT_EQ(sut->program, tests::program);
   EXPECT_EQ(sut->at.time_since_epoch(), std::chrono::milliseconds(1500));
   EXPECT_TRUE(sut->draining);
-  EXPECT_THAT(sut->calls, ElementsAre(Attempt{{0x5F, 17}, 1}, Attempt{{0x5F, 18}, 2}));
+  EXPECT_THAT(sut->calls, ElementsAre(Attempt{"5f-17", 1}, Attempt{"5f-18.0a", 2}));
   const Announcement& as = sut->announcement;
   EXPECT_EQ(as.uuid, tests::uuid);
   EXPECT_EQ(as.name, "press");
@@ -71,6 +71,7 @@ TEST(Presence, IsRefusedWithTheReason) {
   EXPECT_THAT(changed([](auto& m) { m.concurrency = 257; }), HasSubstr("expected 1 to 256"));
   EXPECT_THAT(changed([](auto& m) { m.delivery = 2; }), HasSubstr("its delivery is 2"));
   EXPECT_THAT(why_not(tests::presence(1, {call("nothing")})), HasSubstr("\"nothing\""));
+  EXPECT_THAT(why_not(tests::presence(1, {call("5f-1.\x1b[2J")})), HasSubstr("\"5f-1.\\x1b[2J\""));
   EXPECT_THAT(why_not(tests::presence(1, {call("5f-1", 0)})), HasSubstr("\"5f-1\""));
 }
 
@@ -102,7 +103,7 @@ TEST(Reply, TellsWhatAProgramSays) {
   const auto sut = parse_reply(encode(message));
   ASSERT_TRUE(sut) << sut.error();
   EXPECT_EQ(sut->program, tests::program);
-  EXPECT_EQ(sut->attempt, (Attempt{{0x5F, 17}, 1}));
+  EXPECT_EQ(sut->attempt, (Attempt{"5f-17", 1}));
   EXPECT_EQ(sut->kind, AnswerKind::interim);
   EXPECT_EQ(sut->text, "Maß");
   EXPECT_EQ(sut->state, 7);
