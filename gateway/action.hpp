@@ -26,6 +26,8 @@ struct Read {
 struct Write {
   Variable variable = Variable::request_state;
   Value value;
+  /// The last write of a final answer, which releases the program.
+  bool releases = false;
   bool operator==(const Write&) const = default;
 };
 

@@ -48,16 +48,19 @@ AnswerWriter AnswerWriter::resumed(Response response, bool clearing, fabric::Awa
   AnswerWriter writer(Kind::final, std::move(response), awaited, state_stood);
   writer.resumed_ = true;
   writer.clearing_recorded_ = clearing;
+  writer.all_may_be_written_ = clearing;
   return writer;
 }
 
 AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing standing,
                                          const PendingRequest& request, const ReadTime& time) {
   assert(next_ == Step::read && snapshot.look == reads());
-  if (resumed_ && clearing_recorded_ && clear_sent_.times == 0) {
-    // All of it may have been written just now.
-    for (Sent* const sent : {&response_sent_, &clear_sent_, &state_sent_}) {
-      sent->note(time.came);
+  if (std::exchange(all_may_be_written_, false)) {
+    // By the earlier run, and just now.
+    response_sent_.note(time.came);
+    state_sent_.note(time.came);
+    if (clearing_is_.is_written) {
+      clear_sent_.note(time.came);
     }
   }
   const bool was_zero = zero_seen_;
@@ -137,6 +140,11 @@ AnswerWriter::Step AnswerWriter::decide_final(const Snapshot& snapshot, Standing
     }
     if (!same_texts(snapshot, request)) {
       return over();
+    }
+    if (clear_sent_.times == 0 && !text_last_) {
+      // This 0 is not ours. It is the kernel's, which may show it before the state that it follows,
+      // or the program has taken its request back: it waits for nothing.
+      return state_sent_.due_again(time) ? over() : Step::read;
     }
     if (!text_last_ && !response_stands_ && !written_here_) {
       // An earlier run has written RESPONSE. If that is not late, somebody else has written since.

@@ -198,6 +198,8 @@ class AnswerWriter {
   Response response_;
   bool state_stood_ = false;
   bool resumed_ = false;
+  /// By an earlier run; until the first read.
+  bool all_may_be_written_ = false;
   Clearing clearing_is_;
   Step next_ = Step::read;
   SteadyTime read_at_{};

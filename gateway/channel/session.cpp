@@ -372,9 +372,9 @@ void ChannelSession::read(ReadSet look, Io io, Moment now) {
   out_.put(Read{look});
 }
 
-void ChannelSession::write(Variable variable, Value value) {
+void ChannelSession::write(Variable variable, Value value, bool releases) {
   io_ = Io::answer;
-  out_.put(Write{variable, std::move(value)});
+  out_.put(Write{variable, std::move(value), releases});
 }
 
 void ChannelSession::hold_off(const std::string& reason, Moment now) {

@@ -134,7 +134,7 @@ class ChannelSession {
   [[nodiscard]] bool may_be_request(const Snapshot& snapshot, Moment now);
   void check_patience(Moment now);
   void read(ReadSet look, Io io, Moment now);
-  void write(Variable variable, Value value);
+  void write(Variable variable, Value value, bool releases = false);
   [[nodiscard]] ReadSet poll_look(Moment now) const;
   [[nodiscard]] SteadyTime next_look(Moment now) const;
   [[nodiscard]] SteadyTime next_look_at_call(Moment now) const;

@@ -166,7 +166,7 @@ bool ChannelSession::drive_writer(Moment now) {
   if (!call_) {
     if (released_call_ && std::exchange(released_call_->write_again, false)) {
       io_ = Io::release;
-      out_.put(Write{released_call_->answer.variable(), released_call_->answer.value()});
+      out_.put(Write{released_call_->answer.variable(), released_call_->answer.value(), true});
       return true;
     }
     return false;
@@ -179,6 +179,7 @@ bool ChannelSession::drive_writer(Moment now) {
   writer->set_clearing(
       {.is_shown = effects_->clearing_is_shown && !pace_.kernel_clears_request_state,
        .is_written = !pace_.kernel_clears_request_state});
+  const bool is_final = writer->kind() == AnswerWriter::Kind::final;
   switch (writer->next()) {
     case AnswerWriter::Step::read:
       if (now.steady < writer->read_at()) {
@@ -188,13 +189,13 @@ bool ChannelSession::drive_writer(Moment now) {
       }
       return true;
     case AnswerWriter::Step::write_response:
-      write(Variable::response, writer->text());
+      write(Variable::response, writer->text(), is_final && writer->text_last());
       return true;
     case AnswerWriter::Step::clear:
       write(Variable::request_state, std::uint32_t{0});
       return true;
     case AnswerWriter::Step::write_state:
-      write(Variable::response_state, writer->state());
+      write(Variable::response_state, writer->state(), is_final && !writer->text_last());
       return true;
     case AnswerWriter::Step::record_clearing:
       if (call_->record_clearing(out_)) {

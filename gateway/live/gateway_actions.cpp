@@ -48,7 +48,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Read& action)
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Write& action) {
   if (queues.has(key)) {
-    queues.write(key, action.variable, action.value);
+    queues.write(key, action);
   } else {
     machines.write(key, action.variable, action.value);
   }

@@ -38,8 +38,8 @@ void MachineQueue::stop() {
   link_.reset();
 }
 
-void MachineQueue::write(Variable variable, const Value& value) {
-  queue_.write(variable, value, io_.now());
+void MachineQueue::write(const Write& write) {
+  queue_.write(write, io_.now());
   tell();
   go_on();
 }

@@ -3,7 +3,7 @@
 //
 //   auto queue = std::make_shared<MachineQueue>("press", settings, book, io, outlet);
 //   queue->on_up(std::move(link));                 → outlet.record(entries), outlet.shows()
-//   queue->write(Variable::response_state, 1);
+//   queue->write({Variable::response_state, 1, true});
 #pragma once
 
 #include <chrono>
@@ -57,7 +57,7 @@ class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
 
   [[nodiscard]] const Queue& queue() const { return queue_; }
   [[nodiscard]] Snapshot look(ReadSet what) const { return queue_.look(what); }
-  void write(Variable variable, const Value& value);
+  void write(const Write& write);
   void on_acknowledged();
   /// What it has to tell.
   void tell();

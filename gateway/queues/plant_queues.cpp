@@ -196,12 +196,12 @@ void PlantQueues::read(const fabric::ChannelKey& key, ReadSet look) {
   }
 }
 
-void PlantQueues::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
+void PlantQueues::write(const fabric::ChannelKey& key, const Write& write) {
   const auto found = queues_.find(key);
   if (found == queues_.end()) {
     return;
   }
-  found->second.queue->write(variable, value);
+  found->second.queue->write(write);
   answer(key, [this, key](const One&) {
     events_.on_queue_write(key);
     // The end of the call may have ended the queue.

@@ -64,7 +64,7 @@ class PlantQueues {
 
   // What the calls of a queue want of its channel.
   void read(const fabric::ChannelKey& key, ReadSet look);
-  void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
+  void write(const fabric::ChannelKey& key, const Write& write);
 
   [[nodiscard]] Snapshot look(const fabric::ChannelKey& key, ReadSet what) const {
     return queues_.at(key).queue->look(what);

@@ -142,9 +142,9 @@ void Queue::on_journalled(Moment now) {
   show_next();
 }
 
-void Queue::write(Variable variable, const Value& value, Moment now) {
+void Queue::write(const Write& write, Moment now) {
   const auto shown = window_.shown();
-  if (!window_.write(variable, value)) {
+  if (!window_.write(write)) {
     return;
   }
   note(MessageEndedEntry{key_, *shown});

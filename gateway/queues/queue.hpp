@@ -7,7 +7,7 @@
 //   while (auto step = queue.next(now)) …              // ReadControl → on_control(), …
 //   for (auto& entry : queue.take_news().entries) …    // journal them; then on_journalled()
 //   queue.look(ReadSet::request)                       // the message whose turn it is
-//   queue.write(Variable::response_state, 1, now)      // its answer
+//   queue.write({Variable::response_state, 1, true}, now)      // its answer
 //
 // The order in the journal is what makes a crash harmless: a message before LastGet covers it; its
 // end before the end of its call (Ledger). Calls are of a key of their own, "press.alarms/1", so
@@ -90,7 +90,7 @@ class Queue {
 
   // The call of the message whose turn it is.
   [[nodiscard]] Snapshot look(ReadSet what) const { return window_.look(what); }
-  void write(Variable variable, const Value& value, Moment now);
+  void write(const Write& write, Moment now);
   /// The last write was acknowledged: the next message may be shown.
   void on_acknowledged();
 

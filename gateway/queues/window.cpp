@@ -11,12 +11,12 @@ void Window::show(const QueueMessage& message) {
   request_state_ = request_state_of(message.number);
   response_.clear();
   response_state_ = 0;
-  cleared_ = false;
 }
 
 void Window::set_uuid(const std::string& uuid) {
   next_uuid_ = uuid;
-  const bool being_answered = shown_ && (cleared_ || !response_.empty() || response_state_ != 0);
+  const bool being_answered =
+      shown_ && (request_state_ == 0 || !response_.empty() || response_state_ != 0);
   if (!being_answered) {
     uuid_ = uuid;
   }
@@ -47,26 +47,19 @@ Snapshot Window::look(ReadSet what) const {
   return snapshot;
 }
 
-bool Window::write(Variable variable, const Value& value) {
-  if (variable == Variable::request_state) {
-    request_state_ = std::get<std::uint32_t>(value);
-    cleared_ = shown_ && request_state_ == 0;
-    return false;
-  }
-  if (variable == Variable::response) {
-    response_ = std::get<std::string>(value);
-  } else if (variable == Variable::response_state) {
-    response_state_ = std::get<std::uint32_t>(value);
+bool Window::write(const Write& write) {
+  if (const auto* state = std::get_if<std::uint32_t>(&write.value)) {
+    (write.variable == Variable::request_state ? request_state_ : response_state_) = *state;
   } else {
-    return false;
+    response_ = std::get<std::string>(write.value);
   }
-  if (!shown_ || !cleared_) {
+  if (!write.releases || !shown_) {
     return false;
   }
   // What the program would have read by now.
   shown_.reset();
   text_.clear();
-  cleared_ = false;
+  request_state_ = 0;
   return true;
 }
 

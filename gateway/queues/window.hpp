@@ -4,15 +4,16 @@
 //   Window window(uuid);
 //   window.show(message);
 //   window.look(ReadSet::request)                  // UUID, its text, and its number as the state
-//   window.write(Variable::response, "ok");        // → false
-//   window.write(Variable::request_state, 0);      // → false
-//   window.write(Variable::response_state, 1);     // → true: answered
+//   window.write({Variable::response, "ok"});               // → false
+//   window.write({Variable::request_state, 0});             // → false
+//   window.write({Variable::response_state, 1, true});      // → true: answered
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 
+#include "gateway/action.hpp"
 #include "gateway/queue_book.hpp"
 #include "gateway/snapshot.hpp"
 
@@ -28,9 +29,8 @@ class Window {
   /// The number of the message that is shown and not answered.
   [[nodiscard]] const std::optional<std::uint64_t>& shown() const { return shown_; }
   [[nodiscard]] Snapshot look(ReadSet what) const;
-  /// True with the last write of a final answer: the first of RESPONSE and RESPONSE_STATE behind
-  /// the one that clears REQUEST_STATE (gateway/channel/answer_writer.hpp).
-  bool write(Variable variable, const Value& value);
+  /// True with the last write of a final answer, which releases the message that is shown.
+  bool write(const Write& write);
   /// What the service has said last.
   [[nodiscard]] const std::string& response() const { return response_; }
   [[nodiscard]] std::uint32_t response_state() const { return response_state_; }
@@ -44,7 +44,6 @@ class Window {
   std::uint32_t request_state_ = 0;
   std::string response_;
   std::uint32_t response_state_ = 0;
-  bool cleared_ = false;
 };
 
 }  // namespace millrace::gateway::queues

@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gateway/machines/back_off.hpp"
@@ -60,9 +59,6 @@ struct WriteHabits {
 struct Cable {
   NoticeHabits notices{};
   WriteHabits writes{};
-  /// When the last write to a variable takes effect: a controller applies writes to one variable in
-  /// their order, also where how late it is changes meanwhile.
-  std::map<std::pair<std::uint16_t, gateway::Variable>, Time> effective{};
   bool plugged = true;
   /// Nothing comes through, and nobody is told.
   bool silent = false;

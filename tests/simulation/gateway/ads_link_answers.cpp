@@ -102,7 +102,7 @@ void AdsLink::execute(const RequestPointer& request) {
     return;
   }
   request->executed = true;
-  Time& effective = cable_.effective[{request->channel, request->write->variable}];
+  Time& effective = controller_.effective[{request->channel, request->write->variable}];
   const Time now = process_.agenda().now();
   effective = std::max(effective, now + cable_.writes.delay_of(request->write->variable));
   const Time late = effective - now;

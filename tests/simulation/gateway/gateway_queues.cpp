@@ -40,7 +40,7 @@ void GatewayProcess::on_queue_read(const Key& key, const gateway::Snapshot& snap
 
 void GatewayProcess::write_queue(const Key& key, const gateway::Write& action) {
   witness_.on_write(key, action.variable, action.value);
-  queues_->write(key, action.variable, action.value);
+  queues_->write(key, action);
   witness_.on_window_written(key, action.variable, action.value,
                              queues_->look(key, gateway::ReadSet::all));
 }

@@ -36,7 +36,7 @@ void AnswerCheck::on(const ProgramAsked& fact, Time now) {
   channel.stretches.push_back({fact.request, now, {}, {}});
   channel.wiped = false;
   channel.texts_left = false;
-  channel.crossed = false;
+  channel.crossed = fact.crossed;
   channel.writers_before = std::exchange(channel.writers, {});
 }
 
@@ -59,7 +59,13 @@ void AnswerCheck::on(const ProgramMoved& fact, Time now) {
 void AnswerCheck::on(const Looked& fact, Time now) {
   if (fact.snapshot.has(gateway::Variable::uuid) &&
       fact.snapshot.has(gateway::Variable::request_state)) {
-    looks_[{fact.gateway, fact.key}] = {fact.first, now};
+    looks_[{fact.gateway, fact.key}] = {
+        fact.first, now, {fact.snapshot.uuid, fact.snapshot.request, fact.snapshot.request_state}};
+    const auto zeroed = zeroed_.find({fact.gateway, fact.key});
+    if (zeroed != zeroed_.end() && (zeroed->second.uuid != fact.snapshot.uuid ||
+                                    zeroed->second.text != fact.snapshot.request)) {
+      zeroed_.erase(zeroed);
+    }
   }
 }
 
@@ -85,6 +91,7 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   judge_value(fact);
   if (fact.variable == gateway::Variable::request_state) {
     clearing_.insert(fact.call);
+    zeroed_.insert_or_assign({fact.gateway, fact.key}, fact.request);
   } else if (fact.variable == gateway::Variable::response &&
              fact.awaited == fabric::Awaited::response && !clearing_.contains(fact.call) &&
              !channels_[fact.key].kernel_clears) {
@@ -125,7 +132,11 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   const bool answered_unseen = (channel.kernel_clears && others(channel.all_writers)) ||
                                (fact.awaited == fabric::Awaited::response &&
                                 (others(channel.writers) || others(channel.writers_before)));
-  if (!stood && !seems_to_wait && !answered_unseen && !channel.crossed) {
+  const auto zeroed = zeroed_.find({fact.gateway, fact.key});
+  const bool seems_cleared = zeroed != zeroed_.end() && zeroed->second == fact.request &&
+                             look->second.shown.state == 0 &&
+                             fact.variable != gateway::Variable::request_state;
+  if (!stood && !seems_to_wait && !seems_cleared && !answered_unseen && !channel.crossed) {
     violations_.push_back(fmt::format(
         "I2: {} of {} is written for \"{}\", which its program had given up before the last look",
         name_of(fact.variable).substr(12), fact.call.to_string(), fact.request.text));

@@ -58,6 +58,7 @@ class AnswerCheck final : public Check {
   struct LookAt {
     Time first{};
     Time end{};
+    gateway::PendingRequest shown{};
   };
 
   void on(const ProgramAsked& fact, Time now);
@@ -83,6 +84,9 @@ class AnswerCheck final : public Check {
   /// When a gateway had the answer of a call.
   std::map<std::pair<GatewayNumber, fabric::CallId>, Time> answered_;
   std::map<fabric::CallId, int> finals_;
+  /// The request whose REQUEST_STATE a gateway has set to 0, until it sees other texts. A 0 beside
+  /// these texts may be that one, whatever the program has done meanwhile.
+  std::map<std::pair<GatewayNumber, Key>, gateway::PendingRequest> zeroed_;
   /// Whose REQUEST_STATE a gateway has set out to clear.
   std::set<fabric::CallId> clearing_;
   std::vector<std::string> violations_;

@@ -25,7 +25,7 @@ void ExecutionCheck::on(const ProgramAsked& fact) {
   if (!questions.empty()) {
     questions.back().stands = false;
   }
-  questions.push_back({fact.request});
+  questions.push_back({fact.request, !fact.crossed});
 }
 
 void ExecutionCheck::on(const ProgramMoved& fact) {

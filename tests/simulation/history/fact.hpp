@@ -20,10 +20,13 @@ using Key = fabric::ChannelKey;
 /// A gateway of the simulation, counted from 0; it keeps its number when it starts again.
 using GatewayNumber = std::size_t;
 
-/// The program wrote REQUEST_STATE ≠ 0: from now on it waits for an answer to this.
+/// The program wrote REQUEST_STATE ≠ 0, or a text beside it: from now on it waits for an answer to
+/// this.
 struct ProgramAsked {
   Key key;
   gateway::PendingRequest request;
+  /// What was meant for an earlier request has met REQUEST_STATE, which it has not written since.
+  bool crossed = false;
 };
 /// It wrote something else: what it asked before stands no more as it was.
 struct ProgramMoved {

@@ -96,7 +96,7 @@ void MachineChannel::set(Variable variable, const gateway::Value& value) {
   changed();
 }
 
-void MachineChannel::report() {
+void MachineChannel::report(bool request_state) {
   const gateway::PendingRequest now{text(Variable::uuid), text(Variable::request),
                                     state(Variable::request_state)};
   if (standing_.state != 0 && (crossed || !released_)) {
@@ -110,9 +110,11 @@ void MachineChannel::report() {
   released_before_ = std::exchange(released_by, {});
   writers.clear();
   standing_ = now;
-  crossed = false;
+  // Only REQUEST_STATE takes back what a write of RESPONSE_STATE for the request before has done,
+  // or has the kernel do a little later.
+  crossed = !request_state && (crossed || state(Variable::response_state) != 0);
   if (now.state != 0) {
-    history_.add(ProgramAsked{key_, now});
+    history_.add(ProgramAsked{key_, now, crossed});
   } else {
     history_.add(ProgramMoved{key_, "program takes its request back"});
   }
@@ -200,7 +202,7 @@ void MachineChannel::power_up() {
         return;
       }
       if (variable == Variable::request_state || state(Variable::request_state) != 0) {
-        report();
+        report(variable == Variable::request_state);
       } else if (standing_.state != 0 && (text(Variable::uuid) != standing_.uuid ||
                                           text(Variable::request) != standing_.text)) {
         // A gateway or the kernel has cleared REQUEST_STATE; now the program writes its next texts,

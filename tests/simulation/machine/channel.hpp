@@ -77,7 +77,8 @@ class MachineChannel {
  private:
   void changed();
   [[nodiscard]] cnc::simulator::Variable& at(gateway::Variable variable) const;
-  void report();
+  /// The program has written a request, or a text beside one.
+  void report(bool request_state);
   void move_on();
   void cleared(const std::string& why);
 

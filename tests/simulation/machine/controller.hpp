@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/simulation/machine/message_ring.hpp"
@@ -44,6 +45,9 @@ class Controller {
 
   /// What it received on connections that are gone and has not done, by gateway.
   std::map<GatewayNumber, unsigned> leftovers;
+  /// When the last write to a variable of a channel takes effect. Writes to one variable are
+  /// applied in their order, also where how late they are changes meanwhile.
+  std::map<std::pair<std::uint16_t, gateway::Variable>, Time> effective;
 
   [[nodiscard]] bool done() const;
   void calm_down();

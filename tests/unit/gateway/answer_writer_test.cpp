@@ -212,6 +212,39 @@ TEST_F(AnAnswer, ToAKernelThatClearsRequestStateItselfIsWrittenWithoutClearingIt
   EXPECT_EQ(sut.on_written(now), Step::done);
 }
 
+// A 0 beside RESPONSE_STATE 0 is the kernel's, after a release that the program has gone on from,
+// or an NC reset.
+TEST_F(AnAnswer,
+       ToAKernelThatClearsRequestStateItselfIsNotReleasedOnceMoreWhereRequestStateIsZero) {
+  AnswerWriter sut = writer(1, fabric::Awaited::response_state);
+  sut.set_clearing({.is_shown = false, .is_written = false});
+  read(sut, pending);
+  sut.on_written(now);
+  sut.on_recorded(true);
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::write_state);
+  sut.on_unknown(now);
+  EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 500ms, all(0, 0, "1.4")), Step::read) << "the kernel may be first";
+  EXPECT_EQ(wait_and_read(sut, 500ms, all(0, 0, "1.4")), Step::done);
+}
+
+TEST_F(AnAnswer, OfAnEarlierRunThatWasNotBegunIsReleasedAlthoughItsResponseIsLate) {
+  AnswerWriter sut = resumed(1, false, fabric::Awaited::response_state);
+  EXPECT_EQ(read(sut, all(1, 0, "another")), Step::write_response);
+  EXPECT_EQ(sut.on_written(now), Step::record_clearing);
+  EXPECT_EQ(sut.on_recorded(true), Step::clear);
+  EXPECT_EQ(sut.on_written(now), Step::read);
+  EXPECT_EQ(read(sut, all(0, 0, "another")), Step::read) << "RESPONSE is late";
+  EXPECT_EQ(read(sut, all(0, 0, "1.4")), Step::write_state);
+}
+
+TEST_F(AnAnswer, OfAnEarlierRunToSuchAKernelIsNotReleasedWhereRequestStateIsZero) {
+  AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
+  sut.set_clearing({.is_shown = false, .is_written = false});
+  EXPECT_EQ(read(sut, all(0, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1s, all(0, 0, "1.4")), Step::done);
+}
+
 TEST_F(AnAnswer, OfAnEarlierRunWaitsASecondForARequestStateThatMayBeClearedYet) {
   AnswerWriter sut = resumed(1, true, fabric::Awaited::response_state);
   EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::read);

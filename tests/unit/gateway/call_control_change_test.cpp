@@ -108,7 +108,7 @@ TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Read>(sut->on_wake({"cnc", 1}, now)), SizeIs(1));
   EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
-              ElementsAre(Write{Variable::response_state, 1U}));
+              ElementsAre(Write{Variable::response_state, 1U, true}));
   EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), SizeIs(1));
 }
 

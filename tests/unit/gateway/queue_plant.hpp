@@ -240,7 +240,7 @@ class QueuePlant {
           carry_out(control->on_read(key, queue->look(look), now));
         });
       } else if (const auto* write = std::get_if<Write>(&action)) {
-        queue->write(write->variable, write->value, now);
+        queue->write(*write, now);
         tell_news();
         todo.push_back([this, key = key] {
           carry_out(control->on_write(key, WriteOutcome::written, "", now));

@@ -214,15 +214,15 @@ TEST(MessageQueueReader, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigurationCh
   ASSERT_TRUE(sut.ring.write("one"));
   ASSERT_TRUE(sut.settle());
   queues::Queue& queue = *sut.queue;
-  queue.write(Variable::response, "ok", sut.now);
-  queue.write(Variable::request_state, 0U, sut.now);
+  queue.write({Variable::response, "ok"}, sut.now);
+  queue.write({Variable::request_state, 0U}, sut.now);
   auto settings = sut.settings;
   settings.backlog = 5;
   settings.uuid = "another";
   queue.change(settings);
   EXPECT_EQ(queue.look(ReadSet::all).uuid, QueuePlant::uuid);
   EXPECT_EQ(queue.look(ReadSet::all).response, "ok");
-  queue.write(Variable::response_state, 1U, sut.now);
+  queue.write({Variable::response_state, 1U, true}, sut.now);
   EXPECT_EQ(queue.view().answered, 1U);
 }
 
@@ -294,9 +294,9 @@ TEST_F(AQueueWithASlowJournal, CallsTheNextMessageOnceItIsJournalled) {
   sut.on_journalled(now);
   ring.write("second");
   work();
-  sut.write(Variable::response, std::string("done"), now);
-  sut.write(Variable::request_state, std::uint32_t{0}, now);
-  sut.write(Variable::response_state, std::uint32_t{1}, now);
+  sut.write({Variable::response, std::string("done")}, now);
+  sut.write({Variable::request_state, std::uint32_t{0}}, now);
+  sut.write({Variable::response_state, std::uint32_t{1}, true}, now);
   sut.on_acknowledged();
   EXPECT_EQ(shown(), "");
   sut.on_journalled(now);
@@ -307,14 +307,25 @@ TEST_F(AQueueWithASlowJournal, CallsTheNextMessageOnceItIsJournalled) {
 TEST(QueueWindow, ShowsNothingOfTheResponseBeforeBesideTheNextMessage) {
   queues::Window sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
   sut.show({.number = 1, .element = 2, .text = "first"});
-  sut.write(Variable::response, std::string("done"));
-  sut.write(Variable::request_state, std::uint32_t{0});
-  ASSERT_TRUE(sut.write(Variable::response_state, std::uint32_t{1}));
+  sut.write({Variable::response, std::string("done")});
+  sut.write({Variable::request_state, std::uint32_t{0}});
+  ASSERT_TRUE(sut.write({Variable::response_state, std::uint32_t{1}, true}));
   sut.show({.number = 2, .element = 3, .text = "second"});
   const Snapshot next = sut.look(ReadSet::all);
   EXPECT_EQ(next.request, "second");
   EXPECT_EQ(next.response, "");
   EXPECT_EQ(next.response_state, 0U);
+}
+
+// A service whose programs wait for RESPONSE alone is answered in another order.
+TEST(QueueWindow, HasItsAnswerWithTheWriteThatReleasesAProgramWhicheverThatIs) {
+  queues::Window sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  sut.show({.number = 1, .element = 2, .text = "first"});
+  EXPECT_FALSE(sut.write({Variable::request_state, 0U}));
+  EXPECT_FALSE(sut.write({Variable::response_state, 99U}));
+  EXPECT_TRUE(sut.write({Variable::response, "done", true}));
+  EXPECT_EQ(sut.response(), "done");
+  EXPECT_EQ(sut.response_state(), 99U);
 }
 
 TEST(QueueBook, IsTheSameAfterItsSnapshot) {
