@@ -57,6 +57,7 @@ class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
 
   [[nodiscard]] const Queue& queue() const { return queue_; }
   [[nodiscard]] Snapshot look(ReadSet what) const { return queue_.look(what); }
+  void on_read(ReadSet what) { queue_.on_read(what); }
   void write(const Write& write);
   void on_acknowledged();
   /// What it has to tell.

@@ -191,7 +191,9 @@ void PlantQueues::on_over(const fabric::ChannelKey& key) {
 void PlantQueues::read(const fabric::ChannelKey& key, ReadSet look) {
   if (queues_.contains(key)) {
     answer(key, [this, key, look](const One& one) {
-      events_.on_queue_read(key, one.queue->look(look));
+      const Snapshot shown = one.queue->look(look);
+      one.queue->on_read(look);
+      events_.on_queue_read(key, shown);
     });
   }
 }

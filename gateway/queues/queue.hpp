@@ -90,6 +90,7 @@ class Queue {
 
   // The call of the message whose turn it is.
   [[nodiscard]] Snapshot look(ReadSet what) const { return window_.look(what); }
+  void on_read(ReadSet what) { window_.on_read(what); }
   void write(const Write& write, Moment now);
   /// The last write was acknowledged: the next message may be shown.
   void on_acknowledged();

@@ -1,5 +1,6 @@
 #include "gateway/queues/window.hpp"
 
+#include <algorithm>
 #include <variant>
 
 namespace millrace::gateway::queues {
@@ -11,6 +12,7 @@ void Window::show(const QueueMessage& message) {
   request_state_ = request_state_of(message.number);
   response_.clear();
   response_state_ = 0;
+  renamed_ = false;
 }
 
 void Window::set_uuid(const std::string& uuid) {
@@ -18,8 +20,13 @@ void Window::set_uuid(const std::string& uuid) {
   const bool being_answered =
       shown_ && (request_state_ == 0 || !response_.empty() || response_state_ != 0);
   if (!being_answered) {
+    renamed_ = renamed_ || (shown_ && uuid_ != uuid);
     uuid_ = uuid;
   }
+}
+
+bool Window::shows_uuid(ReadSet what) {
+  return std::ranges::count(variables_of(what), Variable::uuid) > 0;
 }
 
 Snapshot Window::look(ReadSet what) const {
@@ -48,6 +55,9 @@ Snapshot Window::look(ReadSet what) const {
 }
 
 bool Window::write(const Write& write) {
+  if (renamed_) {
+    return false;
+  }
   if (const auto* state = std::get_if<std::uint32_t>(&write.value)) {
     (write.variable == Variable::request_state ? request_state_ : response_state_) = *state;
   } else {

@@ -29,13 +29,18 @@ class Window {
   /// The number of the message that is shown and not answered.
   [[nodiscard]] const std::optional<std::uint64_t>& shown() const { return shown_; }
   [[nodiscard]] Snapshot look(ReadSet what) const;
-  /// True with the last write of a final answer, which releases the message that is shown.
+  /// What look() has returned was given to who answers.
+  void on_read(ReadSet what) { renamed_ = renamed_ && !shows_uuid(what); }
+  /// True with the last write of a final answer, which releases the message that is shown. A write
+  /// that was on its way when the UUID changed is for the question before, and has no effect.
   bool write(const Write& write);
   /// What the service has said last.
   [[nodiscard]] const std::string& response() const { return response_; }
   [[nodiscard]] std::uint32_t response_state() const { return response_state_; }
 
  private:
+  static bool shows_uuid(ReadSet what);
+
   std::string uuid_;
   /// Of the next message.
   std::string next_uuid_;
@@ -44,6 +49,8 @@ class Window {
   std::uint32_t request_state_ = 0;
   std::string response_;
   std::uint32_t response_state_ = 0;
+  /// The message that is shown has another UUID than who answers has read.
+  bool renamed_ = false;
 };
 
 }  // namespace millrace::gateway::queues

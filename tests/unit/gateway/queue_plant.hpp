@@ -237,7 +237,9 @@ class QueuePlant {
     for (const auto& [key, action] : actions) {
       if (const auto* read = std::get_if<Read>(&action)) {
         todo.push_back([this, key = key, look = read->look] {
-          carry_out(control->on_read(key, queue->look(look), now));
+          const Snapshot shown = queue->look(look);
+          queue->on_read(look);
+          carry_out(control->on_read(key, shown, now));
         });
       } else if (const auto* write = std::get_if<Write>(&action)) {
         queue->write(*write, now);

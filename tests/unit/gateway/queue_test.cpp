@@ -328,6 +328,19 @@ TEST(QueueWindow, HasItsAnswerWithTheWriteThatReleasesAProgramWhicheverThatIs) {
   EXPECT_EQ(sut.response_state(), 99U);
 }
 
+TEST(QueueWindow, TakesNoWriteThatWasOnItsWayWhenItsMessageGotAnotherUuid) {
+  queues::Window sut("560aacbf-6335-44a9-895a-8b27f3ed5e47");
+  sut.show({.number = 1, .element = 2, .text = "first"});
+  sut.set_uuid("another");
+  EXPECT_FALSE(sut.write({Variable::request_state, 0U}));
+  EXPECT_EQ(sut.look(ReadSet::all).request_state, 1U);
+  sut.on_read(ReadSet::state);
+  EXPECT_FALSE(sut.write({Variable::response_state, 1U, true}));
+  sut.on_read(ReadSet::all);
+  EXPECT_FALSE(sut.write({Variable::request_state, 0U}));
+  EXPECT_EQ(sut.look(ReadSet::all).request_state, 0U);
+}
+
 TEST(QueueBook, IsTheSameAfterItsSnapshot) {
   const fabric::ChannelKey key{"press.alarms", 1};
   QueueBook book;
