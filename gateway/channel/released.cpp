@@ -58,9 +58,10 @@ Released::Found Released::decide_uncleared(const Snapshot& snapshot, const ReadT
   if (snapshot.request_state != request_.state) {
     return Found::request;
   }
-  if (!text_last_ && snapshot.response_state != 0) {
-    state_seen_ = state_seen_ || snapshot.response_state == state_;
-    release_seen_ = state_seen_;
+  if (!text_last_ && snapshot.response_state == state_) {
+    state_seen_ = release_seen_ = true;
+  }
+  if (!text_last_ && snapshot.response_state != 0 && state_seen_) {
     return Found::nothing;
   }
   if (snapshot.response_state == 0 && state_seen_) {

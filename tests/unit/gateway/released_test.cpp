@@ -51,6 +51,15 @@ TEST_F(AReleasedAnswer, IsFollowedByARequestAsSoonAsRequestStateIsNot0AlsoWordFo
   EXPECT_EQ(read(sut, 1, 1), Found::request) << "RESPONSE_STATE of before may stand beside it";
 }
 
+// The state is of an interim answer that another gateway has written to the next request.
+TEST_F(AReleasedAnswer, IsFollowedByARequestWhereAnotherStateStandsBesideOtherTextsForASecond) {
+  auto sut = released(false);
+  EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
+  EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::nothing);
+  now += 1s;
+  EXPECT_EQ(read(sut, 1, 1002, "3", "soon"), Found::request);
+}
+
 TEST_F(AReleasedAnswer, IsWaitedForWhileItsStateIsNotVisible) {
   auto sut = released(true);
   EXPECT_EQ(read(sut, 0, 0), Found::nothing);
