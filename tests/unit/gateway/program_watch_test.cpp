@@ -123,6 +123,7 @@ TEST_F(AProgramWatch, TellsOfAnErrorOfAProgramThatItNeverSawRun) {
 }
 
 TEST_F(AProgramWatch, KnowsNoStartOfAProgramThatItNeverSawRunBehindAnotherThatFailed) {
+  see(ready);
   see(active);
   see(error);
   see(ready);

@@ -153,6 +153,17 @@ TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
   EXPECT_EQ(texts_of(sut), numbers(1, written));
 }
 
+TEST(MessageQueueReader, ReadsNoMoreAtOnceThanMayWait) {
+  QueuePlant sut(12);
+  sut.settings.backlog = 4;
+  sut.start();
+  for (int number = 1; number <= 10; ++number) {
+    ASSERT_TRUE(sut.ring.write(std::to_string(number)));
+  }
+  ASSERT_TRUE(sut.settle());
+  EXPECT_EQ(sut.queue->view().waiting, 4);
+}
+
 TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
   QueuePlant sut(5);
   sut.settings.backlog = 4;
