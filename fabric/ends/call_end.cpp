@@ -334,7 +334,7 @@ void CallEnd::let_go(const ChannelKey& key) {
 }
 
 void CallEnd::let_go(const MachineStatus& status) {
-  // Unregistering alone says nothing while somebody else writes this key.
+  // DDS reports no unregistration while another writer has this key.
   MachineStatus last = status;
   last.connected = false;
   last.claimed = {};

@@ -65,7 +65,7 @@ class Witness {
   [[nodiscard]] dds::Badges* badges() const { return badges_; }
   /// Also of who has left lately, whose last words may be untaken.
   [[nodiscard]] Standing judge(dds_instance_handle_t writer, const Claim& claim) const;
-  /// A gateway of this machine, that is.
+  /// The writer belongs to a gateway whose certificate names this machine.
   [[nodiscard]] bool speaks_for(dds_instance_handle_t writer, std::string_view machine) const;
   /// Has it said that this is not believed.
   void complain(dds_instance_handle_t writer, const Claim& claim, const char* topic) const;

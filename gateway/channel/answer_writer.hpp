@@ -198,7 +198,7 @@ class AnswerWriter {
   Response response_;
   bool state_stood_ = false;
   bool resumed_ = false;
-  /// By an earlier run; until the first read.
+  /// An earlier run may have written all of it. False after the first read.
   bool all_may_be_written_ = false;
   Clearing clearing_is_;
   Step next_ = Step::read;

@@ -29,7 +29,7 @@ class Window {
   /// The number of the message that is shown and not answered.
   [[nodiscard]] const std::optional<std::uint64_t>& shown() const { return shown_; }
   [[nodiscard]] Snapshot look(ReadSet what) const;
-  /// What look() has returned was given to who answers.
+  /// The gateway has read what look() returned.
   void on_read(ReadSet what) { renamed_ = renamed_ && !shows_uuid(what); }
   /// True with the last write of a final answer, which releases the message that is shown. A write
   /// that was on its way when the UUID changed is for the question before, and has no effect.
@@ -49,7 +49,7 @@ class Window {
   std::uint32_t request_state_ = 0;
   std::string response_;
   std::uint32_t response_state_ = 0;
-  /// The message that is shown has another UUID than who answers has read.
+  /// The UUID of the message has changed since the gateway read it.
   bool renamed_ = false;
 };
 

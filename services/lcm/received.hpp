@@ -18,7 +18,7 @@ namespace millrace::services::lcm {
 
 /// An attempt of a call.
 struct Attempt {
-  /// As the bridge names it to programs (call_name), not checked further than that.
+  /// As call_name() gives it; the form is checked, the digest is not.
   std::string call{};
   std::uint32_t number = 1;
   bool operator==(const Attempt&) const = default;

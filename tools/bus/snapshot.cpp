@@ -35,7 +35,7 @@ struct Listener : fabric::observer::ObserverListener, NoticeListener {
   Clock::time_point last_news = Clock::now();
 };
 
-/// Who has announced itself and has not proved yet who it is. DDS Security lets a participant show
+/// Participants that are announced and not authenticated yet. DDS Security lets a participant show
 /// its endpoints only after the proof, which takes a tenth of a second and, on a busy host, more.
 class Unproven {
  public:
@@ -43,11 +43,11 @@ class Unproven {
       : participants_(reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT)),
         writers_(reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION)) {}
 
-  /// Takes in what is new; true if somebody has proved since the last time who it is.
+  /// Reads discovery; true if a participant was authenticated since the last call.
   bool drain() {
     const auto announced = [&](const dds_builtintopic_participant_t& /*sample*/,
                                const dds_sample_info_t& info) {
-      if (info.valid_data && info.instance_state == DDS_IST_ALIVE) {
+      if (info.valid_data && fabric::wire::presence_of(info) == fabric::wire::Presence::alive) {
         waiting_.insert(info.instance_handle);
       } else {
         waiting_.erase(info.instance_handle);

@@ -15,8 +15,8 @@ struct Patience {
   /// And until nobody new came for this long.
   std::chrono::milliseconds quiet{200};
   std::chrono::milliseconds at_most{5000};
-  /// With trust: waits this long for those who have announced themselves to prove who they are. A
-  /// stranger never does.
+  /// With trust: the longest wait for announced participants to be authenticated. A participant of
+  /// another plant never is.
   std::chrono::milliseconds proof{3000};
 };
 

@@ -54,7 +54,7 @@ class AWatchedGateway : public testing::Test {
       .machine = "cnc", .gateway = InstanceId::random(), .claimed = Time(std::chrono::hours(1))};
 };
 
-/// The same while somebody else, who has heard of it, writes its key.
+/// The same gateway; a second participant writes its key, too.
 class AWatchedGatewayWithAStranger : public AWatchedGateway {
  protected:
   void SetUp() override {

@@ -181,8 +181,7 @@ TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWas
 }
 
 TEST_F(BridgeWithProgram, AsksUnderAnotherNameWhatIsAnotherQuestionUnderTheIdOfACall) {
-  // Whoever asks first under an id that a gateway will give out has the program remember its
-  // answer.
+  // A stranger uses a call id before its gateway does, and the LCM program remembers the answer.
   fabric::Request strange = request(17);
   strange.text = "something else";
   const std::string first =
