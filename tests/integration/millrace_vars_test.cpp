@@ -88,6 +88,9 @@ TEST_F(TheVariables, OfEveryTypeAreWrittenAndReadBack) {
   EXPECT_EQ(run({"write", "V.E.NOTE", "[1,2]"}), "V.E.NOTE was \"\", is \"[1,2]\"\n");
   EXPECT_EQ(run({"write", "V.E.NOTE", ""}), "V.E.NOTE was \"[1,2]\", is \"\"\n");
   EXPECT_EQ(run({"write", "V.E.NOTE", "Maß"}), "V.E.NOTE was \"\", is \"Maß\"\n");
+  EXPECT_EQ(run({"write", "V.E.LINES", "a", "[b,c]", "-d"}),
+            "V.E.LINES was [\"\", \"\", \"\"], is [\"a\", \"[b,c]\", \"-d\"]\n")
+      << errors;
   EXPECT_EQ(exit_code, 0);
   const std::string values =
       run({"read", "V.E.LIMIT", "V.E.TABLE", "V.E.ON", "V.E.NOTE", "--json"});
@@ -119,6 +122,13 @@ TEST_F(TheVariables, AreNotWrittenByAValueThatDoesNotFit) {
     EXPECT_EQ(exit_code, 1);
     EXPECT_THAT(errors, HasSubstr(reason));
   }
+}
+
+TEST_F(TheVariables, AreNotWrittenWhereAFlagIsUnknown) {
+  EXPECT_EQ(run({"write", "V.E.TABLE", "1", "2", "--fast", "3"}), "");
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_THAT(errors, HasSubstr("not known here: "));
+  EXPECT_THAT(run({"read", "V.E.TABLE"}), HasSubstr("[0, 0, 0]"));
 }
 
 TEST_F(TheVariables, ThatAreReadOnlyOrTheGatewaysAreWrittenByForceOnly) {

@@ -49,15 +49,22 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   auto options = std::make_shared<WriteOptions>(command, machine);
   command.add_option("NAME", options->value.name, "A variable, as the program writes it")
       ->required();
-  // By itself, since CLI11 takes a [1,2] among several values for two.
   command
       .add_option("VALUE", options->first,
-                  "In the variable's type; TRUE or FALSE; a text of at most 127 bytes")
+                  "In the variable's type; TRUE or FALSE; a text of at most 127 bytes; of an "
+                  "array one for each element")
       ->required();
-  command.add_option("MORE", options->value.values, "The values of the other elements of an array");
+  // As extras: an option with several values takes "[1,2]" for two of them.
+  command.allow_extras();
   command.add_flag("--force", options->value.force,
                    "With --direct: also what is READ_ONLY for programs, and V.G.SERVICE.*");
-  command.callback([options, &chosen] {
+  command.callback([options, &command, &chosen] {
+    options->value.values = command.remaining();
+    for (const std::string& value : options->value.values) {
+      if (value.starts_with("--")) {
+        throw CLI::ExtrasError(command.get_name(), {value});
+      }
+    }
     options->value.values.insert(options->value.values.begin(), options->first);
     chosen.run = [options] {
       return with_source(*options, [&](Source& source) { return write_it(*options, source); });
