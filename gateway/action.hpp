@@ -12,6 +12,7 @@
 #include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/snapshot.hpp"
+#include "gateway/ticket.hpp"
 
 namespace millrace::gateway {
 
@@ -37,10 +38,10 @@ struct WakeAt {
   bool operator==(const WakeAt&) const = default;
 };
 
-/// Journal this and answer with on_recorded(ticket) once it is as safe as the journal's policy
-/// promises. Nobody waits for ticket 0.
+/// Journal this and answer with on_recorded(ticket), if anybody waits, once it is as safe as the
+/// journal's policy promises.
 struct Record {
-  std::uint64_t ticket = 0;
+  Ticket ticket;
   JournalEntry entry;
   bool operator==(const Record&) const = default;
 };

@@ -30,9 +30,9 @@ void ChannelOutput::put(SessionAction action) {
   actions_.push_back(std::move(action));
 }
 
-Ticket ChannelOutput::record(JournalEntry entry) {
-  put(Record{++last_ticket_, std::move(entry)});
-  return last_ticket_;
+EntryNumber ChannelOutput::record(JournalEntry entry) {
+  put(Record{{Ticket::Of::channel, key(), ++last_entry_}, std::move(entry)});
+  return last_entry_;
 }
 
 void ChannelOutput::tell(fabric::Event event, Moment now) {

@@ -2,7 +2,7 @@
 // people and tools see of it.
 //
 //   ChannelOutput out({"cnc", 1});
-//   const Ticket ticket = out.record(AnsweredEntry{…});     // on_recorded(ticket) follows
+//   const EntryNumber ticket = out.record(AnsweredEntry{…});     // on_recorded(ticket) follows
 //   out.say(Level::info, "call … answered");
 //   return out.take();
 #pragma once
@@ -20,7 +20,7 @@
 namespace millrace::gateway::channel {
 
 /// Of an entry that the journal has not confirmed yet; 0 = none.
-using Ticket = std::uint64_t;
+using EntryNumber = std::uint64_t;
 
 /// What a channel shows at the moment, beside its counters.
 struct ChannelView {
@@ -51,9 +51,9 @@ class ChannelOutput {
 
   void put(SessionAction action);
   /// on_recorded(ticket) is to follow.
-  [[nodiscard]] Ticket record(JournalEntry entry);
+  [[nodiscard]] EntryNumber record(JournalEntry entry);
   /// The same, and nobody waits for it.
-  void note(JournalEntry entry) { put(Record{0, std::move(entry)}); }
+  void note(JournalEntry entry) { put(Record{{}, std::move(entry)}); }
   /// Whether an event, or a line of this level, is worth its words. Whoever says something in each
   /// call asks first.
   [[nodiscard]] bool hears_events() const { return commons_ == nullptr || interest().events; }
@@ -96,7 +96,7 @@ class ChannelOutput {
   bool fresh_ = true;
   /// What was shown last, if somebody has looked since.
   std::optional<fabric::ChannelStatus> shown_;
-  Ticket last_ticket_ = 0;
+  EntryNumber last_entry_ = 0;
 };
 
 }  // namespace millrace::gateway::channel

@@ -135,12 +135,12 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
   return true;
 }
 
-Ticket OpenCall::unconfirmed_attempt() const {
+EntryNumber OpenCall::unconfirmed_attempt() const {
   return std::visit(Cases{
                         [](const phase::Waiting& waiting) { return waiting.entry; },
                         [](const phase::Assigned& assigned) { return assigned.entry; },
                         [](const phase::Held& held) { return held.entry; },
-                        [](const auto&) { return Ticket{0}; },
+                        [](const auto&) { return EntryNumber{0}; },
                     },
                     phase_);
 }
@@ -149,7 +149,7 @@ void OpenCall::assign(const Assignment& to, ChannelOutput& out, Moment now) {
   if (answered()) {
     return;
   }
-  Ticket entry = unconfirmed_attempt();
+  EntryNumber entry = unconfirmed_attempt();
   if (call_.attempts.empty() || call_.attempts.back() != to.attempt) {
     call_.attempts.push_back(to.attempt);
     // Refused under this number was an answer to an attempt that the journal has lost with the
@@ -179,7 +179,7 @@ void OpenCall::suspend(const std::string& reason, bool held, ChannelOutput& out,
     tell(fabric::EventKind::held, reason, out, now);
   }
   out.say(Level::warn, fmt::format("{}: {}", name(), reason));
-  const Ticket entry = unconfirmed_attempt();
+  const EntryNumber entry = unconfirmed_attempt();
   held ? enter(phase::Held{entry, now.steady}, reason) : enter(phase::Waiting{entry}, reason);
 }
 
@@ -203,13 +203,13 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
   out.say(Level::info, fmt::format("{}: {}", name(), reason_));
 }
 
-void OpenCall::on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out, Moment now) {
+void OpenCall::on_recorded(EntryNumber ticket, bool look_is_fresh, ChannelOutput& out, Moment now) {
   if (auto* const interim = std::get_if<Interim>(&interim_);
       interim != nullptr && interim->entry == ticket) {
     interim->entry = 0;
     return;
   }
-  const auto confirm = [ticket](Ticket& entry) { entry = entry == ticket ? 0 : entry; };
+  const auto confirm = [ticket](EntryNumber& entry) { entry = entry == ticket ? 0 : entry; };
   if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
     if (assigned->entry == ticket) {
       enter(phase::Given{Assignment(assigned->to)}, "");

@@ -52,12 +52,12 @@ struct Unverified {
 /// Nobody has it.
 struct Waiting {
   /// Of the last attempt, while the journal has not confirmed it.
-  Ticket entry = 0;
+  EntryNumber entry = 0;
 };
 /// The journal is being told who gets it.
 struct Assigned {
   Assignment to;
-  Ticket entry = 0;
+  EntryNumber entry = 0;
 };
 /// An instance has it.
 struct Given {
@@ -66,7 +66,7 @@ struct Given {
 /// An operator must say what becomes of it.
 struct Held {
   /// As in Waiting.
-  Ticket entry = 0;
+  EntryNumber entry = 0;
   /// Since when it has no instance, until the rule for that has been applied; nothing if it is held
   /// for another reason.
   std::optional<SteadyTime> lost_since{};
@@ -74,13 +74,13 @@ struct Held {
 /// It has its answer, and the journal is being told.
 struct Answered {
   Response answer;
-  Ticket entry = 0;
+  EntryNumber entry = 0;
 };
 /// The answer is on its way into the channel.
 struct Answering {
   AnswerWriter writer;
   /// Of the entry that says that REQUEST_STATE is about to be cleared.
-  Ticket clearing = 0;
+  EntryNumber clearing = 0;
 };
 
 }  // namespace phase
@@ -121,7 +121,7 @@ class OpenCall {
   void explain(const std::string& reason);
   /// Takes it from wherever it is, to be given out again.
   void retry(const std::string& by, ChannelOutput& out);
-  void on_recorded(Ticket ticket, bool look_is_fresh, ChannelOutput& out, Moment now);
+  void on_recorded(EntryNumber ticket, bool look_is_fresh, ChannelOutput& out, Moment now);
   /// The last word of the call, whose answer is written or whose program has moved on. Unless
   /// `over` the journal keeps it: until a read shows that its program has gone on, its request may
   /// be read once more.
@@ -168,7 +168,7 @@ class OpenCall {
   /// An interim answer of which the journal is told; ticket 0 once it has it.
   struct Interim {
     Response response;
-    Ticket entry = 0;
+    EntryNumber entry = 0;
   };
 
   /// An answer, told from the next one of the same instance: a service of another make may leave
@@ -185,7 +185,7 @@ class OpenCall {
       : call_(std::move(call)), policy_(policy), phase_(std::move(phase)) {}
 
   void enter(Phase phase, std::string reason);
-  [[nodiscard]] Ticket unconfirmed_attempt() const;
+  [[nodiscard]] EntryNumber unconfirmed_attempt() const;
   [[nodiscard]] const Assignment* assignment() const;
   void publish(const Assignment& to, ChannelOutput& out, Moment now);
   void take_interim(const fabric::Reply& reply, ChannelOutput& out);

@@ -158,7 +158,7 @@ void OpenCall::take_answer(const Attempt& of, Response response, const std::stri
     // One that is half written comes to its end first, or to its next read (begin_writing).
     interim_ = std::monostate{};
   }
-  const Ticket entry = out.record(AnsweredEntry{call_.id, *call_.answer});
+  const EntryNumber entry = out.record(AnsweredEntry{call_.id, *call_.answer});
   enter(phase::Answered{std::move(response), entry}, "");
   out.put(Freed{call_.id});
 }
@@ -215,7 +215,7 @@ void OpenCall::begin_writing(ChannelOutput& out) {
     }
   } else if (next_interim_ && !interim_unseen_ &&
              std::holds_alternative<std::monostate>(interim_)) {
-    const Ticket entry = out.record(InterimEntry{call_.id, next_interim_->state()});
+    const EntryNumber entry = out.record(InterimEntry{call_.id, next_interim_->state()});
     interim_ = Interim{*std::exchange(next_interim_, std::nullopt), entry};
   }
 }

@@ -62,7 +62,7 @@ void ChannelSession::say_seen(const Call& call, Moment now) {
   }
 }
 
-SessionActions ChannelSession::on_recorded(Ticket ticket, Moment now) {
+SessionActions ChannelSession::on_recorded(EntryNumber ticket, Moment now) {
   if (!call_ || ticket == 0) {
     return {};
   }

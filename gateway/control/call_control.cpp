@@ -69,17 +69,17 @@ ChannelActions CallControl::on_write(const fabric::ChannelKey& key, WriteOutcome
   });
 }
 
-ChannelActions CallControl::on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket,
-                                        Moment now) {
-  if (ticket == numbers_ticket) {
+ChannelActions CallControl::on_recorded(const Ticket& ticket, Moment now) {
+  if (ticket.of == Ticket::Of::numbers) {
     recorded_ = reserved_;
     if (std::exchange(out_of_numbers_, false)) {
       reconsider(now);
     }
     return finish();
   }
-  return step(key, now,
-              [&](channel::ChannelSession& session) { return session.on_recorded(ticket, now); });
+  return step(ticket.key, now, [&](channel::ChannelSession& session) {
+    return session.on_recorded(ticket.number, now);
+  });
 }
 
 ChannelActions CallControl::on_instance_ready(const fabric::InstanceIdentity& identity,
@@ -189,7 +189,7 @@ void CallControl::note_standing(const channel::ChannelSession& session, Moment n
                           .since = now.wall,
                           .reason = status.reason};
       standing_.insert_or_assign(session.key(), entry);
-      out_.push_back({session.key(), Record{0, std::move(entry)}});
+      out_.push_back({session.key(), Record{{}, std::move(entry)}});
     }
   } else if (const auto found = standing_.find(session.key()); found != standing_.end() &&
                                                                status.call != fabric::CallId{} &&
@@ -200,7 +200,7 @@ void CallControl::note_standing(const channel::ChannelSession& session, Moment n
 
 void CallControl::forget_standing(const fabric::ChannelKey& key) {
   if (!standing_.empty() && standing_.erase(key) != 0) {
-    out_.push_back({key, Record{0, StandingEntry{.key = key}}});
+    out_.push_back({key, Record{{}, StandingEntry{.key = key}}});
   }
 }
 

@@ -109,7 +109,7 @@ class CallControl {
                                 Moment now);
   ChannelActions on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                           const std::string& reason, Moment now);
-  ChannelActions on_recorded(const fabric::ChannelKey& key, std::uint64_t ticket, Moment now);
+  ChannelActions on_recorded(const Ticket& ticket, Moment now);
 
   ChannelActions on_instance_ready(const fabric::InstanceIdentity& identity, Moment now);
   ChannelActions on_instance_gone(const fabric::InstanceId& instance, Moment now);
@@ -147,9 +147,6 @@ class CallControl {
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
-  /// Of the records that reserve numbers; a session counts its own from 1.
-  static constexpr std::uint64_t numbers_ticket = ~std::uint64_t{0};
-
   channel::ChannelSession* find(const fabric::ChannelKey& key);
   channel::ChannelSession& open(const fabric::ChannelKey& key);
   /// Nothing if the channel has no session any more.

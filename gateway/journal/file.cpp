@@ -56,12 +56,16 @@ class File final : public Journal, private Storage {
 
   [[nodiscard]] const Ledger& ledger() const override { return keeper_.ledger(); }
 
-  void append(const JournalEntry& entry, std::function<void()> recorded) override {
-    keeper_.append(entry, std::move(recorded));
+  void append(const JournalEntry& entry, const Ticket& ticket) override {
+    keeper_.append(entry, ticket);
+  }
+
+  void on_recorded(std::function<void(const Ticket&)> handler) override {
+    on_recorded_ = std::move(handler);
   }
 
   void on_trouble(std::function<void(const std::string&)> handler) override {
-    handler_ = std::move(handler);
+    on_trouble_ = std::move(handler);
   }
 
  private:
@@ -144,11 +148,14 @@ class File final : public Journal, private Storage {
     });
   }
 
-  void confirm(std::vector<Recorded> recorded) override {
-    for (Recorded& one : recorded) {
-      if (one) {
-        asio::post(executor_, std::move(one));
-      }
+  /// Each in a turn of the loop of its own.
+  void confirm(std::vector<Ticket> tickets) override {
+    for (Ticket& one : tickets) {
+      asio::post(executor_, [this, ticket = std::move(one), alive = std::weak_ptr(alive_)] {
+        if (!alive.expired()) {
+          on_recorded_(ticket);
+        }
+      });
     }
   }
 
@@ -158,8 +165,8 @@ class File final : public Journal, private Storage {
     } else {
       log_->error("{}", trouble);
     }
-    if (handler_) {
-      asio::post(executor_, [handler = handler_, trouble] { handler(trouble); });
+    if (on_trouble_) {
+      asio::post(executor_, [handler = on_trouble_, trouble] { handler(trouble); });
     }
   }
 
@@ -172,7 +179,8 @@ class File final : public Journal, private Storage {
   /// Of the thread until the draft is begun.
   std::shared_ptr<base::posix::Fd> draft_;
   Keeper keeper_;
-  std::function<void(const std::string&)> handler_;
+  std::function<void(const Ticket&)> on_recorded_;
+  std::function<void(const std::string&)> on_trouble_;
   asio::steady_timer timer_;
   /// Handlers that outlive the journal see it gone.
   std::shared_ptr<int> alive_ = std::make_shared<int>(0);

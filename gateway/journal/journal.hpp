@@ -2,7 +2,8 @@
 //
 //   auto journal = open_file(executor, {.folder = "/var/lib/millrace"}, log);   // or in_memory(…)
 //   CallControl control(options, journal->ledger());
-//   journal->append(entry, [] { /* as safe as the policy promises */ });
+//   journal->on_recorded([](const Ticket& ticket) { /* its entry is as safe as promised */ });
+//   journal->append(entry, ticket);
 #pragma once
 
 #include <functional>
@@ -15,6 +16,7 @@
 #include "gateway/journal/ledger.hpp"
 #include "gateway/journal/options.hpp"
 #include "gateway/journal_entry.hpp"
+#include "gateway/ticket.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -24,10 +26,12 @@ class Journal {
   virtual ~Journal() = default;
   /// All that is remembered, with the entries just appended.
   [[nodiscard]] virtual const Ledger& ledger() const = 0;
-  /// `recorded` is called on the executor, never from within append(). While nothing can be written
+  /// `ticket` comes back on the executor, never from within append(). While nothing can be written
   /// it waits, and one that has to wait for the disk may come after those of later entries that
-  /// need not. It may be empty.
-  virtual void append(const JournalEntry& entry, std::function<void()> recorded) = 0;
+  /// need not.
+  virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
+  /// To be set before anything is appended with a ticket.
+  virtual void on_recorded(std::function<void(const Ticket&)> handler) = 0;
   /// Told when the journal cannot write any more, with the reason, and with an empty text when it
   /// can again.
   virtual void on_trouble(std::function<void(const std::string&)> handler) = 0;

@@ -49,19 +49,19 @@ tl::expected<void, std::string> Keeper::begin() {
   });
 }
 
-void Keeper::append(const JournalEntry& entry, Recorded recorded) {
+void Keeper::append(const JournalEntry& entry, const Ticket& ticket) {
   ledger_.apply(entry);
   write(encode(entry));
   // A call number must never be given twice, whatever the policy.
   const bool forced = options_.sync == Sync::always || std::holds_alternative<NumbersEntry>(entry);
   if (forced || !trouble_.empty()) {
     force_due_ = true;
-    if (recorded) {
-      waiting_.push_back(std::move(recorded));
+    if (ticket) {
+      waiting_.push_back(ticket);
     }
     proceed();
-  } else if (recorded) {
-    storage_.confirm({std::move(recorded)});
+  } else if (ticket) {
+    storage_.confirm({ticket});
   }
 }
 

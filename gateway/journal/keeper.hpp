@@ -4,7 +4,7 @@
 //   Keeper keeper(storage, options);
 //   if (auto loaded = keeper.load(bytes, epoch); !loaded) …    // the file is none of ours
 //   if (auto written = keeper.begin(); !written) …             // the folder cannot be used
-//   keeper.append(entry, [] { /* as safe as the policy promises */ });
+//   keeper.append(entry, ticket);              → storage.confirm({ticket}), at once or once forced
 //   keeper.on_tick();                                          // once a period
 //
 // The file grows until it is several times as long as the open calls need; then a draft is written
@@ -19,7 +19,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,11 +28,9 @@
 #include "gateway/journal/ledger.hpp"
 #include "gateway/journal/options.hpp"
 #include "gateway/journal_entry.hpp"
+#include "gateway/ticket.hpp"
 
 namespace millrace::gateway::journal {
-
-/// Empty if nobody waits for it.
-using Recorded = std::function<void()>;
 
 /// One file on a disk, and the draft of the next one. Errors are words that go after "the journal
 /// ". What waits for the disk is only started here, one thing at a time, and answered by the
@@ -54,8 +51,8 @@ class Storage {
   /// Forces the draft to the disk and has it take the file's place, in one step even if the power
   /// fails meanwhile; from then on it is the file: Keeper::on_exchanged.
   virtual void start_exchange() = 0;
-  /// Calls these soon, in their order, never from within.
-  virtual void confirm(std::vector<Recorded> recorded) = 0;
+  /// The entries of these are as safe as promised. Says so soon, in their order, never from within.
+  virtual void confirm(std::vector<Ticket> tickets) = 0;
   /// The journal cannot write any more, with the reason; or, with an empty text, can again.
   virtual void tell(const std::string& trouble) = 0;
 };
@@ -72,7 +69,7 @@ class Keeper {
   tl::expected<void, std::string> begin();
 
   /// What has to wait for the disk may be confirmed after later entries that need not.
-  void append(const JournalEntry& entry, Recorded recorded);
+  void append(const JournalEntry& entry, const Ticket& ticket);
   /// Once a period: forces, shortens, or tries again after trouble.
   void on_tick();
 
@@ -112,8 +109,8 @@ class Keeper {
   bool force_due_ = false;
   bool draft_due_ = false;
   /// Covered by the force or exchange under way, and by the next one.
-  std::vector<Recorded> batch_;
-  std::vector<Recorded> waiting_;
+  std::vector<Ticket> batch_;
+  std::vector<Ticket> waiting_;
   /// What the draft was begun with needs so much; with all that came since it is so long.
   std::size_t draft_needs_ = 0;
   std::size_t draft_size_ = 0;

@@ -18,11 +18,19 @@ class Memory final : public Journal {
 
   [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
 
-  void append(const JournalEntry& entry, std::function<void()> recorded) override {
+  void append(const JournalEntry& entry, const Ticket& ticket) override {
     ledger_.apply(entry);
-    if (recorded) {
-      boost::asio::post(executor_, std::move(recorded));
+    if (ticket) {
+      boost::asio::post(executor_, [this, ticket, alive = std::weak_ptr(alive_)] {
+        if (!alive.expired()) {
+          handler_(ticket);
+        }
+      });
     }
+  }
+
+  void on_recorded(std::function<void(const Ticket&)> handler) override {
+    handler_ = std::move(handler);
   }
 
   void on_trouble(std::function<void(const std::string&)>) override {}
@@ -30,6 +38,9 @@ class Memory final : public Journal {
  private:
   boost::asio::any_io_executor executor_;
   Ledger ledger_;
+  std::function<void(const Ticket&)> handler_;
+  /// Handlers that outlive the journal see it gone.
+  std::shared_ptr<int> alive_ = std::make_shared<int>(0);
 };
 
 }  // namespace

@@ -70,6 +70,7 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       machines(own, *this, *this) {
   static_cast<void>(
       control.set_interest({.events = false, .statuses = false, .least = least_of(log)}, now()));
+  journal->on_recorded([this](const Ticket& ticket) { on_recorded(ticket); });
   journal->on_trouble([this](const std::string& trouble) {
     begin_event();
     carry_out(control.set_journal_trouble(trouble, now()));

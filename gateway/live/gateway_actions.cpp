@@ -61,15 +61,17 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WakeAt& actio
   });
 }
 
-void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Record& action) {
-  if (action.ticket == 0) {
-    journal->append(action.entry, {});
-    return;
+void Gateway::Impl::carry_out(const fabric::ChannelKey&, const Record& action) {
+  journal->append(action.entry, action.ticket);
+}
+
+void Gateway::Impl::on_recorded(const Ticket& ticket) {
+  begin_event();
+  if (ticket.of == Ticket::Of::queue) {
+    queues.on_recorded(ticket);
+  } else {
+    carry_out(control.on_recorded(ticket, now()));
   }
-  journal->append(action.entry, [this, key, ticket = action.ticket] {
-    begin_event();
-    carry_out(control.on_recorded(key, ticket, now()));
-  });
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Publish& action) {

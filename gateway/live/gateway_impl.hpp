@@ -103,11 +103,12 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
   void on_queue_write(const fabric::ChannelKey& key) override;
   void on_queue_change(const fabric::ChannelKey& key) override;
-  void record_of_queue(const std::vector<JournalEntry>& entries,
-                       std::function<void()> recorded) override;
+  void record_of_queue(const std::vector<JournalEntry>& entries, const Ticket& ticket) override;
   void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) override;
   void tell_queue(const fabric::DataSample& sample) override;
   void warn_of_volatile_queues();
+
+  void on_recorded(const Ticket& ticket);
 
   // What other gateways say.
   void on_machine(const fabric::MachineStatus& status) override;
@@ -135,7 +136,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void carry_out(const fabric::ChannelKey& key, const Read& action);
   void carry_out(const fabric::ChannelKey& key, const Write& action);
   void carry_out(const fabric::ChannelKey& key, const WakeAt& action);
-  void carry_out(const fabric::ChannelKey& key, const Record& action);
+  void carry_out(const fabric::ChannelKey&, const Record& action);
   void carry_out(const fabric::ChannelKey& key, const Publish& action);
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action);
   void carry_out(const fabric::ChannelKey& key, const Tell& action);

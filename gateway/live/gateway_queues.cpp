@@ -45,21 +45,14 @@ void Gateway::Impl::on_queue_change(const fabric::ChannelKey& key) {
 }
 
 void Gateway::Impl::record_of_queue(const std::vector<JournalEntry>& entries,
-                                    std::function<void()> recorded) {
+                                    const Ticket& ticket) {
   if (entries.empty()) {
     return;
   }
   for (const JournalEntry& entry : std::span(entries).first(entries.size() - 1)) {
     journal->append(entry, {});
   }
-  std::function<void()> then;
-  if (recorded) {
-    then = [this, recorded = std::move(recorded)] {
-      begin_event();
-      recorded();
-    };
-  }
-  journal->append(entries.back(), std::move(then));
+  journal->append(entries.back(), ticket);
 }
 
 void Gateway::Impl::say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) {

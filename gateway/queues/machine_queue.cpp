@@ -49,22 +49,18 @@ void MachineQueue::on_acknowledged() {
   tell();
 }
 
+void MachineQueue::on_recorded() {
+  queue_.on_journalled(io_.now());
+  go_on();
+}
+
 void MachineQueue::tell() {
   if (stopped_) {
     return;
   }
   const Queue::News news = queue_.take_news();
   if (!news.entries.empty()) {
-    std::function<void()> recorded;
-    if (news.wait) {
-      recorded = [weak = weak_from_this()] {
-        if (const auto self = weak.lock(); self && !self->stopped_) {
-          self->queue_.on_journalled(self->io_.now());
-          self->go_on();
-        }
-      };
-    }
-    outlet_.record(news.entries, std::move(recorded));
+    outlet_.record(news.entries, news.wait);
   }
   outlet_.tell(news);
   if (news.shows) {

@@ -33,8 +33,8 @@ class QueuesIo {
 
 /// What a queue tells, never from within the one that is told.
 struct QueueOutlet {
-  /// Journal these in their order; `recorded`, if it is not empty, once the last is safe.
-  std::function<void(const std::vector<JournalEntry>&, std::function<void()> recorded)> record;
+  /// Journal these in their order; on_recorded() once the last is safe, if `wait`.
+  std::function<void(const std::vector<JournalEntry>&, bool wait)> record;
   /// Another message is shown.
   std::function<void()> shows;
   std::function<void(const Queue::News&)> tell;
@@ -60,6 +60,7 @@ class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
   void on_read(ReadSet what) { queue_.on_read(what); }
   void write(const Write& write);
   void on_acknowledged();
+  void on_recorded();
   /// What it has to tell.
   void tell();
 

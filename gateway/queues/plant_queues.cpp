@@ -25,10 +25,14 @@ void PlantQueues::soon(Act act) {
 }
 
 void PlantQueues::begin(const fabric::ChannelKey& key, One& one, QueueBook book) {
+  one.number = ++begun_;
   one.queue = std::make_shared<MachineQueue>(
       one.machine, one.settings, std::move(book), io_,
-      QueueOutlet{.record = [this](const auto& entries,
-                                   auto recorded) { events_.record_of_queue(entries, recorded); },
+      QueueOutlet{.record =
+                      [this, key, number = one.number](const auto& entries, bool wait) {
+                        events_.record_of_queue(
+                            entries, wait ? Ticket{Ticket::Of::queue, key, number} : Ticket{});
+                      },
                   .shows = [this, key] { soon([this, key] { events_.on_queue_change(key); }); },
                   .tell = [this, key](const auto& news) { events_.say_of_queue(key, news); }});
 }
@@ -214,6 +218,14 @@ void PlantQueues::write(const fabric::ChannelKey& key, const Write& write) {
       }
     }
   });
+}
+
+void PlantQueues::on_recorded(const Ticket& ticket) {
+  // Another one may have taken its place.
+  if (const auto found = queues_.find(ticket.key);
+      found != queues_.end() && found->second.number == ticket.number) {
+    found->second.queue->on_recorded();
+  }
 }
 
 void PlantQueues::tell_numbers() {

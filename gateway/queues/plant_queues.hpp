@@ -19,6 +19,7 @@
 #include "fabric/data.hpp"
 #include "gateway/queue_book.hpp"
 #include "gateway/queues/machine_queue.hpp"
+#include "gateway/ticket.hpp"
 
 namespace millrace::gateway::queues {
 
@@ -35,8 +36,8 @@ class QueueEvents {
   virtual void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) = 0;
   virtual void on_queue_write(const fabric::ChannelKey& key) = 0;
   virtual void on_queue_change(const fabric::ChannelKey& key) = 0;
-  virtual void record_of_queue(const std::vector<JournalEntry>& entries,
-                               std::function<void()> recorded) = 0;
+  /// Journal these in their order; answered by on_recorded() with the ticket of the last.
+  virtual void record_of_queue(const std::vector<JournalEntry>& entries, const Ticket& ticket) = 0;
   virtual void say_of_queue(const fabric::ChannelKey& key, const Queue::News& news) = 0;
   virtual void tell_queue(const fabric::DataSample& sample) = 0;
 };
@@ -61,6 +62,8 @@ class PlantQueues {
   void on_left(const std::string& machine, std::uint16_t channel, const std::string& reason);
   /// The calls of a queue that was retired are over.
   void on_over(const fabric::ChannelKey& key);
+  /// Of a queue.
+  void on_recorded(const Ticket& ticket);
 
   // What the calls of a queue want of its channel.
   void read(const fabric::ChannelKey& key, ReadSet look);
@@ -78,6 +81,8 @@ class PlantQueues {
     std::string machine{};
     QueueSettings settings{};
     std::shared_ptr<MachineQueue> queue{};
+    /// Which one of this key.
+    std::uint64_t number = 0;
     /// Its channel is served by us.
     bool ours = false;
     /// The configuration names it no more.
@@ -104,6 +109,7 @@ class PlantQueues {
   QueuesIo& io_;
   QueueEvents& events_;
   std::map<fabric::ChannelKey, One> queues_;
+  std::uint64_t begun_ = 0;
   /// Whether a machine can be reached, and the channels of it that are ours.
   struct Reach {
     std::set<std::uint16_t> channels{};

@@ -50,6 +50,8 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
       wakes.emplace_back(io.get_executor());
     }
     on_readers(false, false);
+    journal->on_recorded(
+        [this](const Ticket& ticket) { carry_out(core.on_recorded(ticket, moment_now())); });
     for (std::size_t i = 0; i < plant.machines.size(); ++i) {
       before[plant.machines[i]] = i * plant.channels;
       carry_out(core.on_link_up(plant.machines[i], numbers, moment_now()));
@@ -143,17 +145,11 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
                              [this, key] { carry_out(core.on_wake(key, moment_now())); });
   }
   void carry_out(const fabric::ChannelKey& key, const Record& action) {
-    if (action.ticket == 0) {
-      journal->append(action.entry, {});
-      return;
-    }
     if (std::holds_alternative<DispatchedEntry>(action.entry)) {
       // In the same step as its acceptance.
       places[index_of(key)].seen = Clock::now();
     }
-    journal->append(action.entry, [this, key, ticket = action.ticket] {
-      carry_out(core.on_recorded(key, ticket, moment_now()));
-    });
+    journal->append(action.entry, action.ticket);
   }
   void carry_out(const fabric::ChannelKey&, const Publish& action) {
     given_at = Clock::now();

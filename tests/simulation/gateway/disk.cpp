@@ -113,9 +113,10 @@ void Disk::start_exchange() {
   });
 }
 
-void Disk::confirm(std::vector<journal::Recorded> recorded) {
-  for (auto& one : recorded) {
-    process_.after(Time{}, std::move(one), 1);
+void Disk::confirm(std::vector<gateway::Ticket> tickets) {
+  for (auto& one : tickets) {
+    process_.after(
+        Time{}, [this, ticket = std::move(one)] { on_recorded(ticket); }, 1);
   }
 }
 

@@ -33,6 +33,7 @@ class Disk final : public gateway::journal::Storage {
 
   /// Where the journal's answers go in this life of the process.
   gateway::journal::Keeper* keeper = nullptr;
+  std::function<void(const gateway::Ticket&)> on_recorded;
   std::function<void(const std::string&)> on_trouble;
 
   tl::expected<void, std::string> begin(std::string_view bytes) override;
@@ -41,7 +42,7 @@ class Disk final : public gateway::journal::Storage {
   void start_force() override;
   void start_draft(std::vector<gateway::JournalEntry> entries) override;
   void start_exchange() override;
-  void confirm(std::vector<gateway::journal::Recorded> recorded) override;
+  void confirm(std::vector<gateway::Ticket> tickets) override;
   void tell(const std::string& trouble) override;
 
  private:

@@ -97,17 +97,29 @@ void GatewayProcess::carry_out(const Key& key, const gateway::WakeAt& action) {
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Record& action) {
   witness_.on_record(key, action.entry);
-  auto recorded = [this, key, ticket = action.ticket] {
-    begin_event();
-    carry_out(control_->on_recorded(key, ticket, now()));
-  };
-  if (mistakes_.skips(action.entry)) {
-    process().after(Time{}, std::move(recorded));
+  append(action.entry, action.ticket);
+}
+
+void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) {
+  if (mistakes_.skips(entry)) {
+    process().after(Time{}, [this, ticket] { on_recorded(ticket); });
   } else if (mistakes_.makes(Bug::recorded_before_forced)) {
-    keeper_->append(action.entry, [] {});
-    process().after(Time{}, std::move(recorded));
+    keeper_->append(entry, {});
+    process().after(Time{}, [this, ticket] { on_recorded(ticket); });
   } else {
-    keeper_->append(action.entry, std::move(recorded));
+    keeper_->append(entry, ticket);
+  }
+}
+
+void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
+  if (!ticket) {
+    return;
+  }
+  begin_event();
+  if (ticket.of == gateway::Ticket::Of::queue) {
+    queues_->on_recorded(ticket);
+  } else {
+    carry_out(control_->on_recorded(ticket, now()));
   }
 }
 

@@ -41,6 +41,7 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
       disk_(process(), random_.fork(), plan_.bug),
       witness_(plan_.number, history),
       mistakes_(plan_.bug) {
+  disk_.on_recorded = [this](const gateway::Ticket& ticket) { on_recorded(ticket); };
   disk_.on_trouble = [this](const std::string& trouble) {
     in_trouble_ = !trouble.empty();
     begin_event();

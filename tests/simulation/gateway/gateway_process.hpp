@@ -129,7 +129,7 @@ class GatewayProcess final : public Member,
   void on_queue_write(const Key& key) override;
   void on_queue_change(const Key& key) override;
   void record_of_queue(const std::vector<gateway::JournalEntry>& entries,
-                       std::function<void()> recorded) override;
+                       const gateway::Ticket& ticket) override;
   void say_of_queue(const Key& key, const gateway::queues::Queue::News& news) override;
   void tell_queue(const fabric::DataSample&) override {}
   void write_queue(const Key& key, const gateway::Write& action);
@@ -146,6 +146,8 @@ class GatewayProcess final : public Member,
   void carry_out(const Key& key, const gateway::Write& action);
   void carry_out(const Key& key, const gateway::WakeAt& action);
   void carry_out(const Key& key, const gateway::Record& action);
+  void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
+  void on_recorded(const gateway::Ticket& ticket);
   void carry_out(const Key& key, const gateway::Publish& action);
   void carry_out(const Key& key, const gateway::Withdraw& action);
   void carry_out(const Key& key, const gateway::Tell& action);

@@ -54,26 +54,10 @@ void GatewayProcess::on_queue_change(const Key& key) {
 }
 
 void GatewayProcess::record_of_queue(const std::vector<gateway::JournalEntry>& entries,
-                                     std::function<void()> recorded) {
+                                     const gateway::Ticket& ticket) {
   for (std::size_t i = 0; i < entries.size(); ++i) {
-    const gateway::JournalEntry& entry = entries[i];
-    witness_.on_message(entry);
-    std::function<void()> then;
-    if (i + 1 == entries.size() && recorded) {
-      then = [this, recorded = std::move(recorded)] {
-        begin_event();
-        recorded();
-      };
-    }
-    if (mistakes_.skips(entry)) {
-      process().after(
-          Time{}, then ? std::move(then) : [] {});
-    } else if (mistakes_.makes(Bug::recorded_before_forced) && then) {
-      keeper_->append(entry, [] {});
-      process().after(Time{}, std::move(then));
-    } else {
-      keeper_->append(entry, std::move(then));
-    }
+    witness_.on_message(entries[i]);
+    append(entries[i], i + 1 == entries.size() ? ticket : gateway::Ticket{});
   }
 }
 

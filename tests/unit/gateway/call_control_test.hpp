@@ -44,7 +44,7 @@ class CallControlTest : public testing::Test {
     for (const control::ChannelAction& one : actions) {
       if (const auto* record = std::get_if<Record>(&one.action)) {
         ledger.apply(record->entry);
-        std::ranges::copy(sut->on_recorded(one.key, record->ticket, now), std::back_inserter(all));
+        std::ranges::copy(sut->on_recorded(record->ticket, now), std::back_inserter(all));
       }
     }
     return all;
@@ -60,7 +60,7 @@ class CallControlTest : public testing::Test {
       control::ChannelActions more;
       if (const auto* record = std::get_if<Record>(&action)) {
         ledger.apply(record->entry);
-        more = sut->on_recorded(key, record->ticket, now);
+        more = sut->on_recorded(record->ticket, now);
       } else if (const auto* given = std::get_if<Publish>(&action)) {
         more = sut->on_reply(answer_to(given->request), now);
       } else if (const auto* write = std::get_if<Write>(&action)) {

@@ -224,7 +224,7 @@ class Desk {
     }
     ledger.apply(one.entry);
     if (!interrupted()) {
-      append(sut->on_recorded(one.ticket, now));
+      append(sut->on_recorded(one.ticket.number, now));
     }
   }
   void carry_out(const Publish& one) { published.push_back(one.request); }

@@ -66,12 +66,11 @@ class JournalFile : public testing::TestWithParam<Sync> {
                      .period = 5ms,
                      .compact_at = compact_at},
                     base::program::no_log());
+    sut->on_recorded([this](const Ticket&) { ++recorded; });
     sut->on_trouble([this](const std::string& text) { troubles.push_back(text); });
   }
 
-  void append(const JournalEntry& entry) {
-    sut->append(entry, [this] { ++recorded; });
-  }
+  void append(const JournalEntry& entry) { sut->append(entry, {.of = Ticket::Of::channel}); }
 
   [[nodiscard]] std::filesystem::path file() const {
     return folder.path() / "journal" / "calls.journal";
@@ -236,17 +235,18 @@ TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
 [[noreturn]] void journal_until_killed(const FileOptions& options, int report) {
   boost::asio::io_context io;
   const auto journal = open_file(io.get_executor(), options, base::program::no_log());
-  std::function<void(std::uint64_t)> take = [&](std::uint64_t number) {
-    journal->append(dispatched(number), [&, number] {
-      if (::write(report, &number, sizeof number) != sizeof number) {
-        ::_exit(1);
-      }
-      if (number > 10) {
-        journal->append(EndedEntry{{1, number - 10}}, {});
-      }
-      take(number + 1);
-    });
+  const auto take = [&](std::uint64_t number) {
+    journal->append(dispatched(number), {.of = Ticket::Of::channel, .number = number});
   };
+  journal->on_recorded([&](const Ticket& ticket) {
+    if (::write(report, &ticket.number, sizeof ticket.number) != sizeof ticket.number) {
+      ::_exit(1);
+    }
+    if (ticket.number > 10) {
+      journal->append(EndedEntry{{1, ticket.number - 10}}, {});
+    }
+    take(ticket.number + 1);
+  });
   take(1);
   io.run();
   ::_exit(1);
@@ -310,7 +310,8 @@ TEST(MemoryJournal, ConfirmsAtOnceAndHasAnEpoch) {
   const auto sut = in_memory(io.get_executor());
   EXPECT_NE(sut->ledger().numbers().epoch, 0U);
   bool recorded = false;
-  sut->append(dispatched(1), [&] { recorded = true; });
+  sut->on_recorded([&](const Ticket&) { recorded = true; });
+  sut->append(dispatched(1), {.of = Ticket::Of::channel});
   EXPECT_FALSE(recorded);
   io.run();
   EXPECT_TRUE(recorded);

@@ -79,9 +79,9 @@ class ModelDisk final : public Storage {
       });
     });
   }
-  void confirm(std::vector<Recorded> recorded) override {
-    for (const Recorded& one : recorded) {
-      one();
+  void confirm(std::vector<Ticket> tickets) override {
+    for (const Ticket& one : tickets) {
+      (one.of == Ticket::Of::numbers ? recorded_numbers : recorded).push_back(one.number);
     }
   }
   void tell(const std::string& trouble) override { troubles.push_back(trouble); }
@@ -121,6 +121,9 @@ class ModelDisk final : public Storage {
   std::size_t appended = 0;
   std::size_t written_anew = 0;
   std::vector<std::string> troubles;
+  /// Of calls, and of entries that reserve numbers.
+  std::vector<std::uint64_t> recorded;
+  std::vector<std::uint64_t> recorded_numbers;
 
  private:
   void start(std::function<void()> next) {
@@ -164,7 +167,7 @@ class JournalKeeper : public testing::Test {
     ASSERT_TRUE(sut->begin());
   }
   void append(std::uint64_t number) {
-    sut->append(dispatched(number), [this, number] { recorded.push_back(number); });
+    sut->append(dispatched(number), {.of = Ticket::Of::channel, .number = number});
   }
   void end(std::uint64_t number) { sut->append(EndedEntry{call(number)}, {}); }
   /// Calls that come and go, until the file is longer than this.
@@ -182,7 +185,7 @@ class JournalKeeper : public testing::Test {
 
   ModelDisk disk;
   std::optional<Keeper> sut;
-  std::vector<std::uint64_t> recorded;
+  std::vector<std::uint64_t>& recorded = disk.recorded;
 };
 
 TEST_F(JournalKeeper, IsAsShortAsItCanBeOnceItHasBeenWrittenAnew) {
@@ -282,13 +285,12 @@ TEST_F(JournalKeeper, IsWrittenAnewAlthoughForcesNeverEnd) {
 
 TEST_F(JournalKeeper, ForcesCallNumbersUnderAnyPolicy) {
   open(Sync::never);
-  bool numbers = false;
-  sut->append(NumbersEntry{epoch, 1000}, [&] { numbers = true; });
+  sut->append(NumbersEntry{epoch, 1000}, {.of = Ticket::Of::numbers});
   append(1);
   EXPECT_THAT(recorded, ElementsAre(1U));
-  EXPECT_FALSE(numbers);
+  EXPECT_THAT(disk.recorded_numbers, IsEmpty());
   disk.finish();
-  EXPECT_TRUE(numbers);
+  EXPECT_EQ(disk.recorded_numbers.size(), 1U);
   EXPECT_EQ(disk.after_a_power_cut().front().numbers().reserved, 1000U);
 }
 

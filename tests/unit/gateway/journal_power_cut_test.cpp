@@ -40,10 +40,12 @@ class JournalAfterAPowerCut : public testing::TestWithParam<Sync> {
     tests::ForgetfulDisk disk(journal);
     auto writer = open(journal);
     disk.promise(1);
+    bool recorded = false;
+    writer->on_recorded([&](const Ticket&) { recorded = true; });
     for (std::uint64_t number = 1; number <= calls; ++number) {
-      bool recorded = false;
-      writer->append(EndedEntry{{1, number - 1}}, nullptr);
-      writer->append(call_of_the_channel(number), [&] { recorded = true; });
+      recorded = false;
+      writer->append(EndedEntry{{1, number - 1}}, {});
+      writer->append(call_of_the_channel(number), {.of = Ticket::Of::channel});
       EXPECT_TRUE(run_until(io, [&] { return recorded; }));
       disk.promise(static_cast<unsigned>(number + 1));
     }

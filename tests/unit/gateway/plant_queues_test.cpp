@@ -56,7 +56,7 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
   void on_queue_read(const fabric::ChannelKey&, const Snapshot&) override { heard += "read "; }
   void on_queue_write(const fabric::ChannelKey&) override {}
   void on_queue_change(const fabric::ChannelKey&) override {}
-  void record_of_queue(const std::vector<JournalEntry>&, std::function<void()>) override {}
+  void record_of_queue(const std::vector<JournalEntry>&, const Ticket&) override {}
   void say_of_queue(const fabric::ChannelKey&, const Queue::News&) override {}
   void tell_queue(const fabric::DataSample&) override {}
 

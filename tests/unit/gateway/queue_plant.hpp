@@ -250,9 +250,8 @@ class QueuePlant {
         });
       } else if (const auto* record = std::get_if<Record>(&action)) {
         ledger.apply(record->entry);
-        todo.push_back([this, key = key, ticket = record->ticket] {
-          carry_out(control->on_recorded(key, ticket, now));
-        });
+        todo.push_back(
+            [this, ticket = record->ticket] { carry_out(control->on_recorded(ticket, now)); });
       } else if (const auto* given = std::get_if<Publish>(&action)) {
         if (!deaf) {
           todo.push_back([this, request = given->request] { run(request); });

@@ -201,7 +201,7 @@ TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
     const auto records = desk.unconfirmed;
     for (const Record& record : records) {
       desk.ledger.apply(record.entry);
-      desk.feed(sut().on_recorded(record.ticket, desk.now));
+      desk.feed(sut().on_recorded(record.ticket.number, desk.now));
     }
     EXPECT_THAT(desk.published, SizeIs(1)) << "the next attempt is not given out any more";
     EXPECT_EQ(sut().call() == nullptr, !policy) << "answered, or held";
@@ -220,7 +220,7 @@ TEST_F(RefusedAnswer, OrNoneAnAttemptThatIsRepeatedWaitsForTheJournal) {
   desk.feed(sut().assign(desk.assignment(), desk.now));
   EXPECT_THAT(desk.published, IsEmpty());
   ASSERT_THAT(desk.unconfirmed, SizeIs(1));
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
   EXPECT_THAT(desk.published, SizeIs(1));
 }
 

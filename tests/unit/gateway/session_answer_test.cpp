@@ -148,7 +148,7 @@ TEST_F(ChannelAnswer, LooksAgainWhenTheJournalTookLong) {
   // Between the polls that go on meanwhile, the program gives up and asks something else.
   desk.now.steady += 50ms;
   desk.call("3", 2);
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=1.414"));
   EXPECT_EQ(desk.channel.values().request_state, 2U);
 }
@@ -366,7 +366,7 @@ TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
   desk.journal_works = true;
   for (const Record& record : std::exchange(desk.unconfirmed, {})) {
     desk.ledger.apply(record.entry);
-    desk.feed(sut().on_recorded(record.ticket, desk.now));
+    desk.feed(sut().on_recorded(record.ticket.number, desk.now));
   }
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=done", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
@@ -430,7 +430,7 @@ TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
   desk.feed(desk.sut->on_link_down("the controller is off", desk.now));
   desk.channel.reset();
   desk.call();
-  desk.feed(desk.sut->on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  desk.feed(desk.sut->on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
   desk.link_up();
   desk.wait(std::chrono::milliseconds(20));
   EXPECT_EQ(desk.channel.values().response_state, 1U);

@@ -174,7 +174,7 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
   desk.dispatched_call();
   EXPECT_THAT(desk.published, IsEmpty());
   ASSERT_EQ(desk.unconfirmed.size(), 1U);
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
   ASSERT_EQ(desk.published.size(), 1U);
   EXPECT_EQ(desk.published.front().assigned, instance(1));
   EXPECT_EQ(desk.published.front().attempt, 1U);
@@ -209,7 +209,7 @@ TEST_F(ChannelRequest, IsNotPublishedIfItsInstanceIsLostBeforeTheJournalHasIt) {
   desk.journal_works = false;
   desk.dispatched_call();
   desk.feed(sut().suspend("lost", false, desk.now));
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket, desk.now));
+  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
   EXPECT_THAT(desk.published, IsEmpty());
 }
 
