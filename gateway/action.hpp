@@ -32,12 +32,6 @@ struct Write {
   bool operator==(const Write&) const = default;
 };
 
-/// Call on_wake at this time; replaces what was asked before.
-struct WakeAt {
-  SteadyTime at;
-  bool operator==(const WakeAt&) const = default;
-};
-
 /// Journal this and answer with on_recorded(ticket), if anybody waits, once it is as safe as the
 /// journal's policy promises.
 struct Record {
@@ -89,8 +83,8 @@ struct WriteProblem {
 };
 
 /// What leaves the core: gateway/live carries it out.
-using Action = std::variant<Read, Write, WakeAt, Record, Publish, Withdraw, Tell, Show, Hide, Say,
-                            WriteProblem>;
+using Action =
+    std::variant<Read, Write, Record, Publish, Withdraw, Tell, Show, Hide, Say, WriteProblem>;
 
 /// A request is there: answer with claim() or leave() before anything else.
 struct Offer {
@@ -127,8 +121,14 @@ struct Declined {
   bool operator==(const Declined&) const = default;
 };
 
-/// What a session wants: of the world, or of the core, which keeps the last five to itself.
-using SessionAction = std::variant<Action, Offer, LeaveBe, Resume, Freed, Declined>;
+/// Call on_wake at this time or before; replaces what was asked before.
+struct WakeAt {
+  SteadyTime at;
+  bool operator==(const WakeAt&) const = default;
+};
+
+/// What a session wants: of the world, or of the core, which keeps the last six to itself.
+using SessionAction = std::variant<Action, Offer, LeaveBe, Resume, Freed, Declined, WakeAt>;
 using SessionActions = std::vector<SessionAction>;
 
 /// Room for the actions of most steps, in a piece of memory that is small enough to be had cheaply:

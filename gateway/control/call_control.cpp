@@ -28,10 +28,6 @@ ChannelActions CallControl::step(const fabric::ChannelKey& key, Moment now, Step
   return finish();
 }
 
-ChannelActions CallControl::on_wake(const fabric::ChannelKey& key, Moment now) {
-  return step(key, now, [&](channel::ChannelSession& session) { return session.on_wake(now); });
-}
-
 ChannelActions CallControl::set_told(const fabric::ChannelKey& key, bool told, Moment now) {
   return step(key, now,
               [&](channel::ChannelSession& session) { return session.set_told(told, now); });
@@ -121,13 +117,21 @@ ChannelActions CallControl::on_time(Moment now) {
     reconsider(now);
   }
   withdraw(answered_.due(now.steady));
+  for (const fabric::ChannelKey& key : timers_.take_due(now.steady)) {
+    channel::ChannelSession& session = *index_.at(key);
+    run(session, session.on_wake(now), now);
+  }
   return finish();
 }
 
 std::optional<SteadyTime> CallControl::next_time() const {
-  const auto one = dispatcher_.next_time();
-  const auto other = answered_.next_time();
-  return one && other ? std::min(*one, *other) : one ? one : other;
+  std::optional<SteadyTime> first;
+  for (const auto& one : {dispatcher_.next_time(), answered_.next_time(), timers_.next()}) {
+    if (one && (!first || *one < *first)) {
+      first = one;
+    }
+  }
+  return first;
 }
 
 channel::ChannelSession* CallControl::find(const fabric::ChannelKey& key) {
@@ -151,6 +155,8 @@ void CallControl::run(channel::ChannelSession& session, SessionActions actions, 
       carry_out(dispatcher_.remove(freed->call), now);
     } else if (const auto* left = std::get_if<LeaveBe>(&wanted)) {
       answered_.keep({session.key(), epoch_, left->instance}, now.steady);
+    } else if (const auto* wake = std::get_if<WakeAt>(&wanted)) {
+      timers_.set(session.key(), wake->at);
     } else if (const auto* declined = std::get_if<Declined>(&wanted)) {
       carry_out(dispatcher_.decline(declined->call, now.steady), now);
     }

@@ -20,6 +20,7 @@
 #include "gateway/action.hpp"
 #include "gateway/channel/session.hpp"
 #include "gateway/control/answered_requests.hpp"
+#include "gateway/control/timers.hpp"
 #include "gateway/dispatch/dispatcher.hpp"
 #include "gateway/journal/ledger.hpp"
 
@@ -100,7 +101,6 @@ class CallControl {
   /// New paces at once, new policies for calls that are claimed from now on.
   ChannelActions change(std::map<std::string, Pace> paces, Policies policies, Moment now);
 
-  ChannelActions on_wake(const fabric::ChannelKey& key, Moment now);
   /// Whether the controller tells of changes in the channel; and that it has.
   ChannelActions set_told(const fabric::ChannelKey& key, bool told, Moment now);
   ChannelActions on_change(const fabric::ChannelKey& key, Variable variable, Moment now);
@@ -197,6 +197,7 @@ class CallControl {
   /// The gateway that had a channel before us, by its epoch: its calls there are over.
   std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash> predecessors_;
   AnsweredRequests answered_;
+  Timers timers_;
   std::map<fabric::ChannelKey, StandingEntry> standing_;
   std::string obstacle_;
   std::uint64_t epoch_ = 0;

@@ -176,6 +176,7 @@ ChannelActions CallControl::finish() {
       add(left_counts_, sessions_.at(*it).status());
       out_.push_back({*it, Hide{}});
       forget_standing(*it);
+      timers_.remove(*it);
       index_.erase(*it);
       predecessors_.erase(*it);
       sessions_.erase(*it);

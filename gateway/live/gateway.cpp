@@ -257,14 +257,11 @@ void Gateway::Impl::finish(std::function<void()> then) {
 
 void Gateway::Impl::arm_timer() {
   const auto next = control.next_time();
-  if (next == armed) {
+  // One that is armed for an earlier time comes too early: that costs less than to move it.
+  if (!next || (armed && *armed <= *next)) {
     return;
   }
   armed = next;
-  timer.cancel();
-  if (!next) {
-    return;
-  }
   timer.expires_at(*next);
   timer.async_wait([this](boost::system::error_code error) {
     if (!error) {

@@ -54,13 +54,6 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Write& action
   }
 }
 
-void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
-  timers.try_emplace(key, executor).first->second.set(action.at, [this, key] {
-    begin_event();
-    carry_out(control.on_wake(key, now()));
-  });
-}
-
 void Gateway::Impl::carry_out(const fabric::ChannelKey&, const Record& action) {
   journal->append(action.entry, action.ticket);
 }
@@ -99,7 +92,6 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Show& action)
 }
 
 void Gateway::Impl::carry_out(const fabric::ChannelKey& key, const Hide&) {
-  timers.erase(key);
   call_end.let_go(key);
   queues.has(key) ? queues.on_over(key) : machines.on_over(key);
 }

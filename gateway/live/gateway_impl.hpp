@@ -7,12 +7,10 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include <boost/asio/steady_timer.hpp>
 
-#include "fabric/channel_key_hash.hpp"
 #include "fabric/complaints.hpp"
 #include "fabric/dds/participant.hpp"
 #include "fabric/ends/call_end.hpp"
@@ -22,7 +20,6 @@
 #include "gateway/control/call_control.hpp"
 #include "gateway/control/lost_services.hpp"
 #include "gateway/journal/journal.hpp"
-#include "gateway/live/channel_timer.hpp"
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/live/plant_data.hpp"
@@ -135,7 +132,6 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void carry_out(control::ChannelActions actions);
   void carry_out(const fabric::ChannelKey& key, const Read& action);
   void carry_out(const fabric::ChannelKey& key, const Write& action);
-  void carry_out(const fabric::ChannelKey& key, const WakeAt& action);
   void carry_out(const fabric::ChannelKey&, const Record& action);
   void carry_out(const fabric::ChannelKey& key, const Publish& action);
   void carry_out(const fabric::ChannelKey& key, const Withdraw& action);
@@ -158,7 +154,6 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   std::optional<SteadyTime> armed;
   boost::asio::steady_timer last_chance;
   std::function<void()> finished;
-  std::unordered_map<fabric::ChannelKey, ChannelTimer, fabric::ChannelKeyHash> timers;
   machines::StallDetector stall;
   boost::asio::steady_timer stall_timer;
   boost::asio::steady_timer load_timer;

@@ -1,7 +1,6 @@
 #include "tests/bench/gateway/memory_gateway.hpp"
 
 #include <cassert>
-#include <deque>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -14,7 +13,6 @@
 #include "fabric/ends/call_end.hpp"
 #include "gateway/control/call_control.hpp"
 #include "gateway/journal/journal.hpp"
-#include "gateway/live/channel_timer.hpp"
 #include "gateway/live/spin_after_publish.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
@@ -46,9 +44,6 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
         end(participant, io.get_executor(), *this) {
     std::vector<std::uint16_t> numbers(plant.channels);
     std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      wakes.emplace_back(io.get_executor());
-    }
     on_readers(false, false);
     journal->on_recorded(
         [this](const Ticket& ticket) { carry_out(core.on_recorded(ticket, moment_now())); });
@@ -140,10 +135,6 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
       carry_out(core.on_write(key, WriteOutcome::written, "", moment_now()));
     });
   }
-  void carry_out(const fabric::ChannelKey& key, const WakeAt& action) {
-    wakes[index_of(key)].set(action.at,
-                             [this, key] { carry_out(core.on_wake(key, moment_now())); });
-  }
   void carry_out(const fabric::ChannelKey& key, const Record& action) {
     if (std::holds_alternative<DispatchedEntry>(action.entry)) {
       // In the same step as its acceptance.
@@ -174,20 +165,17 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
 
   void arm_timer() {
     const auto next = core.next_time();
-    if (next == armed) {
+    if (!next || (armed && *armed <= *next)) {
       return;
     }
     armed = next;
-    timer.cancel();
-    if (next) {
-      timer.expires_at(*next);
-      timer.async_wait([this](boost::system::error_code error) {
-        if (!error) {
-          armed.reset();
-          carry_out(core.on_time(moment_now()));
-        }
-      });
-    }
+    timer.expires_at(*next);
+    timer.async_wait([this](boost::system::error_code error) {
+      if (!error) {
+        armed.reset();
+        carry_out(core.on_time(moment_now()));
+      }
+    });
   }
 
   void run(const std::function<bool()>& done) {
@@ -218,7 +206,6 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
   bool attentive = true;
   live::SpinAfterPublish spin;
   std::vector<Place> places;
-  std::deque<live::ChannelTimer> wakes;
   asio::steady_timer timer;
   std::optional<SteadyTime> armed;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;

@@ -179,7 +179,10 @@ std::vector<std::string> SmallPlant::run() {
       }
     }
   }
-  if (history_.violations().empty() && agenda_.now() >= longest) {
+  // What was on its way when the program asked anew may have wiped what it asks: nobody can help
+  // that.
+  const bool wiped = controller_.channel(1).crossed;
+  if (history_.violations().empty() && agenda_.now() >= longest && !wiped) {
     history_.violated("I5: the program still waits");
   }
   return history_.violations();

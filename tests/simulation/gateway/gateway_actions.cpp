@@ -79,22 +79,6 @@ void GatewayProcess::carry_out(const Key& key, const gateway::Write& action) {
   machines_->write(key, action.variable, action.value);
 }
 
-void GatewayProcess::carry_out(const Key& key, const gateway::WakeAt& action) {
-  const auto known = wakes_.find(key);
-  if (known != wakes_.end() && known->second == action.at) {
-    return;
-  }
-  wakes_[key] = action.at;
-  const std::uint64_t number = ++wake_numbers_[key];
-  const Time delay = action.at - now().steady;
-  process().timer(std::max(delay, Time{}), [this, key, number] {
-    if (wake_numbers_[key] == number) {
-      begin_event();
-      carry_out(control_->on_wake(key, now()));
-    }
-  });
-}
-
 void GatewayProcess::carry_out(const Key& key, const gateway::Record& action) {
   witness_.on_record(key, action.entry);
   append(action.entry, action.ticket);
@@ -152,8 +136,6 @@ void GatewayProcess::carry_out(const Key& key, const gateway::WriteProblem& acti
 }
 
 void GatewayProcess::carry_out(const Key& key, const gateway::Hide&) {
-  ++wake_numbers_[key];
-  wakes_.erase(key);
   statuses_.erase(key);
   fabric().talk().let_go(*end(), key);
   queues_->has(key) ? queues_->on_over(key) : machines_->on_over(key);

@@ -126,7 +126,6 @@ void GatewayProcess::forget() {
   stall_.reset();
   witness_.on_end();
   mistakes_.forget();
-  wakes_.clear();
   armed_.reset();
   ending_ = false;
   in_trouble_ = false;

@@ -144,7 +144,6 @@ class GatewayProcess final : public Member,
   void carry_out(const gateway::control::ChannelActions& actions);
   void carry_out(const Key& key, const gateway::Read& action);
   void carry_out(const Key& key, const gateway::Write& action);
-  void carry_out(const Key& key, const gateway::WakeAt& action);
   void carry_out(const Key& key, const gateway::Record& action);
   void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
   void on_recorded(const gateway::Ticket& ticket);
@@ -186,8 +185,6 @@ class GatewayProcess final : public Member,
   std::optional<gateway::queues::PlantQueues> queues_;
   std::unique_ptr<gateway::machines::Machines> machines_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
-  std::map<Key, gateway::SteadyTime> wakes_;
-  std::map<Key, std::uint64_t> wake_numbers_;
   std::optional<gateway::SteadyTime> armed_;
   std::uint64_t armed_number_ = 0;
   bool ending_ = false;

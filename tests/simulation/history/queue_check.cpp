@@ -113,6 +113,9 @@ void QueueCheck::on(const ProgramAsked& fact) {
   if (one != nullptr && one->calls[gateway].uuid != fact.request.uuid) {
     Message::Called& called = one->calls[gateway];
     called = {fact.request.uuid, called.services + 1, {}};
+    // Also behind a later message whose call the journal lost before anybody relied on it.
+    std::uint64_t& last = ring.claimed[gateway];
+    last = std::min(last, number->second);
   }
 }
 

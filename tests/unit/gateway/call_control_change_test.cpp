@@ -32,7 +32,7 @@ TEST_F(CallControlTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
   EXPECT_THAT(all<Hide>(sut->on_read({"cnc", 2}, {ReadSet::state, "", "", 1, 0, ""}, now)),
               SizeIs(1));
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1));
-  EXPECT_THAT(sut->on_wake({"cnc", 2}, now), IsEmpty());
+  EXPECT_THAT(sut->on_time(now), IsEmpty());
 }
 
 TEST_F(CallControlTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
@@ -105,7 +105,7 @@ TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)), IsEmpty())
       << "it may have been written just now";
   now.steady += std::chrono::seconds(1);
-  EXPECT_THAT(all<Read>(sut->on_wake({"cnc", 1}, now)), SizeIs(1));
+  EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1));
   EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
               ElementsAre(Write{Variable::response_state, 1U, true}));
@@ -265,7 +265,7 @@ TEST_F(CallControlTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
   const Snapshot idle{ReadSet::state, "", "", 0, 0, ""};
   sut->on_read({"cnc", 1}, idle, now);
   now.steady += 1s;
-  ASSERT_THAT(all<Read>(sut->on_wake({"cnc", 1}, now)), SizeIs(1));
+  ASSERT_THAT(all<Read>(sut->on_time(now)), SizeIs(1));
   sut->on_read({"cnc", 1}, idle, now);
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
@@ -294,7 +294,7 @@ TEST_F(CallControlTest, AppliesNewPoliciesToRequestsThatWait) {
   EXPECT_THAT(all<Read>(sut->change({}, {.everywhere = {.unserved = Rule{1s, 901}}}, now)),
               SizeIs(1));
   request(1);
-  sut->on_wake({"cnc", 1}, now);
+  sut->on_time(now);
   const auto records = all<Record>(request(1));
   ASSERT_THAT(records, testing::Not(IsEmpty()));
   EXPECT_EQ(std::get<AnsweredEntry>(records.back().entry).answer.state, 901U);
@@ -307,7 +307,7 @@ TEST_F(CallControlTest, KeepsThePolicyUnderWhichACallWasAccepted) {
   confirm(request(1));
   sut->change({}, {.everywhere = {.deadline = Rule{1s, 902}}}, now);
   now.steady += 5s;
-  EXPECT_THAT(all<Record>(sut->on_wake({"cnc", 1}, now)), IsEmpty());
+  EXPECT_THAT(all<Record>(sut->on_time(now)), IsEmpty());
 }
 
 // The deadline of one call had passed, its instance got the call of another channel, which then

@@ -76,7 +76,7 @@ TEST_F(CallControlTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
     }
     confirm(actions);
     // The program asks something else.
-    sut->on_wake({"cnc", 1}, now);
+    sut->on_time(now);
     sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", call + 1, 0, ""}, now);
   }
   EXPECT_THAT(reserved, ElementsAre(NumbersEntry{7, 3000}));
@@ -184,7 +184,7 @@ TEST_F(CallControlTest, AnswersAnUnservedRequestOnlyWherePatienceIsConfigured) {
   link_up();
   request(1);
   now.steady += 5s;
-  sut->on_wake({"cnc", 1}, now);
+  sut->on_time(now);
   const auto actions = request(1);
   const auto records = all<Record>(actions);
   const auto answered = std::ranges::find_if(records, [](const Record& record) {

@@ -64,7 +64,7 @@ TEST_F(InterestTest, ThatBeginsAgainBringsWhatHasChangedMeanwhileAndSinceWhen) {
   const fabric::Time given = now.wall;
   now.steady += std::chrono::seconds(5);
   now.wall += std::chrono::seconds(5);
-  sut->on_wake({"cnc", 1}, now);
+  sut->on_time(now);
   const auto shown = all<Show>(sut->set_interest({}, now));
   ASSERT_THAT(shown, SizeIs(1)) << "of the other channel DDS has what was shown last";
   EXPECT_EQ(shown[0].status.since, given);

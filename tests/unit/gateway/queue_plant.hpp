@@ -121,7 +121,6 @@ class QueuePlant {
   void pass(std::chrono::milliseconds time) {
     now.steady += time;
     now.wall += time;
-    carry_out(control->on_wake(queue->key(), now));
     carry_out(control->on_time(now));
   }
 
