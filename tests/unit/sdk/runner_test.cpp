@@ -110,6 +110,26 @@ TEST_F(RunnerTest, KeepsNothingOfCallsThatAreOver) {
   EXPECT_EQ(sut->remembered(), 0U);
 }
 
+TEST_F(RunnerTest, LetsNobodyWaitForCallsAndTakesNoneOnceItIsClosed) {
+  sut->close();
+  EXPECT_TRUE(sut->closed());
+  sut->on_request(request(1));
+  EXPECT_THAT(next(), IsNull());
+}
+
+TEST_F(RunnerTest, IsClosedByTheAnswerOfItsLastCallWhereItIsToCloseWhenIdle) {
+  sut->on_request(request(1));
+  sut->close_when_idle();
+  EXPECT_FALSE(sut->closed());
+  const auto call = next();
+  ASSERT_THAT(call, NotNull());
+  EXPECT_FALSE(sut->closed());
+  call->answer({.text = "done"});
+  EXPECT_TRUE(sut->closed());
+  sut->on_request(request(2));
+  EXPECT_THAT(next(), IsNull());
+}
+
 /// Where calls are run elsewhere.
 class PassingRunner : public RunnerTest {
  protected:
