@@ -6,7 +6,7 @@
 
 #include "base/program/barrier.hpp"
 #include "cnc/variables/readings.hpp"
-#include "gateway/live/client_options.hpp"
+#include "gateway/settings/client_options.hpp"
 
 namespace millrace::gateway::live {
 

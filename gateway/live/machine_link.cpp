@@ -15,9 +15,9 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/state_notices.hpp"
 #include "cnc/variables/survey.hpp"
-#include "gateway/live/client_options.hpp"
 #include "gateway/live/service_interfaces.hpp"
 #include "gateway/machines/back_off.hpp"
+#include "gateway/settings/client_options.hpp"
 
 namespace millrace::gateway::live {
 

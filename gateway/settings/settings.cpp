@@ -218,6 +218,31 @@ std::uint16_t port_of(const std::string& text, const std::string& whole) {
   return port;
 }
 
+/// What a configuration says; relative paths start at `folder`. Throws UsageError.
+Settings settings_of(const config::Gateway& config, const base::configuration::ConfigPlaces& places,
+                     const std::filesystem::path& folder) {
+  Mistakes mistakes(config, places);
+  Reader reader(mistakes, folder);
+  Settings settings;
+  std::set<std::string> names;
+  for (int i = 0; i < config.machine_size(); ++i) {
+    const ConfigPath path{{"machine", i}};
+    const std::string& name =
+        settings.machines.emplace_back(reader.machine(config.machine(i), path)).name;
+    mistakes.expect(name.empty() || names.insert(name).second, path / "name", name_twice(name));
+  }
+  settings.policies = policies_of(config, reader, mistakes);
+  settings.journal.folder = config.journal().folder();
+  settings.journal.sync = sync_of(config.journal().sync());
+  mistakes.expect(!config.has_journal() || !config.journal().folder().empty(),
+                  {{"journal"}, {"folder"}},
+                  "the journal has no folder; expected folder: \"/var/lib/millrace\"");
+  if (!mistakes.none()) {
+    throw UsageError(mistakes.text());
+  }
+  return settings;
+}
+
 }  // namespace
 
 std::string MachineSettings::to_string() const {
@@ -254,26 +279,17 @@ Settings read_settings(const std::filesystem::path& file) {
   if (const auto read = base::configuration::read_config(file, config, places); !read) {
     throw UsageError(read.error());
   }
-  Mistakes mistakes(config, places);
-  Reader reader(mistakes, file.parent_path());
-  Settings settings;
-  std::set<std::string> names;
-  for (int i = 0; i < config.machine_size(); ++i) {
-    const ConfigPath path{{"machine", i}};
-    const std::string& name =
-        settings.machines.emplace_back(reader.machine(config.machine(i), path)).name;
-    mistakes.expect(name.empty() || names.insert(name).second, path / "name", name_twice(name));
+  return settings_of(config, places, file.parent_path());
+}
+
+Settings parse_settings(const std::string& text, const std::filesystem::path& file) {
+  config::Gateway config;
+  base::configuration::ConfigPlaces places;
+  const auto read = base::configuration::parse_config(text, file.string(), config, places);
+  if (!read) {
+    throw UsageError(read.error());
   }
-  settings.policies = policies_of(config, reader, mistakes);
-  settings.journal.folder = config.journal().folder();
-  settings.journal.sync = sync_of(config.journal().sync());
-  mistakes.expect(!config.has_journal() || !config.journal().folder().empty(),
-                  {{"journal"}, {"folder"}},
-                  "the journal has no folder; expected folder: \"/var/lib/millrace\"");
-  if (!mistakes.none()) {
-    throw UsageError(mistakes.text());
-  }
-  return settings;
+  return settings_of(config, places, file.parent_path());
 }
 
 MachineSettings parse_machine(const std::string& text) {

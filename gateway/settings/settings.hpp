@@ -74,6 +74,8 @@ struct Settings {
 /// Throws base::program::UsageError with file, line and column of every mistake and what was
 /// expected.
 Settings read_settings(const std::filesystem::path& file);
+/// The same of a text. `file` stands for its file in messages, and relative paths start beside it.
+Settings parse_settings(const std::string& text, const std::filesystem::path& file);
 
 /// "NAME=HOST:PORT/NETID"; ":PORT" may be left out, "/NETID" for an IPv4 address (then ".1.1" is
 /// added to it). Throws base::program::UsageError.

@@ -3,7 +3,6 @@
 #include <exception>
 #include <fstream>
 #include <functional>
-#include <iostream>
 #include <random>
 
 #include <boost/asio/co_spawn.hpp>
@@ -16,10 +15,10 @@
 #include "base/posix/durable_file.hpp"
 #include "base/program/command_line.hpp"
 #include "base/text/cp1252.hpp"
-#include "cnc/ads/dial.hpp"
 #include "cnc/ads/secure_handshake.hpp"
 #include "tools/commands/controller/controller.hpp"
 #include "tools/commands/controller/datagrams.hpp"
+#include "tools/commands/controller/secure_access.hpp"
 #include "tools/commands/hidden_input.hpp"
 
 namespace millrace::tools::commands::controller {
@@ -30,9 +29,6 @@ namespace asio = boost::asio;
 namespace fs = std::filesystem;
 namespace program = base::program;
 using asio::ip::udp;
-using namespace std::chrono_literals;
-
-constexpr auto patience = 5s;
 
 struct RouteOptions {
   std::string host;
@@ -100,11 +96,6 @@ Job job_of(const RouteOptions& options) {
           {in_cp1252("--user", options.user), in_cp1252("the password", password_of(options))}};
 }
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 void write(const fs::path& file, const std::string& text, mode_t mode) {
   if (const auto written = base::posix::write_durably(file, text, mode); !written) {
     throw std::runtime_error(written.error());
@@ -113,8 +104,8 @@ void write(const fs::path& file, const std::string& text, mode_t mode) {
 
 /// Those in the folder, made if there are none.
 cnc::ads::SelfSigned own_certificate(const fs::path& folder) {
-  const fs::path certificate = folder / "millrace.crt";
-  const fs::path key = folder / "millrace.key";
+  const fs::path certificate = certificate_in(folder);
+  const fs::path key = key_in(folder);
   if (!fs::exists(certificate) && !fs::exists(key)) {
     constexpr auto validity = std::chrono::years(20);
     constexpr mode_t secret = 0640;
@@ -130,71 +121,37 @@ cnc::ads::SelfSigned own_certificate(const fs::path& folder) {
     write(certificate, base::openssl::self_signed(made, subject).pem(), open);
     fmt::print("made {} and {}\n", key.string(), certificate.string());
   }
-  return {text_of(certificate), text_of(key), {}};
-}
-
-/// A connection to the controller's port of Secure ADS. Throws std::runtime_error.
-asio::awaitable<cnc::ads::Stream::Socket> connection_to(const RouteOptions& options) {
-  const std::uint16_t port = options.port == 0 ? cnc::ads::secure_port : options.port;
-  auto socket = co_await cnc::ads::dial(options.host, port, patience);
-  if (!socket) {
-    throw std::runtime_error(
-        fmt::format("{}:{}: {}; Secure ADS needs TwinCAT 3.1 of build 4024 or later, and an open "
-                    "TCP port 8016",
-                    options.host, port, socket.error()));
-  }
-  co_return std::move(*socket);
-}
-
-/// What a person or --fingerprint has agreed to. Throws std::runtime_error.
-asio::awaitable<std::string> agreed_fingerprint(const RouteOptions& options,
-                                                cnc::ads::SelfSigned shown) {
-  if (!options.fingerprint.empty()) {
-    const auto given = base::openssl::parse_fingerprint(options.fingerprint);
-    if (!given) {
-      throw program::UsageError(
-          fmt::format("--fingerprint {}: expected 32 bytes, as in AB:CD:…", options.fingerprint));
-    }
-    co_return *given;
-  }
-  auto socket = co_await connection_to(options);
-  const auto found =
-      co_await cnc::ads::ask_fingerprint(std::move(socket), std::move(shown), patience);
-  if (!found) {
-    throw std::runtime_error(fmt::format("{}: {}", options.host, found.error()));
-  }
-  fmt::print(
-      "The certificate of {} has the fingerprint\n  {}\n"
-      "Compare it with what the controller shows (About TwinCAT). Is it the same? Type yes: ",
-      options.host, *found);
-  std::fflush(stdout);
-  std::string answer;
-  std::getline(std::cin, answer);
-  if (answer != "yes") {
-    throw std::runtime_error("no route was added: the fingerprint was not confirmed");
-  }
-  co_return *found;
+  return certificate_and_key_in(folder);
 }
 
 asio::awaitable<void> add_securely(Job job) {
-  cnc::ads::SelfSigned security = own_certificate(job.options.self_signed);
-  security.fingerprint = co_await agreed_fingerprint(job.options, security);
-  auto socket = co_await connection_to(job.options);
-  cnc::ads::SecureHello hello{security, job.net_id, patience, job.owner};
+  const RouteOptions& options = job.options;
+  const std::uint16_t port = options.port == 0 ? cnc::ads::secure_port : options.port;
+  cnc::ads::SelfSigned security = own_certificate(options.self_signed);
+  security.fingerprint =
+      co_await agreed_fingerprint(options.host, port, options.fingerprint, security);
+  auto socket = co_await secure_connection(options.host, port);
+  cnc::ads::SecureHello hello{security, job.net_id, time_to_answer, job.owner};
   const auto transport = co_await cnc::ads::connect_securely(
       std::move(socket), std::move(hello), [](const std::weak_ptr<cnc::ads::Stream>&) {});
   if (!transport) {
     throw std::runtime_error(
-        fmt::format("{}: no route was added: {}", job.options.host, transport.error()));
+        fmt::format("{}: no route was added: {}", options.host, transport.error()));
   }
+  config::Machine machine;
+  machine.set_name("…");
+  machine.set_host(options.host);
+  machine.set_net_id("…");
+  machine.set_source_net_id(job.net_id.to_string());
+  config::SecureSelfSigned& block = *machine.mutable_secure()->mutable_self_signed();
+  const fs::path folder = fs::absolute(options.self_signed);
+  block.set_certificate(certificate_in(folder));
+  block.set_key(key_in(folder));
+  block.set_fingerprint(security.fingerprint);
   fmt::print(
-      "{} knows this host now. In gateway.textproto, with the controller's NetId:\n\n"
-      "machine {{\n  name: \"…\" host: \"{}\" net_id: \"…\" source_net_id: \"{}\"\n"
-      "  secure {{\n    self_signed {{\n      certificate: \"{}\"\n      key: \"{}\"\n"
-      "      fingerprint: \"{}\"\n    }}\n  }}\n}}\n",
-      job.options.host, job.options.host, job.net_id.to_string(),
-      (job.options.self_signed / "millrace.crt").string(),
-      (job.options.self_signed / "millrace.key").string(), security.fingerprint);
+      "{} knows this host now. In gateway.textproto, with the controller's NetId (`millrace "
+      "controller probe` shows it):\n\n{}",
+      options.host, block_of(machine));
 }
 
 /// The address of this host towards another one.
@@ -224,7 +181,7 @@ asio::awaitable<void> add_in_clear_text(Job job, asio::io_context& io) {
                                      options.temporary};
   Question question{.datagram = cnc::ads::encode(std::random_device{}(), route),
                     .to = {controller},
-                    .patience = patience};
+                    .patience = time_to_answer};
   const auto answers = co_await ask(std::move(question));
   const auto status =
       answers.empty() ? std::nullopt : cnc::ads::route_status_of(answers.front().second);

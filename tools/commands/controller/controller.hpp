@@ -1,4 +1,5 @@
-// millrace controller: finds controllers on a network, and has one keep a route to this host.
+// millrace controller: finds controllers on a network, asks one what it offers to a gateway, and
+// has one keep a route to this host.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -10,6 +11,7 @@ namespace millrace::tools::commands::controller {
 void add_controller(CLI::App& app, Chosen& chosen);
 
 void add_find(CLI::App& controller, Chosen& chosen);
+void add_probe(CLI::App& controller, Chosen& chosen);
 void add_route(CLI::App& controller, Chosen& chosen);
 
 }  // namespace millrace::tools::commands::controller

@@ -13,7 +13,8 @@
 #include "cnc/variables/channel.hpp"
 #include "cnc/variables/listing.hpp"
 #include "cnc/variables/value.hpp"
-#include "gateway/settings/settings.hpp"
+#include "gateway/settings/client_options.hpp"
+#include "tools/commands/one_connection.hpp"
 #include "tools/commands/vars/vars.hpp"
 
 namespace millrace::tools::commands::vars {
@@ -50,28 +51,6 @@ MachineSettings machine_of(const VarsOptions& options) {
                         "or MACHINE as in {}=10.0.0.5:48898/10.0.0.5.1.1",
                         wanted, wanted)
           : fmt::format("{} names no machine {}", options.config.string(), wanted));
-}
-
-cnc::ads::ClientOptions client_options(const MachineSettings& machine) {
-  cnc::ads::ClientOptions options;
-  options.host = machine.host;
-  options.tcp_port = machine.tcp_port;
-  options.target = machine.net_id;
-  options.source.net_id = machine.source;
-  options.security = machine.security;
-  return options;
-}
-
-/// One connection per host is a rule of TwinCAT's router; a controller on this host is a virtual
-/// one.
-void warn_of_the_one_connection(const MachineSettings& machine) {
-  if (machine.host.starts_with("127.") || machine.host == "localhost") {
-    return;
-  }
-  fmt::print(stderr,
-             "millrace: a TwinCAT router keeps one connection per host, the newest: a gateway on "
-             "this host loses its link to {} now and takes it back as soon as it can\n",
-             machine.name);
 }
 
 Failure failure(const std::string& what, ErrorCode error) {

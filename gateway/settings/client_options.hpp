@@ -4,9 +4,9 @@
 #include "cnc/ads/client.hpp"
 #include "gateway/settings/settings.hpp"
 
-namespace millrace::gateway::live {
+namespace millrace::gateway::settings {
 
-inline cnc::ads::ClientOptions client_options(const settings::MachineSettings& settings) {
+inline cnc::ads::ClientOptions client_options(const MachineSettings& settings) {
   cnc::ads::ClientOptions options;
   options.host = settings.host;
   options.tcp_port = settings.tcp_port;
@@ -16,4 +16,4 @@ inline cnc::ads::ClientOptions client_options(const settings::MachineSettings& s
   return options;
 }
 
-}  // namespace millrace::gateway::live
+}  // namespace millrace::gateway::settings

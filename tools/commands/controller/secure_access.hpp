@@ -1,0 +1,39 @@
+// What the commands of a controller share about Secure ADS, and about what a gateway is told of it.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include <boost/asio/awaitable.hpp>
+
+#include "cnc/ads/security.hpp"
+#include "cnc/ads/stream.hpp"
+#include "idl/gateway.pb.h"
+
+namespace millrace::tools::commands::controller {
+
+/// For a connection, for a handshake, and for an answer over UDP.
+inline constexpr std::chrono::seconds time_to_answer{5};
+
+/// Of this host, in the folder that --self-signed names.
+std::filesystem::path certificate_in(const std::filesystem::path& folder);
+std::filesystem::path key_in(const std::filesystem::path& folder);
+/// Both as they are there, without a fingerprint.
+cnc::ads::SelfSigned certificate_and_key_in(const std::filesystem::path& folder);
+
+/// A connection to the controller's port of Secure ADS. Throws std::runtime_error.
+boost::asio::awaitable<cnc::ads::Stream::Socket> secure_connection(std::string host,
+                                                                   std::uint16_t port);
+
+/// The fingerprint of the controller's certificate: `given`, or what a person agrees to when it is
+/// shown. Throws std::runtime_error, and UsageError if what is given is none.
+boost::asio::awaitable<std::string> agreed_fingerprint(std::string host, std::uint16_t port,
+                                                       std::string given,
+                                                       cnc::ads::SelfSigned shown);
+
+/// As it stands in gateway.textproto.
+std::string block_of(const config::Machine& machine);
+
+}  // namespace millrace::tools::commands::controller
