@@ -7,6 +7,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "fabric/certificate_end.hpp"
 #include "fabric/dds/trust.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/writer.hpp"
@@ -15,8 +16,6 @@ namespace millrace::fabric::ends {
 
 namespace {
 
-/// Time enough to renew a member and to go to its host.
-constexpr std::chrono::days soon{30};
 /// How often it is seen whether the certificate ends soon.
 constexpr std::chrono::hours between_looks{1};
 
@@ -101,7 +100,7 @@ void NoticeEnd::Impl::repeat() {
 void NoticeEnd::Impl::look_at_certificate() {
   const dds::Trust& trust = *participant.options().trust;
   const auto now = std::chrono::system_clock::now();
-  if (trust.until - now < soon) {
+  if (trust.until - now < certificate_ends_soon) {
     board.raise(
         {.key = {.kind = "certificate"},
          .level = NoticeLevel::warning,

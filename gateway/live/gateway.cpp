@@ -8,6 +8,7 @@
 
 #include "base/posix/host.hpp"
 #include "fabric/channel_scope.hpp"
+#include "gateway/live/certificate_notices.hpp"
 #include "gateway/live/gateway_impl.hpp"
 #include "gateway/live/machine_link.hpp"
 
@@ -51,6 +52,7 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       stall(settings.join.lease),
       stall_timer(executor),
       load_timer(executor),
+      certificate_timer(executor),
       own(identity_of(*journal)),
       participant(settings.join),
       call_end(participant, executor, *this),
@@ -89,6 +91,32 @@ void Gateway::Impl::set_notice(const fabric::NoticeKey& key, const std::string& 
   if (!told) {
     log->warn("nobody but this log is told of it: {}", told.error());
   }
+}
+
+void Gateway::Impl::tell_certificates() {
+  constexpr std::chrono::hours between_looks{1};
+  std::map<std::string, fabric::Notice> said = std::exchange(certificates_told, {});
+  for (fabric::Notice& notice : certificate_notices(
+           settings.machines, std::chrono::floor<std::chrono::seconds>(now().wall))) {
+    const auto before = said.extract(notice.key.subject);
+    const bool is_new = before.empty() || before.mapped().level != notice.level;
+    if (is_new && notice.level != fabric::NoticeLevel::fine) {
+      log->warn("{}: {}", notice.text, notice.advice);
+    }
+    // What is not told now is told with the next one.
+    static_cast<void>(notices.raise(notice));
+    certificates_told.insert_or_assign(notice.key.subject, std::move(notice));
+  }
+  for (const auto& [subject, gone] : said) {
+    static_cast<void>(notices.clear(gone.key.kind, subject));
+  }
+  certificate_timer.expires_after(between_looks);
+  certificate_timer.async_wait([this](boost::system::error_code error) {
+    if (!error) {
+      begin_event();
+      tell_certificates();
+    }
+  });
 }
 
 Moment Gateway::Impl::now() const {
@@ -218,6 +246,7 @@ void Gateway::Impl::start() {
   machines.set(settings.machines);
   beat();
   tell_load();
+  tell_certificates();
 }
 
 void Gateway::Impl::change(const settings::Settings& wanted) {
@@ -232,6 +261,7 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
   variables.set(settings.machines);
   queues.set(settings::queues_of(settings.machines), journal->ledger().queues());
   machines.set(settings.machines);
+  tell_certificates();
 }
 
 void Gateway::Impl::end() {

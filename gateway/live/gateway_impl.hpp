@@ -61,6 +61,8 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void tell_calls();
   /// Raises what the gateway says of itself, or clears it if `text` is empty.
   void set_notice(const fabric::NoticeKey& key, const std::string& text, const std::string& advice);
+  /// What is to be said of certificates for Secure ADS, now and as their ends come nearer.
+  void tell_certificates();
   void notice_service(const fabric::InstanceIdentity& there);
   void notice_lost(const control::LostService& lost);
   void arm_timer();
@@ -157,6 +159,9 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   machines::StallDetector stall;
   boost::asio::steady_timer stall_timer;
   boost::asio::steady_timer load_timer;
+  boost::asio::steady_timer certificate_timer;
+  /// What was said of each last, by its subject.
+  std::map<std::string, fabric::Notice> certificates_told;
   /// What the log has of calls, once a minute.
   control::CallCounts calls_told;
   SteadyTime calls_told_at = std::chrono::steady_clock::now();

@@ -220,6 +220,9 @@ const noReasons = new Set([
   'answered with what is no TlsConnectInfo (fault)', 'refused with {}', 'the certificate {}', 'the key {}',
   'the key is no RSA key, and a TwinCAT knows no other', 'the key is not that of the certificate',
   'the certificate cannot be used: {}', 'the CA cannot be used: {}',
+  'move key and certificate away, have `millrace controller add-route --self-signed` make new ones and add the route again, then reload this gateway',
+  'issue a new one of the CA for this gateway, then reload it',
+  'give controllers and gateway a new CA and certificates of it, then reload this gateway',
   'LastGet is {}, not {} as this gateway has left it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind {}',
   'LastFilled is {}, but element {} was read already: a program has initialised the queue (SSDQInit); going on behind LastGet, {}',
   'element {} does not hold the message that was read of it: a program has initialised the queue (SSDQInit), or somebody else reads it too; going on behind LastGet',
@@ -244,7 +247,7 @@ test('each reason of a gateway has a German sentence, with all its values', () =
   const root = process.env.MILLRACE_SOURCE;
   const rooms = ['channel', 'control', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
     .filter((file) => file.endsWith('.cpp') && file !== 'watch.cpp').map((file) => `gateway/${room}/${file}`));
-  const files = [...rooms, 'gateway/response.cpp', 'gateway/words.cpp', 'gateway/journal/keeper.cpp', 'gateway/live/machine_link.cpp',
+  const files = [...rooms, 'gateway/response.cpp', 'gateway/words.cpp', 'gateway/journal/keeper.cpp', 'gateway/live/certificate_notices.cpp', 'gateway/live/machine_link.cpp',
     'gateway/live/service_interfaces.cpp', 'gateway/live/symbol_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',
     'cnc/ads/requester.cpp', 'cnc/variables/survey.cpp', 'fabric/observer/observer.cpp'];
   const known = reasons.map(([sentence]) => sentence);

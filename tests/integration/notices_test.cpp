@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
 #include "tests/integration/chain.hpp"
 #include "tests/support/await.hpp"
 
@@ -218,6 +220,39 @@ TEST_F(WhatProgramsSay, AFullDiskIsTheStateOfTheChannelsAndNotAMissingService) {
   ASSERT_EQ(::prlimit(gateway->pid(), RLIMIT_FSIZE, &none, nullptr), 0);
   await("the cause", [&] { return shows("no new calls"); });
   EXPECT_FALSE(shows("unserved")) << words;
+}
+
+TEST_F(WhatProgramsSay, AGatewayNamesItsCertificatesAndWarnsBeforeTheyEnd) {
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  const auto key = base::openssl::Key::generate_rsa();
+  configured("press.key", key.pem());
+  std::filesystem::permissions(chain.folder() / "press.key", std::filesystem::perms(0640));
+  const auto valid_for = [&](int days) {
+    configured("press.crt",
+               base::openssl::self_signed(
+                   key, {.organisation = "millrace",
+                         .common_name = "hall",
+                         .from = now - std::chrono::days(1),
+                         .until = now + std::chrono::days(days) + std::chrono::hours(1)})
+                   .pem());
+  };
+  valid_for(10);
+  chain.serve_at(9);  // nobody is there
+  gateway.emplace(chain.configured_gateway(
+      "machine { name: 'cnc' host: '127.0.0.1' port: @PORT@ net_id: '127.0.0.1.1.1' secure { "
+      "self_signed { certificate: 'press.crt' key: 'press.key' fingerprint: '" +
+      std::string(64, 'a') + "' } } }"));
+  gateway->await_error("the certificate \"hall\" for Secure ADS with cnc ends on .*, in 10 days: ");
+  EXPECT_THAT(output_of({"doctor"}),
+              AllOf(HasSubstr("warning  gateway on "), HasSubstr("cnc ends on "),
+                    HasSubstr("millrace controller add-route --self-signed")));
+  valid_for(50);
+  gateway->signal(SIGHUP);
+  await("the new certificate", [&] {
+    words = output_of({"doctor"});
+    return words.find("in 50 days") != std::string::npos;
+  });
+  EXPECT_THAT(words, AllOf(HasSubstr("fine     gateway on "), Not(HasSubstr("in 10 days"))));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "base/text/quoted.hpp"
+#include "fabric/certificate_end.hpp"
 #include "tools/doctor/look/look.hpp"
 #include "tools/doctor/look/words.hpp"
 
@@ -15,9 +16,6 @@ namespace millrace::tools::doctor::look {
 namespace {
 
 using base::text::safe;
-
-/// Time enough to renew a member and to go to its host.
-constexpr std::chrono::days soon{30};
 
 /// "gateway-1 as gateway of press_1, press_2"
 std::string text_of(const fabric::Badge& badge) {
@@ -34,16 +32,12 @@ std::string text_of(const Program& program) {
 void at_our_own(const Joining& joining, Report& report) {
   const std::string text = fmt::format("this program is trusted as {} until {:%F %R} UTC",
                                        safe(joining.trusted_as), joining.trusted_until);
-  if (joining.trusted_until - joining.now > soon) {
+  if (joining.trusted_until - joining.now > fabric::certificate_ends_soon) {
     report.fine(text);
     return;
   }
-  const auto left = joining.trusted_until - joining.now;
-  report.warning(left < std::chrono::days(2)
-                     ? fmt::format("{}, which is in {} hours", text,
-                                   std::chrono::floor<std::chrono::hours>(left).count())
-                     : fmt::format("{}, which is in {} days", text,
-                                   std::chrono::floor<std::chrono::days>(left).count()),
+  report.warning(fmt::format("{}, which is in {}", text,
+                             fabric::time_left(joining.trusted_until, joining.now)),
                  fmt::format("`millrace trust renew PLANT {}` where the plant's authorities are, "
                              "then copy the folder anew and start the programs again",
                              safe(joining.trusted_as)));

@@ -1,0 +1,105 @@
+#include "gateway/live/certificate_notices.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/openssl/certificate.hpp"
+#include "base/openssl/key.hpp"
+
+namespace millrace::gateway::live {
+namespace {
+
+using fabric::NoticeLevel;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+constexpr std::chrono::sys_seconds now =
+    std::chrono::sys_days{std::chrono::year{2026} / 3 / 1} + 7h;
+
+std::string certificate(const std::string& name, std::chrono::sys_seconds until) {
+  static const auto key = base::openssl::Key::generate();
+  return base::openssl::self_signed(key, {.organisation = "millrace",
+                                          .common_name = name,
+                                          .from = now - std::chrono::days(400),
+                                          .until = until})
+      .pem();
+}
+
+settings::MachineSettings machine(const std::string& name, cnc::ads::Security security) {
+  settings::MachineSettings machine;
+  machine.name = name;
+  machine.security = std::move(security);
+  return machine;
+}
+
+/// What is said of a machine whose certificate of its own ends then.
+fabric::Notice notice_at(std::chrono::sys_seconds until) {
+  return certificate_notices(
+             {machine("press", cnc::ads::SelfSigned{certificate("hall", until), {}, {}})}, now)
+      .at(0);
+}
+
+TEST(CertificateNotice, SaysWhenTheCertificateEnds) {
+  const auto sut = notice_at(now + std::chrono::days(31));
+  EXPECT_EQ(sut.level, NoticeLevel::fine);
+  EXPECT_EQ(sut.text,
+            "the certificate \"hall\" for Secure ADS with press ends on 2026-04-01 07:00 UTC, in "
+            "31 days");
+  EXPECT_THAT(sut.advice, IsEmpty());
+}
+
+TEST(CertificateNotice, WarnsInTheLastThirtyDaysAndSaysWhatToDo) {
+  auto sut = notice_at(now + std::chrono::days(30));
+  EXPECT_EQ(sut.level, NoticeLevel::warning);
+  EXPECT_THAT(sut.text, HasSubstr("in 30 days"));
+  EXPECT_THAT(sut.advice, HasSubstr("millrace controller add-route --self-signed"));
+  sut = notice_at(now + 40h);
+  EXPECT_THAT(sut.text, HasSubstr("in 40 hours"));
+  EXPECT_LE(sut.advice.size(), 255U);
+}
+
+TEST(CertificateNotice, WarnsOfOneThatHasEnded) {
+  const auto sut = notice_at(now - 1h);
+  EXPECT_EQ(sut.level, NoticeLevel::warning) << "fingerprints have no dates";
+  EXPECT_THAT(sut.text, HasSubstr("has ended on 2026-03-01 06:00 UTC"));
+}
+
+TEST(CertificateNotice, IsAProblemOnceTheCertificateOrTheCaHasEnded) {
+  const auto good = now + std::chrono::days(90);
+  const auto sut = certificate_notices(
+      {machine("press",
+               cnc::ads::SharedCa{
+                   certificate("plant", now - 1h), certificate("hall", good), {}, "CX-123456"}),
+       machine("saw",
+               cnc::ads::SharedCa{
+                   certificate("works", good), certificate("office", now - 1h), {}, "CX-7"})},
+      now);
+  ASSERT_EQ(sut.size(), 4U);
+  for (const auto& one : sut) {
+    const bool ended = one.text.find("has ended") != std::string::npos;
+    EXPECT_EQ(one.level, ended ? NoticeLevel::problem : NoticeLevel::fine) << one.text;
+  }
+  EXPECT_EQ(std::ranges::count(sut, NoticeLevel::problem, &fabric::Notice::level), 2);
+}
+
+TEST(CertificateNotice, IsOneForAllMachinesOfACertificate) {
+  const auto same = certificate("hall", now + std::chrono::days(90));
+  const auto sut = certificate_notices(
+      {machine("press", cnc::ads::SelfSigned{same, {}, "AB"}),
+       machine("saw", cnc::ads::SelfSigned{same, {}, "CD"}),
+       machine("mill", cnc::ads::Psk{"millrace", "secret"}), settings::MachineSettings()},
+      now);
+  ASSERT_EQ(sut.size(), 1U);
+  EXPECT_THAT(sut[0].text, HasSubstr("with press, saw ends"));
+}
+
+TEST(CertificateNotice, KeepsItsSubject) {
+  const auto pem = certificate("hall", now + std::chrono::days(31));
+  const std::vector machines{machine("press", cnc::ads::SelfSigned{pem, {}, {}})};
+  EXPECT_EQ(certificate_notices(machines, now).at(0).key,
+            certificate_notices(machines, now + std::chrono::days(9)).at(0).key);
+}
+
+}  // namespace
+}  // namespace millrace::gateway::live
