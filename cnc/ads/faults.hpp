@@ -36,6 +36,9 @@ struct SecureFaults {
   bool garbage = false;
   /// … with so many bytes less.
   std::size_t missing_bytes = 0;
+  /// A connection that comes sooner after the one before is closed before the handshake, and has
+  /// the next one wait as long.
+  std::chrono::milliseconds least_pause{0};
 };
 
 /// The answers of one connection on their way through its faults. Pure.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <list>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <boost/asio/co_spawn.hpp>
 #include <fmt/format.h>
@@ -64,6 +66,7 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   static asio::awaitable<void> welcome(std::shared_ptr<Impl> self, tcp::socket socket);
   void admit(Transport transport, const SessionOptions& session);
   [[nodiscard]] SessionOptions plain_session() const;
+  [[nodiscard]] bool comes_too_soon();
   [[nodiscard]] bool full() const;
   void say_refused(const Connection& connection);
   void stop();
@@ -76,6 +79,8 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
   Connections connections;
+  /// For the fault that limits their rate: when the last one of Secure ADS came.
+  std::optional<std::chrono::steady_clock::time_point> last_secure;
   /// Connections of Secure ADS before their first frame.
   std::size_t welcoming = 0;
   /// Since the last line about one.
@@ -108,6 +113,11 @@ asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::soc
   boost::system::error_code gone;
   const auto peer = socket.remote_endpoint(gone);
   if (gone) {
+    co_return;
+  }
+  if (self->comes_too_soon()) {
+    self->log->warn("{}:{}: connection closed by us: it comes too soon (fault)",
+                    peer.address().to_string(), peer.port());
     co_return;
   }
   ++self->welcoming;
@@ -152,6 +162,12 @@ void Server::Impl::admit(Transport transport, const SessionOptions& session) {
   const auto place = connections.insert(connections.end(), std::move(connection));
   asio::co_spawn(acceptor.get_executor(), serve(shared_from_this(), place),
                  base::program::rethrow_from_loop);
+}
+
+bool Server::Impl::comes_too_soon() {
+  const auto now = std::chrono::steady_clock::now();
+  const auto before = std::exchange(last_secure, now);
+  return before && now - *before < options.secure_faults.least_pause;
 }
 
 // One that is closed stays in the list until its coroutines have ended.

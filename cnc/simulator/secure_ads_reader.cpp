@@ -71,8 +71,13 @@ ads::SecureFaults faults(const config::CncSecureFaults& from, const ConfigPath& 
   mistakes.expect_range(from.error(), 0U, last_error, path / "error");
   mistakes.expect_range(from.missing_bytes(), 0U,
                         static_cast<std::uint32_t>(ads::connect_info_size), path / "missing_bytes");
-  return {std::chrono::milliseconds(from.handshake_delay_ms()), from.close_after_handshake(),
-          static_cast<ads::ConnectError>(from.error()), from.garbage(), from.missing_bytes()};
+  mistakes.expect_range(from.least_pause_ms(), 0U, 60'000U, path / "least_pause_ms");
+  return {std::chrono::milliseconds(from.handshake_delay_ms()),
+          from.close_after_handshake(),
+          static_cast<ads::ConnectError>(from.error()),
+          from.garbage(),
+          from.missing_bytes(),
+          std::chrono::milliseconds(from.least_pause_ms())};
 }
 
 }  // namespace

@@ -111,6 +111,15 @@ TEST_F(SecureAdsTest, GivesUpOnAHandshakeThatTakesTooLong) {
   EXPECT_THAT(refusal(), HasSubstr("no TLS handshake in 50 ms"));
 }
 
+TEST_F(SecureAdsTest, SaysThatThereWereManyConnectionsIfOneIsRefusedForThat) {
+  server_options.secure_faults.least_pause = 1h;
+  ASSERT_TRUE(connect());
+  Client next(io.get_executor(), options);
+  const auto connected = wait_for(io, next.connect());
+  ASSERT_FALSE(connected);
+  EXPECT_THAT(connected.error().message, HasSubstr("many connections in a short time"));
+}
+
 TEST_F(SecureAdsTest, SaysThatThePortMayBeTheWrongOne) {
   server_options.security.reset();
   EXPECT_THAT(refusal(), HasSubstr("is this the port of Secure ADS"));

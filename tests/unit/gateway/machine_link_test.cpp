@@ -4,12 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "cnc/ads/dial.hpp"
 #include "cnc/ads/server.hpp"
 #include "cnc/ads/sum_commands.hpp"
 #include "cnc/variables/addresses.hpp"
 #include "cnc/variables/layout.hpp"
 #include "gateway/machines/back_off.hpp"
 #include "tests/support/run_until.hpp"
+#include "tests/support/wait_for.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -24,6 +26,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
 using tests::run_until;
+using namespace std::chrono_literals;
 
 /// A controller with two channels, whose REQUEST_STATE is the channel's number.
 class TwoChannels final : public cnc::ads::Device {
@@ -96,6 +99,8 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
     server.reset();
     cnc::ads::ServerOptions options;
     options.tcp_port = port;
+    options.security = server_security;
+    options.secure_faults = secure_faults;
     server = std::make_unique<cnc::ads::Server>(
         io.get_executor(), with_sums ? static_cast<cnc::ads::Device&>(sums) : device, options,
         base::program::no_log());
@@ -106,6 +111,7 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
     settings::MachineSettings settings;
     settings.tcp_port = port;
     settings.channels = named_channels;
+    settings.security = security;
     sut = std::make_unique<live::MachineLink>(io.get_executor(), settings, *this,
                                               base::program::no_log());
     sut->start();
@@ -117,6 +123,9 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
   TwoChannels device;
   cnc::ads::SumCommands sums{device};
   bool with_sums = true;
+  std::optional<cnc::ads::ServerSecurity> server_security;
+  cnc::ads::SecureFaults secure_faults;
+  std::optional<cnc::ads::Security> security;
   std::uint16_t port = 0;
   std::vector<std::uint16_t> named_channels;
   std::unique_ptr<cnc::ads::Server> server;
@@ -212,6 +221,20 @@ TEST_F(MachineLinkTest, KeepsTryingUntilTheControllerIsThere) {
   EXPECT_THAT(down.front(), HasSubstr("refused"));
   serve();
   ASSERT_TRUE(run([&] { return !up.empty(); }));
+}
+
+TEST_F(MachineLinkTest, WaitsLongerEachTimeForAControllerThatRefusesRapidConnections) {
+  const cnc::ads::Psk psk{"millrace", "secret"};
+  server_security = cnc::ads::ServerSecurity{.psk = psk};
+  security = psk;
+  secure_faults.least_pause = 500ms;
+  serve();
+  const auto another = tests::wait_for(io, cnc::ads::dial("127.0.0.1", port, 10s));
+  ASSERT_TRUE(another);
+  connect();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  EXPECT_THAT(down.front(), HasSubstr("were there many connections in a short time?"));
+  ASSERT_TRUE(run([&] { return !up.empty(); })) << "who asks every 100 ms never gets in";
 }
 
 TEST_F(MachineLinkTest, ComesBackAfterEachEndOfTheConnection) {

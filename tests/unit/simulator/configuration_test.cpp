@@ -39,6 +39,7 @@ TEST(Configuration, ReadsSecureAds) {
   EXPECT_EQ(sut->faults.answer, ads::ConnectError::unknown_certificate);
   EXPECT_TRUE(sut->faults.garbage);
   EXPECT_EQ(sut->faults.missing_bytes, 4);
+  EXPECT_EQ(sut->faults.least_pause, std::chrono::milliseconds(500));
   EXPECT_FALSE(parse_settings("", "empty").secure_ads);
 }
 
