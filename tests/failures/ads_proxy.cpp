@@ -7,6 +7,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <netinet/in.h>
@@ -31,6 +32,9 @@ sockaddr_in loopback(std::uint16_t port) {
 }
 
 bool matches(const Spot& spot, const std::string& frame) {
+  if (spot.variable.empty()) {
+    return true;
+  }
   const std::string name = spot.variable + '\0';
   if (frame.size() <= command_at || frame.find(name) == std::string::npos ||
       (static_cast<std::uint8_t>(frame[command_at]) == write_command) != spot.write) {
@@ -90,6 +94,7 @@ struct Connection {
 }  // namespace
 
 struct AdsProxy::Impl {
+  Sees sees = Sees::frames;
   int listener = -1;
   std::uint16_t port = 0;
   std::uint16_t target = 0;
@@ -152,7 +157,9 @@ void AdsProxy::Impl::pass_to_controller(Connection& connection) {
       break;
     }
     bytes.append(buffer.data(), static_cast<std::size_t>(got));
-    for (const std::string& frame : frames_of(bytes)) {
+    const auto frames =
+        sees == Sees::frames ? frames_of(bytes) : std::vector{std::exchange(bytes, {})};
+    for (const std::string& frame : frames) {
       open = open && pass(connection, frame);
     }
   }
@@ -218,7 +225,8 @@ bool AdsProxy::Impl::hold(Connection& connection, const std::string& frame,
   return connection.silent;
 }
 
-AdsProxy::AdsProxy() : impl_(std::make_unique<Impl>()) {
+AdsProxy::AdsProxy(Sees sees) : impl_(std::make_unique<Impl>()) {
+  impl_->sees = sees;
   impl_->listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address = loopback(0);
   socklen_t size = sizeof address;

@@ -6,6 +6,8 @@
 //   proxy.arm(write_of("V.G.SERVICE.RESPONSE"));
 //   ASSERT_TRUE(proxy.await_held());                   // the frame is here, and not yet there
 //   proxy.cut_before();                                // or release(), cut_after(), …
+//
+// Of Secure ADS it sees no frames: there it stops at bytes, whatever they are.
 #pragma once
 
 #include <chrono>
@@ -37,11 +39,13 @@ inline Spot read_of(std::string variable, int occurrence = 1) {
   return {false, std::move(variable), {}, occurrence};
 }
 
+enum class Sees { frames, bytes };
+
 /// All functions may be called from any thread. Connections made after a fault are healthy.
 class AdsProxy {
  public:
   /// Listens on a free port of the loopback interface.
-  AdsProxy();
+  explicit AdsProxy(Sees sees = Sees::frames);
   ~AdsProxy();
   AdsProxy(const AdsProxy&) = delete;
   AdsProxy& operator=(const AdsProxy&) = delete;
@@ -52,6 +56,8 @@ class AdsProxy {
 
   /// Holds the next such frame and all that follows it.
   void arm(Spot spot);
+  /// The same with the next bytes, for who sees no frames.
+  void arm() { arm(Spot{}); }
   /// True once the frame is held.
   bool await_held(std::chrono::milliseconds timeout = patience);
   /// What is held goes on its way.

@@ -10,17 +10,27 @@ struct Break {
   const char* name;
   Point point;
   void (AdsProxy::*how)();
+  /// At whatever bytes come while the call runs.
+  bool secure = false;
 };
 
 void PrintTo(const Break& one, std::ostream* out) {
   *out << one.name;
 }
 
+void reach(Line& sut, const Break& one) {
+  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  if (one.secure) {
+    sut.proxy().arm();
+    ASSERT_TRUE(sut.proxy().await_held()) << sut.gateway().error_output();
+  }
+}
+
 class AConnection : public testing::TestWithParam<Break> {};
 
 TEST_P(AConnection, MayBreakAtAnyFrameOfACall) {
-  Line sut({.point = GetParam().point});
-  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  Line sut({.point = GetParam().point, .secure = GetParam().secure});
+  ASSERT_NO_FATAL_FAILURE(reach(sut, GetParam()));
   (sut.proxy().*GetParam().how)();
   sut.expect_every_answer();
   sut.expect_no_call_ran_twice();
@@ -47,12 +57,18 @@ INSTANTIATE_TEST_SUITE_P(
         Break{"HalfOpenAfterTheProgramIsReleased", before_release, &AdsProxy::go_silent_after}),
     [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
 
+INSTANTIATE_TEST_SUITE_P(
+    Secure, AConnection,
+    testing::Values(Break{"SecureAndCut", running, &AdsProxy::cut_before, true},
+                    Break{"SecureAndHalfOpen", running, &AdsProxy::go_silent_after, true}),
+    [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
+
 /// A frame that arrives after the gateway has given it up: nothing is written twice.
 class AStall : public testing::TestWithParam<Break> {};
 
 TEST_P(AStall, DelaysACallAndNothingElse) {
-  Line sut({.point = GetParam().point});
-  ASSERT_NO_FATAL_FAILURE(sut.reach());
+  Line sut({.point = GetParam().point, .secure = GetParam().secure});
+  ASSERT_NO_FATAL_FAILURE(reach(sut, GetParam()));
   sut.gateway().await_error("may or may not have taken place|does not let us read");
   sut.proxy().release();
   sut.expect_every_answer();
@@ -63,7 +79,8 @@ INSTANTIATE_TEST_SUITE_P(Slow, AStall,
                          testing::Values(Break{"OfARead", before_accept, nullptr},
                                          Break{"OfTheResponse", answered, nullptr},
                                          Break{"OfTheClearedRequest", before_clear, nullptr},
-                                         Break{"OfTheRelease", before_release, nullptr}),
+                                         Break{"OfTheRelease", before_release, nullptr},
+                                         Break{"OfSecureAds", running, nullptr, true}),
                          [](const testing::TestParamInfo<Break>& one) { return one.param.name; });
 
 }  // namespace

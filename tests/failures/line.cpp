@@ -1,6 +1,8 @@
 #include "tests/failures/line.hpp"
 
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 
@@ -21,6 +23,17 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr std::uint32_t interim_state = 7;
+
+constexpr const char* secure_controller =
+    "secure_ads { listen: '127.0.0.1:0' psk { identity: 'millrace' password: 'secret' } }";
+constexpr const char* secure_machine =
+    "machine { name: 'cnc' host: '127.0.0.1' port: @PORT@ net_id: '127.0.0.1.1.1' "
+    "secure { psk { identity: 'millrace' password_file: 'cnc.psk' } } }";
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream(file) << text;
+  std::filesystem::permissions(file, std::filesystem::perms(0600));
+}
 
 /// Everything may take its time on a busy machine; a healthy run takes a second or two.
 constexpr std::chrono::seconds long_patience{100};
@@ -67,7 +80,8 @@ class Watch final : public fabric::ends::GatewayWatchListener {
 
 }  // namespace
 
-Line::Line(LineOptions options) : options_(options) {
+Line::Line(LineOptions options)
+    : options_(options), proxy_(options.secure ? Sees::bytes : Sees::frames) {
   if (options_.trust) {
     chain_.with_trust({"c0ffee00-0000-4000-8000-000000000001"});  // of millrace-slow-service
   }
@@ -94,7 +108,8 @@ void Line::start_gateway() {
   if (options_.journal) {
     flags.insert(flags.end(), {"--journal", chain_.folder() / "journal"});
   }
-  gateway_.emplace(chain_.gateway(flags));
+  gateway_.emplace(options_.secure ? chain_.configured_gateway(secure_machine, flags)
+                                   : chain_.gateway(flags));
 }
 
 void Line::start_controller() {
@@ -103,7 +118,16 @@ void Line::start_controller() {
   if (options_.point == Point::accepted) {
     flags.insert(flags.end(), {"--run", "2=" + program});
   }
+  if (options_.secure) {
+    write(chain_.folder() / "cnc.textproto", secure_controller);
+    write(chain_.folder() / "cnc.psk", "secret");
+    flags.insert(flags.end(), {"--config", chain_.folder() / "cnc.textproto"});
+  }
   controller_.emplace(chain_.cnc(flags));
+  if (options_.secure) {
+    const auto ready = controller_->await("Secure ADS at 127\\.0\\.0\\.1:(\\d+)");
+    chain_.serve_at(static_cast<std::uint16_t>(std::stoi(ready.at(1))));
+  }
   proxy_.lead_to(chain_.port());
   chain_.serve_at(proxy_.port());
 }

@@ -45,6 +45,9 @@ struct LineOptions {
   bool journal = true;
   /// Each program shows what it is.
   bool trust = false;
+  /// The gateway reaches its controller over Secure ADS, of which the proxy sees no frames: of the
+  /// points only those without one.
+  bool secure = false;
 };
 
 class Line {

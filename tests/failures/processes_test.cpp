@@ -14,6 +14,7 @@ struct Case {
   Victim victim;
   Point point;
   Fault fault;
+  bool secure = false;
 };
 
 void PrintTo(const Case& one, std::ostream* out) {
@@ -23,7 +24,7 @@ void PrintTo(const Case& one, std::ostream* out) {
 class EveryProcess : public testing::TestWithParam<Case> {};
 
 TEST_P(EveryProcess, MayDieOrFreezeAtAnyPointOfACall) {
-  Line sut({.point = GetParam().point});
+  Line sut({.point = GetParam().point, .secure = GetParam().secure});
   ASSERT_NO_FATAL_FAILURE(sut.reach());
   if (GetParam().fault == Fault::freeze) {
     ASSERT_NO_FATAL_FAILURE(sut.freeze(GetParam().victim));
@@ -87,6 +88,14 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"ControllerBeforeTheAnswer", controller, answered, Fault::freeze},
         Case{"ControllerBeforeTheRequestIsCleared", controller, before_clear, Fault::freeze},
         Case{"ControllerBeforeTheProgramIsReleased", controller, before_release, Fault::freeze}),
+    [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(
+    Secure, EveryProcess,
+    testing::Values(Case{"SecureGatewayKilled", gateway, running, Fault::kill, true},
+                    Case{"SecureGatewayFrozen", gateway, running, Fault::freeze, true},
+                    Case{"SecureControllerKilled", controller, running, Fault::kill, true},
+                    Case{"SecureControllerFrozen", controller, running, Fault::freeze, true}),
     [](const testing::TestParamInfo<Case>& one) { return one.param.name; });
 
 /// Where each shows what it is: a restart is a handshake more, and the dead one's place is taken by
