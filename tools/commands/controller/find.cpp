@@ -6,6 +6,7 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/network_v4.hpp>
 #include <boost/json/array.hpp>
 #include <fmt/format.h>
 #include <ifaddrs.h>
@@ -51,7 +52,8 @@ asio::ip::address_v4 address_of(const sockaddr* address) {
   return asio::ip::address_v4(ntohl(ip->sin_addr.s_addr));
 }
 
-/// Our address on an interface, and that of everybody on its network. Throws UsageError.
+/// Our address on an interface, and that of everybody on its network, by the mask: an interface
+/// need not have been told it. Throws UsageError.
 std::pair<asio::ip::address_v4, asio::ip::address_v4> addresses_on(const std::string& interface) {
   ifaddrs* all = nullptr;
   if (::getifaddrs(&all) != 0) {
@@ -61,8 +63,9 @@ std::pair<asio::ip::address_v4, asio::ip::address_v4> addresses_on(const std::st
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
     if (one->ifa_name == interface && one->ifa_addr != nullptr &&
         one->ifa_addr->sa_family == AF_INET && (one->ifa_flags & IFF_BROADCAST) != 0 &&
-        one->ifa_broadaddr != nullptr) {
-      return {address_of(one->ifa_addr), address_of(one->ifa_broadaddr)};
+        one->ifa_netmask != nullptr) {
+      const asio::ip::address_v4 ours = address_of(one->ifa_addr);
+      return {ours, asio::ip::network_v4(ours, address_of(one->ifa_netmask)).broadcast()};
     }
   }
   throw program::UsageError(
