@@ -285,13 +285,14 @@ void CallDesk::supersede(const Request& by, Actions& actions) {
 
 /// What a gateway hears whose call is given up because another one says that it has the channel.
 Reply CallDesk::reply_to_loser(const CallName& call) {
-  const auto running = find_running(call);
-  if (running != running_.end() && options_.delivery == fabric::Delivery::at_most_once) {
-    return given_up(running->second);
+  constexpr const char* why = "another gateway has the channel now";
+  // An attempt that waits for the end of a cancelled run is the one that the gateway stands by.
+  if (const auto waiting = find_waiting(call); waiting != waiting_.end()) {
+    return declining(waiting->request, why);
   }
-  return declining(
-      running != running_.end() ? running->second.request : find_waiting(call)->request,
-      "another gateway has the channel now");
+  const Under& running = find_running(call)->second;
+  return options_.delivery == fabric::Delivery::at_most_once ? given_up(running)
+                                                             : declining(running.request, why);
 }
 
 bool CallDesk::has_another_gateway(const RequestKey& key) const {

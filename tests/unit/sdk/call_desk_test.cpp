@@ -108,6 +108,21 @@ TEST_F(CallDeskTest, GivesUpTheCallOfAGatewayThatHasLostTheChannel) {
   EXPECT_EQ(only<Send>(actions).front().reply.call, call(1));
 }
 
+// An operator had the running call given out again, to the same instance. It declined the attempt
+// that it had been told to stop, and the gateway waited for the new one without end. Found by the
+// simulation (seed 1174747788395).
+TEST_F(CallDeskTest, TellsAGatewayThatHasLostTheChannelOfTheAttemptThatWaits) {
+  started(request(1));
+  sut.on_withdrawn(key_of(request(1)));
+  ASSERT_EQ(started(again(request(1), 3)), 0U) << "its cancelled run has not ended";
+  Request successor = of_another_gateway(1);
+  successor.succeeds = 1;
+  const auto sent = only<Send>(sut.on_request(successor, now));
+  ASSERT_THAT(sent, SizeIs(1));
+  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
+  EXPECT_EQ(sent.front().reply.attempt, 3U);
+}
+
 TEST_F(CallDeskTest, TellsAGatewayThatHasLostTheChannelThatACallMustNotRunTwice) {
   CallDesk once({.instance = self, .delivery = fabric::Delivery::at_most_once});
   once.on_request(request(1), now);
