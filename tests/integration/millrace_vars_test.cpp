@@ -27,11 +27,16 @@ class TheVariables : public testing::Test {
         port_(cnc_.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)").at(1)) {}
 
   /// `millrace vars cnc ARGS --direct` to its end: what it printed.
-  std::string run(const Flags& args, const std::string& machine = {}) {
+  std::string run(Flags args, const std::string& machine = {}) {
+    args.emplace_back("--direct");
+    return vars_direct(args, machine);
+  }
+
+  /// The same where ARGS have that flag.
+  std::string vars_direct(const Flags& args, const std::string& machine = {}) {
     Flags command{binary("millrace"), "vars",
                   machine.empty() ? "cnc=127.0.0.1:" + port_ + "/127.0.0.1.1.1" : machine};
     command.insert(command.end(), args.begin(), args.end());
-    command.emplace_back("--direct");
     Process process(std::move(command));
     exit_code = process.wait();
     errors = process.error_output();
@@ -90,6 +95,9 @@ TEST_F(TheVariables, OfEveryTypeAreWrittenAndReadBack) {
   EXPECT_EQ(run({"write", "V.E.NOTE", "Maß"}), "V.E.NOTE was \"\", is \"Maß\"\n");
   EXPECT_EQ(run({"write", "V.E.LINES", "a", "[b,c]", "-d"}),
             "V.E.LINES was [\"\", \"\", \"\"], is [\"a\", \"[b,c]\", \"-d\"]\n")
+      << errors;
+  EXPECT_EQ(vars_direct({"write", "--direct", "--", "V.E.LINES", "--e", "--", "f"}),
+            "V.E.LINES was [\"a\", \"[b,c]\", \"-d\"], is [\"--e\", \"--\", \"f\"]\n")
       << errors;
   EXPECT_EQ(exit_code, 0);
   const std::string values =

@@ -59,10 +59,15 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
   command.add_flag("--force", options->value.force,
                    "With --direct: also what is READ_ONLY for programs, and V.G.SERVICE.*");
   command.callback([options, &command, &chosen] {
-    options->value.values = command.remaining();
-    for (const std::string& value : options->value.values) {
-      if (value.starts_with("--")) {
+    bool flags_are_over = false;
+    options->value.values.clear();
+    for (const std::string& value : command.remaining()) {
+      if (!flags_are_over && value == "--") {
+        flags_are_over = true;
+      } else if (!flags_are_over && value.starts_with("--")) {
         throw CLI::ExtrasError(command.get_name(), {value});
+      } else {
+        options->value.values.push_back(value);
       }
     }
     options->value.values.insert(options->value.values.begin(), options->first);
