@@ -179,9 +179,9 @@ std::vector<std::string> SmallPlant::run() {
       }
     }
   }
-  // What was on its way when the program asked anew may have wiped what it asks: nobody can help
-  // that.
-  const bool wiped = controller_.channel(1).crossed;
+  // What was on its way when a program that is reset asks anew may wipe what it asks: nobody can
+  // help that.
+  const bool wiped = plan_.mishap == Mishap::program_reset && controller_.channel(1).crossed;
   if (history_.violations().empty() && agenda_.now() >= longest && !wiped) {
     history_.violated("I5: the program still waits");
   }
