@@ -132,9 +132,6 @@ void AdsLink::apply(const RequestPointer& request) {
     return;
   }
   channel.writers.insert(gateway_);
-  if (write.answer) {
-    channel.released_by.insert(gateway_);
-  }
   // A kernel that clears REQUEST_STATE itself is about to do so.
   const std::uint32_t request_state =
       channel.rules().kernel_clears_after ? 0 : channel.state(Variable::request_state);

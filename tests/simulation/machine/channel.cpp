@@ -107,8 +107,7 @@ void MachineChannel::report(bool request_state) {
   }
   released_ = false;
   asked_ = agenda_.now();
-  released_before_ = std::exchange(released_by, {});
-  writers.clear();
+  wrote_before_ = std::exchange(writers, {});
   standing_ = now;
   // Only REQUEST_STATE takes back what a write of RESPONSE_STATE for the request before has done,
   // or has the kernel do a little later.

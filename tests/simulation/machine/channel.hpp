@@ -52,17 +52,15 @@ class MachineChannel {
   /// nothing of it.
   [[nodiscard]] const gateway::PendingRequest& standing() const { return standing_; }
   /// The program has taken its request back, or asked again, before RESPONSE_STATE had released it,
-  /// or after another gateway had: what this one asked for earlier meets another request.
+  /// or after another gateway had written too: what this one asked for earlier meets another
+  /// request.
   [[nodiscard]] bool moved_on_since(Time time, GatewayNumber gateway) const {
     return moved_on_ > time || (asked_ > time && gave_up_before_) ||
-           (asked_ > time && std::ranges::any_of(released_before_, [&](GatewayNumber one) {
-              return one != gateway;
-            }));
+           (asked_ > time &&
+            std::ranges::any_of(wrote_before_, [&](GatewayNumber one) { return one != gateway; }));
   }
   /// Who has written anything since the program asked.
   std::set<GatewayNumber> writers{};
-  /// Who has written an answer since then.
-  std::set<GatewayNumber> released_by{};
   /// Something was written for another request than the one that stands: it was on its way when the
   /// program asked anew, and nobody can help that.
   bool crossed = false;
@@ -105,9 +103,9 @@ class MachineChannel {
   /// It has done so since it asked, or with the request before.
   bool gave_up_ = false;
   bool gave_up_before_ = false;
-  /// When it asked last, and who had released it before.
+  /// When it asked last, and who had written anything for the request before.
   Time asked_{-1};
-  std::set<GatewayNumber> released_before_{};
+  std::set<GatewayNumber> wrote_before_{};
 };
 
 }  // namespace millrace::tests::simulation
