@@ -12,7 +12,6 @@
 #include "gateway/journal_entry.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/snapshot.hpp"
-#include "gateway/ticket.hpp"
 
 namespace millrace::gateway {
 

@@ -115,4 +115,19 @@ using JournalEntry =
     std::variant<NumbersEntry, DispatchedEntry, InterimEntry, AnsweredEntry, ClearingEntry,
                  EndedEntry, MessageEntry, MessageEndedEntry, LastGetEntry, StandingEntry>;
 
+/// Handed over with an entry, and handed back once the entry is as safe as the journal's policy
+/// promises.
+struct Ticket {
+  /// Who waits; for call numbers that is all channels.
+  enum class Owner : std::uint8_t { nobody, numbers, channel, queue };
+
+  Owner owner = Owner::nobody;
+  fabric::ChannelKey key{};
+  /// Of a channel the count of its entries; of a queue which one of this key it is.
+  std::uint64_t number = 0;
+
+  explicit operator bool() const { return owner != Owner::nobody; }
+  bool operator==(const Ticket&) const = default;
+};
+
 }  // namespace millrace::gateway

@@ -31,7 +31,7 @@ void ChannelOutput::put(SessionAction action) {
 }
 
 EntryNumber ChannelOutput::record(JournalEntry entry) {
-  put(Record{{Ticket::Of::channel, key(), ++last_entry_}, std::move(entry)});
+  put(Record{{Ticket::Owner::channel, key(), ++last_entry_}, std::move(entry)});
   return last_entry_;
 }
 

@@ -2,7 +2,7 @@
 // people and tools see of it.
 //
 //   ChannelOutput out({"cnc", 1});
-//   const EntryNumber ticket = out.record(AnsweredEntry{…});     // on_recorded(ticket) follows
+//   const EntryNumber entry = out.record(AnsweredEntry{…});      // on_recorded(entry) follows
 //   out.say(Level::info, "call … answered");
 //   return out.take();
 #pragma once
@@ -50,7 +50,7 @@ class ChannelOutput {
   }
 
   void put(SessionAction action);
-  /// on_recorded(ticket) is to follow.
+  /// on_recorded(entry) is to follow.
   [[nodiscard]] EntryNumber record(JournalEntry entry);
   /// The same, and nobody waits for it.
   void note(JournalEntry entry) { put(Record{{}, std::move(entry)}); }

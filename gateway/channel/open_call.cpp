@@ -203,15 +203,16 @@ void OpenCall::retry(const std::string& by, ChannelOutput& out) {
   out.say(Level::info, fmt::format("{}: {}", name(), reason_));
 }
 
-void OpenCall::on_recorded(EntryNumber ticket, bool look_is_fresh, ChannelOutput& out, Moment now) {
+void OpenCall::on_recorded(EntryNumber recorded, bool look_is_fresh, ChannelOutput& out,
+                           Moment now) {
   if (auto* const interim = std::get_if<Interim>(&interim_);
-      interim != nullptr && interim->entry == ticket) {
+      interim != nullptr && interim->entry == recorded) {
     interim->entry = 0;
     return;
   }
-  const auto confirm = [ticket](EntryNumber& entry) { entry = entry == ticket ? 0 : entry; };
+  const auto confirm = [recorded](EntryNumber& entry) { entry = entry == recorded ? 0 : entry; };
   if (const auto* assigned = std::get_if<phase::Assigned>(&phase_)) {
-    if (assigned->entry == ticket) {
+    if (assigned->entry == recorded) {
       enter(phase::Given{Assignment(assigned->to)}, "");
       publish(std::get<phase::Given>(phase_).to, out, now);
     }
@@ -220,14 +221,14 @@ void OpenCall::on_recorded(EntryNumber ticket, bool look_is_fresh, ChannelOutput
   } else if (auto* const held = std::get_if<phase::Held>(&phase_)) {
     confirm(held->entry);
   } else if (auto* const known = std::get_if<phase::Answered>(&phase_)) {
-    if (known->entry == ticket) {
+    if (known->entry == recorded) {
       const bool stood = std::ranges::count(call_.shown, known->answer.state()) > 0;
       enter(phase::Answering{AnswerWriter(AnswerWriter::Kind::final, std::move(known->answer),
                                           call_.awaited, stood)},
             "");
     }
   } else if (auto* const answering = std::get_if<phase::Answering>(&phase_)) {
-    if (answering->clearing == ticket) {
+    if (answering->clearing == recorded) {
       answering->clearing = 0;
       call_.clearing = true;
       if (answering->writer.next() == AnswerWriter::Step::record_clearing) {

@@ -11,7 +11,7 @@
 //                                                                ▼
 //      each of these ── take, settle ──► Answered ── recorded ──► Answering ──► close, Released
 //
-// A phase has what only it needs, tickets of the journal among them: a ticket whose phase is over
+// A phase has what only it needs, numbers of journal entries among them: one whose phase is over
 // is nobody's. Interim answers have a way of their own beside the phases.
 #pragma once
 
@@ -121,7 +121,7 @@ class OpenCall {
   void explain(const std::string& reason);
   /// Takes it from wherever it is, to be given out again.
   void retry(const std::string& by, ChannelOutput& out);
-  void on_recorded(EntryNumber ticket, bool look_is_fresh, ChannelOutput& out, Moment now);
+  void on_recorded(EntryNumber recorded, bool look_is_fresh, ChannelOutput& out, Moment now);
   /// The last word of the call, whose answer is written or whose program has moved on. Unless
   /// `over` the journal keeps it: until a read shows that its program has gone on, its request may
   /// be read once more.
@@ -165,7 +165,7 @@ class OpenCall {
   using Phase = std::variant<phase::Unverified, phase::Waiting, phase::Assigned, phase::Given,
                              phase::Held, phase::Answered, phase::Answering>;
 
-  /// An interim answer of which the journal is told; ticket 0 once it has it.
+  /// An interim answer of which the journal is told; entry 0 once it has it.
   struct Interim {
     Response response;
     EntryNumber entry = 0;

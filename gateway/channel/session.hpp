@@ -59,7 +59,7 @@ class ChannelSession {
   /// `reason` in words, with the code.
   SessionActions on_read_failed(const std::string& reason, Moment now);
   SessionActions on_write(WriteOutcome outcome, const std::string& reason, Moment now);
-  SessionActions on_recorded(EntryNumber ticket, Moment now);
+  SessionActions on_recorded(EntryNumber entry, Moment now);
 
   /// Takes the offered request under this id.
   SessionActions claim(fabric::CallId id, const Policy& policy, Moment now);

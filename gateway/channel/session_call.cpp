@@ -62,12 +62,12 @@ void ChannelSession::say_seen(const Call& call, Moment now) {
   }
 }
 
-SessionActions ChannelSession::on_recorded(EntryNumber ticket, Moment now) {
-  if (!call_ || ticket == 0) {
+SessionActions ChannelSession::on_recorded(EntryNumber entry, Moment now) {
+  if (!call_ || entry == 0) {
     return {};
   }
   const bool fresh = now.steady - answer_read_at_ <= pace_.fresh;
-  return with_call(now, [&](OpenCall& call) { call.on_recorded(ticket, fresh, out_, now); });
+  return with_call(now, [&](OpenCall& call) { call.on_recorded(entry, fresh, out_, now); });
 }
 
 SessionActions ChannelSession::assign(const Assignment& assignment, Moment now) {

@@ -66,7 +66,7 @@ ChannelActions CallControl::on_write(const fabric::ChannelKey& key, WriteOutcome
 }
 
 ChannelActions CallControl::on_recorded(const Ticket& ticket, Moment now) {
-  if (ticket.of == Ticket::Of::numbers) {
+  if (ticket.owner == Ticket::Owner::numbers) {
     recorded_ = reserved_;
     if (std::exchange(out_of_numbers_, false)) {
       reconsider(now);

@@ -139,7 +139,8 @@ fabric::CallId CallControl::next_id(const fabric::ChannelKey& key) {
 void CallControl::reserve_numbers(const fabric::ChannelKey& key) {
   if (reserved_ == recorded_ && reserved_ - last_number_ < block / 2) {
     reserved_ += block;
-    out_.push_back({key, Record{{.of = Ticket::Of::numbers}, NumbersEntry{epoch_, reserved_}}});
+    out_.push_back(
+        {key, Record{{.owner = Ticket::Owner::numbers}, NumbersEntry{epoch_, reserved_}}});
   }
 }
 

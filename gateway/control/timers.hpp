@@ -3,9 +3,9 @@
 //   timers.set(key, at);
 //   for (const auto& key : timers.take_due(now.steady)) …       // once timers.next() has come
 //
-// A channel may be due too early: one that is set to a later time than before is left where it
-// stands, and sets itself anew then. A call moves its channel's next read several times, and to
-// move it in the order costs more than to be due once in a while for nothing.
+// A channel may be due too early: a later time than the one it is set to changes nothing, and its
+// owner sets it again when it is due. A call moves its channel's next read several times, and to
+// sort the channel anew each time costs more than an early time now and then.
 #pragma once
 
 #include <optional>

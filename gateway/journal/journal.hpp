@@ -16,7 +16,6 @@
 #include "gateway/journal/ledger.hpp"
 #include "gateway/journal/options.hpp"
 #include "gateway/journal_entry.hpp"
-#include "gateway/ticket.hpp"
 
 namespace millrace::gateway::journal {
 

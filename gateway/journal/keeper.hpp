@@ -28,7 +28,6 @@
 #include "gateway/journal/ledger.hpp"
 #include "gateway/journal/options.hpp"
 #include "gateway/journal_entry.hpp"
-#include "gateway/ticket.hpp"
 
 namespace millrace::gateway::journal {
 
@@ -51,7 +50,7 @@ class Storage {
   /// Forces the draft to the disk and has it take the file's place, in one step even if the power
   /// fails meanwhile; from then on it is the file: Keeper::on_exchanged.
   virtual void start_exchange() = 0;
-  /// The entries of these are as safe as promised. Says so soon, in their order, never from within.
+  /// Hands these back a little later, in their order: their entries are as safe as promised.
   virtual void confirm(std::vector<Ticket> tickets) = 0;
   /// The journal cannot write any more, with the reason; or, with an empty text, can again.
   virtual void tell(const std::string& trouble) = 0;

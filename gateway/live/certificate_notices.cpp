@@ -2,7 +2,6 @@
 
 #include <map>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include <fmt/chrono.h>
@@ -35,6 +34,16 @@ Uses uses_of(const std::vector<settings::MachineSettings>& machines) {
     }
   }
   return uses;
+}
+
+/// Few enough that the end of the certificate stands in the notice, too.
+std::string names_of(const std::vector<std::string>& machines) {
+  constexpr std::size_t most = 3;
+  if (machines.size() <= most) {
+    return fmt::format("{}", fmt::join(machines, ", "));
+  }
+  return fmt::format("{} and {} more", fmt::join(machines.begin(), machines.begin() + most, ", "),
+                     machines.size() - most);
 }
 
 std::string advice_of(Role role) {
@@ -74,7 +83,7 @@ std::vector<fabric::Notice> certificate_notices(
                                                           : fabric::NoticeLevel::warning;
     notice.text = fmt::format(
         "the {} \"{}\" for Secure ADS with {} {}", role == Role::ca ? "CA" : "certificate",
-        certificate->common_name(), fmt::join(of_machines, ", "),
+        certificate->common_name(), names_of(of_machines),
         is_over ? fmt::format("has ended on {:%F %R} UTC", until)
                 : fmt::format("ends on {:%F %R} UTC, in {}", until, fabric::time_left(until, now)));
     notice.advice = fine ? "" : advice_of(role);

@@ -103,7 +103,7 @@ void Gateway::Impl::tell_certificates() {
     if (is_new && notice.level != fabric::NoticeLevel::fine) {
       log->warn("{}: {}", notice.text, notice.advice);
     }
-    // What is not told now is told with the next one.
+    // One that cannot be written now is repeated with all others.
     static_cast<void>(notices.raise(notice));
     certificates_told.insert_or_assign(notice.key.subject, std::move(notice));
   }

@@ -60,7 +60,7 @@ void Gateway::Impl::carry_out(const fabric::ChannelKey&, const Record& action) {
 
 void Gateway::Impl::on_recorded(const Ticket& ticket) {
   begin_event();
-  if (ticket.of == Ticket::Of::queue) {
+  if (ticket.owner == Ticket::Owner::queue) {
     queues.on_recorded(ticket);
   } else {
     carry_out(control.on_recorded(ticket, now()));

@@ -31,7 +31,7 @@ void PlantQueues::begin(const fabric::ChannelKey& key, One& one, QueueBook book)
       QueueOutlet{.record =
                       [this, key, number = one.number](const auto& entries, bool wait) {
                         events_.record_of_queue(
-                            entries, wait ? Ticket{Ticket::Of::queue, key, number} : Ticket{});
+                            entries, wait ? Ticket{Ticket::Owner::queue, key, number} : Ticket{});
                       },
                   .shows = [this, key] { soon([this, key] { events_.on_queue_change(key); }); },
                   .tell = [this, key](const auto& news) { events_.say_of_queue(key, news); }});

@@ -19,7 +19,6 @@
 #include "fabric/data.hpp"
 #include "gateway/queue_book.hpp"
 #include "gateway/queues/machine_queue.hpp"
-#include "gateway/ticket.hpp"
 
 namespace millrace::gateway::queues {
 

@@ -100,7 +100,7 @@ void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
     return;
   }
   begin_event();
-  if (ticket.of == gateway::Ticket::Of::queue) {
+  if (ticket.owner == gateway::Ticket::Owner::queue) {
     queues_->on_recorded(ticket);
   } else {
     carry_out(control_->on_recorded(ticket, now()));

@@ -1,5 +1,6 @@
 #include "gateway/live/certificate_notices.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -92,6 +93,18 @@ TEST(CertificateNotice, IsOneForAllMachinesOfACertificate) {
       now);
   ASSERT_EQ(sut.size(), 1U);
   EXPECT_THAT(sut[0].text, HasSubstr("with press, saw ends"));
+}
+
+TEST(CertificateNotice, SaysTheEndAlsoWhereManyMachinesShareTheCertificate) {
+  const auto same = certificate(std::string(64, 'h'), now + std::chrono::days(90));
+  std::vector<settings::MachineSettings> machines;
+  for (int number = 1; number <= 30; ++number) {
+    machines.push_back(
+        machine(fmt::format("press_{}", number), cnc::ads::SelfSigned{same, {}, {}}));
+  }
+  const std::string sut = certificate_notices(machines, now).at(0).text;
+  EXPECT_THAT(sut, HasSubstr("with press_1, press_2, press_3 and 27 more ends on"));
+  EXPECT_LE(sut.size(), 255U);
 }
 
 TEST(CertificateNotice, KeepsItsSubject) {

@@ -70,7 +70,7 @@ class JournalFile : public testing::TestWithParam<Sync> {
     sut->on_trouble([this](const std::string& text) { troubles.push_back(text); });
   }
 
-  void append(const JournalEntry& entry) { sut->append(entry, {.of = Ticket::Of::channel}); }
+  void append(const JournalEntry& entry) { sut->append(entry, {.owner = Ticket::Owner::channel}); }
 
   [[nodiscard]] std::filesystem::path file() const {
     return folder.path() / "journal" / "calls.journal";
@@ -236,7 +236,7 @@ TEST_P(JournalFile, LetsTheLoopTurnWhileTheDiskStandsStill) {
   boost::asio::io_context io;
   const auto journal = open_file(io.get_executor(), options, base::program::no_log());
   const auto take = [&](std::uint64_t number) {
-    journal->append(dispatched(number), {.of = Ticket::Of::channel, .number = number});
+    journal->append(dispatched(number), {.owner = Ticket::Owner::channel, .number = number});
   };
   journal->on_recorded([&](const Ticket& ticket) {
     if (::write(report, &ticket.number, sizeof ticket.number) != sizeof ticket.number) {
@@ -311,7 +311,7 @@ TEST(MemoryJournal, ConfirmsAtOnceAndHasAnEpoch) {
   EXPECT_NE(sut->ledger().numbers().epoch, 0U);
   bool recorded = false;
   sut->on_recorded([&](const Ticket&) { recorded = true; });
-  sut->append(dispatched(1), {.of = Ticket::Of::channel});
+  sut->append(dispatched(1), {.owner = Ticket::Owner::channel});
   EXPECT_FALSE(recorded);
   io.run();
   EXPECT_TRUE(recorded);

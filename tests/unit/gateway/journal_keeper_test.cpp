@@ -81,7 +81,7 @@ class ModelDisk final : public Storage {
   }
   void confirm(std::vector<Ticket> tickets) override {
     for (const Ticket& one : tickets) {
-      (one.of == Ticket::Of::numbers ? recorded_numbers : recorded).push_back(one.number);
+      (one.owner == Ticket::Owner::numbers ? recorded_numbers : recorded).push_back(one.number);
     }
   }
   void tell(const std::string& trouble) override { troubles.push_back(trouble); }
@@ -167,7 +167,7 @@ class JournalKeeper : public testing::Test {
     ASSERT_TRUE(sut->begin());
   }
   void append(std::uint64_t number) {
-    sut->append(dispatched(number), {.of = Ticket::Of::channel, .number = number});
+    sut->append(dispatched(number), {.owner = Ticket::Owner::channel, .number = number});
   }
   void end(std::uint64_t number) { sut->append(EndedEntry{call(number)}, {}); }
   /// Calls that come and go, until the file is longer than this.
@@ -285,7 +285,7 @@ TEST_F(JournalKeeper, IsWrittenAnewAlthoughForcesNeverEnd) {
 
 TEST_F(JournalKeeper, ForcesCallNumbersUnderAnyPolicy) {
   open(Sync::never);
-  sut->append(NumbersEntry{epoch, 1000}, {.of = Ticket::Of::numbers});
+  sut->append(NumbersEntry{epoch, 1000}, {.owner = Ticket::Owner::numbers});
   append(1);
   EXPECT_THAT(recorded, ElementsAre(1U));
   EXPECT_THAT(disk.recorded_numbers, IsEmpty());

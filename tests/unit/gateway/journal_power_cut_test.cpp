@@ -45,7 +45,7 @@ class JournalAfterAPowerCut : public testing::TestWithParam<Sync> {
     for (std::uint64_t number = 1; number <= calls; ++number) {
       recorded = false;
       writer->append(EndedEntry{{1, number - 1}}, {});
-      writer->append(call_of_the_channel(number), {.of = Ticket::Of::channel});
+      writer->append(call_of_the_channel(number), {.owner = Ticket::Owner::channel});
       EXPECT_TRUE(run_until(io, [&] { return recorded; }));
       disk.promise(static_cast<unsigned>(number + 1));
     }

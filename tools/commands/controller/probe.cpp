@@ -161,7 +161,7 @@ asio::awaitable<config::Machine> machine_of(const ProbeOptions& options,
   udp::socket socket(executor);
   socket.connect(controller);
   const std::string ours = usual_net_id(socket.local_endpoint().address());
-  // A virtual CNC on this host has that one.
+  // A virtual CNC on this host has that one; then the default of the configuration.
   const std::string usual = ours == machine.net_id() ? machine.source_net_id() : ours;
   machine.set_source_net_id(options.net_id.empty() ? usual : options.net_id);
   if (!options.psk.empty()) {

@@ -60,7 +60,7 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
                    "With --direct: also what is READ_ONLY for programs, and V.G.SERVICE.*");
   command.callback([options, &command, &chosen] {
     bool flags_are_over = false;
-    options->value.values.clear();
+    options->value.values = {options->first};
     for (const std::string& value : command.remaining()) {
       if (!flags_are_over && value == "--") {
         flags_are_over = true;
@@ -70,7 +70,6 @@ void add_write(CLI::App& vars, const Machine& machine, Chosen& chosen) {
         options->value.values.push_back(value);
       }
     }
-    options->value.values.insert(options->value.values.begin(), options->first);
     chosen.run = [options] {
       return with_source(*options, [&](Source& source) { return write_it(*options, source); });
     };
