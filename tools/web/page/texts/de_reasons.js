@@ -170,6 +170,9 @@ export const reasons = [
   ['{} was not found yet', '{} wurde noch nicht gefunden.'],
   ['{} LastGet cannot be written: {}', '{} LastGet kann nicht geschrieben werden: {}.'],
   ['{} LastGet cannot be {}: {}', '{} LastGet kann nicht {} sein: {}.'],
+
+  // Was in anderen Sätzen ein Wert ist: gateway/live/certificate_notices.cpp
+  ['{} and {} more', '{} und {} weitere'],
 ];
 
 const escaped = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, '\\$&');
