@@ -12,8 +12,9 @@ using testing::AllOf;
 
 // The first counts while it is there: whoever comes second may read, and is heard by nobody.
 TEST_F(AHostileParticipant, AnnouncesTheIdOfAnInstanceAndTheFirstCounts) {
-  start();
+  prepare();
   Hostile sut(chain.domain(), slow_uuid);
+  start_services();
   await("a request that is overheard", [&] {
     sut.overhear();
     return sut.has_heard();

@@ -136,13 +136,9 @@ class AHostileParticipant : public testing::Test {
     }
   }
 
-  /// Two instances, a controller whose programs call them, a gateway.
-  void start(std::uint32_t calls = calls_of_each, const std::string& delivery = "at-least-once") {
+  /// A controller whose programs call, and a gateway: their calls wait for start_services().
+  void prepare(std::uint32_t calls = calls_of_each) {
     calls_ = calls;
-    for (const std::string name : {"one", "two"}) {
-      services.push_back(
-          chain.slow_service({"--name", name, "--work", "5", "--delivery", delivery}));
-    }
     Flags flags{"--channels", std::to_string(channels)};
     const std::string program = chain.counting_program(slow_uuid, calls);
     for (std::uint32_t channel = 1; channel <= channels; ++channel) {
@@ -150,7 +146,21 @@ class AHostileParticipant : public testing::Test {
     }
     cnc.emplace(chain.cnc(flags));
     gateway.emplace(chain.gateway({"--log-level", "debug"}));
+    gateway->await_error("link up", allowed);
+  }
+
+  /// Two instances, and their first answer.
+  void start_services(const std::string& delivery = "at-least-once") {
+    for (const std::string name : {"one", "two"}) {
+      services.push_back(
+          chain.slow_service({"--name", name, "--work", "5", "--delivery", delivery}));
+    }
     gateway->await_error("call .* answered with state", allowed);
+  }
+
+  void start(std::uint32_t calls = calls_of_each) {
+    prepare(calls);
+    start_services();
   }
 
   /// Each program gets its own answers, all of them.

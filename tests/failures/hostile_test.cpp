@@ -16,9 +16,10 @@ const testing::Environment* const network = testing::AddGlobalTestEnvironment(ne
 
 // What was once believed: 85 of 400 replies in another's name.
 TEST_F(AHostileParticipant, ForgesAnswersFloodsAndImpersonatesAndEveryCallIsAnsweredAllTheSame) {
-  start();
+  prepare();
   Hostile sut(chain.domain(), slow_uuid);
   Stopwatch watch({.domain = chain.domain()});
+  start_services();
   await("a request that is overheard", [&] {
     sut.overhear();
     return sut.has_heard();

@@ -100,20 +100,24 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     return options;
   }
 
-  /// Calls go on beside what it does, 2,000 times a second. `as`: all participants of a process are
-  /// the same member.
-  void attack(const dds::ParticipantOptions& as, const std::function<void(std::size_t)>& act) {
+  /// Calls go on beside what it does, 2,000 times a second: instances of this delivery start once
+  /// it has begun. `as`: all participants of a process are the same member.
+  void attack(const dds::ParticipantOptions& as, const std::function<void(std::size_t)>& act,
+              const std::string& delivery = "at-least-once") {
     Stopwatch watch(as);
-    std::vector<double> before;
-    for (Process& service : services) {
-      before.push_back(bench::resident_mib(service.pid()));
-    }
     Flood flood(2000, [&](std::size_t i) {
       act(i);
       if (i % 64 == 0) {
         watch.take();
       }
     });
+    await(
+        "the attack", [&] { return flood.done() > 0; }, allowed);
+    start_services(delivery);
+    std::vector<double> before;
+    for (Process& service : services) {
+      before.push_back(bench::resident_mib(service.pid()));
+    }
     expect_calls_unharmed();
     flood.end();
     std::cout << "beside " << flood.done() << " hostile samples: " << watch.result() << '\n';
@@ -140,7 +144,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
 
 // 54 of 224, 1,716 of 5,096, 2,346 of 4,838 calls got the answer to something else.
 TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
-  start();
+  prepare();
   const auto as = join("bench");
   Asker sut(as);
   attack(as, [&](std::size_t i) {
@@ -161,7 +165,7 @@ TEST_P(AnInsider, AsksUnderTheIdsOfCallsToComeAndEveryAnswerIsRight) {
 
 // One call in 2.5 s, or none, instead of 1,100 a second.
 TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
-  start();
+  prepare();
   const auto as = join("gateway-2");
   Asker sut(as);
   attack(as, [&](std::size_t i) {
@@ -177,14 +181,17 @@ TEST_P(AnInsider, AsksForAMachineOfItsOwnUnderTheIdsOfOursAndNoneIsBlocked) {
 }
 
 TEST_P(AnInsider, TakesBackWhatAGatewayHasAskedAndEveryCallGoesOn) {
-  start(calls_of_each, "at-most-once");
+  prepare();
   const auto as = join("gateway-2");
   Asker sut(as);
-  attack(as, [&](std::size_t) {
-    if (const auto& heard = sut.overhear()) {
-      sut.take_back(*heard);
-    }
-  });
+  attack(
+      as,
+      [&](std::size_t) {
+        if (const auto& heard = sut.overhear()) {
+          sut.take_back(*heard);
+        }
+      },
+      "at-most-once");
   expect_each_ran_once();
   EXPECT_THAT(
       said_by_services(),
@@ -197,14 +204,17 @@ class AnInsiderWithACertificate : public AnInsider {};
 
 // Gateway and instance believed it more than one that shows who it is.
 TEST_P(AnInsiderWithACertificate, WithoutABadgeTakesNothingBack) {
-  start(calls_of_each, "at-most-once");
+  prepare();
   const auto as = join_without_badge("gateway-2");
   Asker sut(as);
-  attack(as, [&](std::size_t) {
-    if (const auto& heard = sut.overhear()) {
-      sut.take_back(*heard);
-    }
-  });
+  attack(
+      as,
+      [&](std::size_t) {
+        if (const auto& heard = sut.overhear()) {
+          sut.take_back(*heard);
+        }
+      },
+      "at-most-once");
   expect_each_ran_once();
   const std::string unproven =
       "a program that shows no badge of its certificate \\(participant "
@@ -214,7 +224,7 @@ TEST_P(AnInsiderWithACertificate, WithoutABadgeTakesNothingBack) {
 
 // A standby gateway took the machine over from one that was there.
 TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
-  start();
+  prepare();
   Process second = chain.gateway();
   second.await_error("serves it already; this gateway stands by", allowed);
   const auto as = join_without_badge("gateway-2");
