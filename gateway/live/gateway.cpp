@@ -1,16 +1,15 @@
 #include "gateway/live/gateway.hpp"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
-#include <boost/asio/post.hpp>
 #include <unistd.h>
 
 #include "base/posix/host.hpp"
 #include "fabric/channel_scope.hpp"
 #include "gateway/live/certificate_notices.hpp"
 #include "gateway/live/gateway_impl.hpp"
-#include "gateway/live/machine_link.hpp"
 
 namespace millrace::gateway::live {
 
@@ -45,12 +44,8 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
       log(std::move(the_log)),
       settings(std::move(the_settings)),
       journal(open_journal(executor, settings, log)),
-      control({.paces = settings::paces_of(settings.machines), .policies = settings.policies},
-              journal->ledger()),
       timer(executor),
-      last_chance(executor),
-      stall(settings.join.lease),
-      stall_timer(executor),
+      beat_timer(executor),
       load_timer(executor),
       certificate_timer(executor),
       own(identity_of(*journal)),
@@ -65,32 +60,18 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
           executor, participant, [this] { return now(); }, log),
       variables(
           executor, participant, [this] { return now(); },
-          {.begin_event = [this] { begin_event(); },
+          {.begin_event = [this] { core.on_other_event(); },
            .written = [this](const auto& written) { tell(written); }},
           log),
-      queues(*this, *this),
-      machines(own, *this, *this) {
-  static_cast<void>(
-      control.set_interest({.events = false, .statuses = false, .least = least_of(log)}, now()));
-  journal->on_recorded([this](const Ticket& ticket) { on_recorded(ticket); });
-  journal->on_trouble([this](const std::string& trouble) {
-    begin_event();
-    carry_out(control.set_journal_trouble(trouble, now()));
-    set_notice({.kind = "journal"}, trouble,
-               "make room on the disk, or give it its folder back; it goes on by itself");
-  });
-}
-
-void Gateway::Impl::set_notice(const fabric::NoticeKey& key, const std::string& text,
-                               const std::string& advice) {
-  const auto told = text.empty() ? notices.clear(key.kind, key.subject)
-                                 : notices.raise({.key = key,
-                                                  .level = fabric::NoticeLevel::problem,
-                                                  .text = text,
-                                                  .advice = advice});
-  if (!told) {
-    log->warn("nobody but this log is told of it: {}", told.error());
-  }
+      core(*this, *this,
+           {.own = own,
+            .lease = settings.join.lease,
+            .machines = settings.machines,
+            .policies = settings.policies},
+           journal->ledger()) {
+  core.set_interest({.events = false, .statuses = false, .least = least_of(log)});
+  journal->on_recorded([this](const Ticket& ticket) { core.on_recorded(ticket); });
+  journal->on_trouble([this](const std::string& trouble) { core.on_journal_trouble(trouble); });
 }
 
 void Gateway::Impl::tell_certificates() {
@@ -113,34 +94,16 @@ void Gateway::Impl::tell_certificates() {
   certificate_timer.expires_after(between_looks);
   certificate_timer.async_wait([this](boost::system::error_code error) {
     if (!error) {
-      begin_event();
       tell_certificates();
     }
   });
 }
 
-Moment Gateway::Impl::now() const {
-  return {std::chrono::steady_clock::now(),
-          std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
-}
-
-void Gateway::Impl::begin_event() {
-  if (const auto late = stall.late(now().steady)) {
-    on_stall(*late);
-  }
-}
-
-void Gateway::Impl::on_stall(std::chrono::nanoseconds late) {
-  if (machines.stood_still() || late > settings.join.lease) {
-    log->warn("this gateway stood still for {:.1f} s", std::chrono::duration<double>(late).count());
-  }
-}
-
 void Gateway::Impl::beat() {
-  begin_event();
+  const SteadyTime next = core.beat();
   call_end.assert_machines();
-  stall_timer.expires_at(stall.beat(now().steady));
-  stall_timer.async_wait([this](boost::system::error_code error) {
+  beat_timer.expires_at(next);
+  beat_timer.async_wait([this](boost::system::error_code error) {
     if (!error) {
       beat();
     }
@@ -152,9 +115,7 @@ void Gateway::Impl::tell_load() {
   load_timer.expires_after(period);
   load_timer.async_wait([this](boost::system::error_code error) {
     if (!error) {
-      begin_event();
-      machines.tell_load();
-      queues.tell_numbers();
+      core.tell_load();
       tell_left_out();
       tell_calls();
       for (const std::string& uuid : lost_services.on_time(now())) {
@@ -171,7 +132,7 @@ void Gateway::Impl::tell_calls() {
     return;
   }
   calls_told_at = now().steady;
-  const control::CallCounts counts = control.counts();
+  const control::CallCounts counts = core.counts();
   const control::CallCounts before = std::exchange(calls_told, counts);
   const std::uint64_t answered = counts.answered - before.answered;
   const std::uint64_t withdrawn = counts.withdrawn - before.withdrawn;
@@ -192,44 +153,6 @@ void Gateway::Impl::tell_left_out() {
   }
 }
 
-void Gateway::Impl::after(std::chrono::nanoseconds delay, std::function<void()> act) {
-  if (delay == std::chrono::nanoseconds(0)) {
-    // In their order, which timers do not keep.
-    asio::post(executor, [this, act = std::move(act), alive = std::weak_ptr(life)] {
-      if (!alive.expired()) {
-        begin_event();
-        act();
-      }
-    });
-    return;
-  }
-  auto wait = std::make_shared<asio::steady_timer>(executor, delay);
-  wait->async_wait([this, wait, act = std::move(act),
-                    alive = std::weak_ptr(life)](boost::system::error_code error) {
-    if (!error && !alive.expired()) {
-      begin_event();
-      act();
-    }
-  });
-}
-
-std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSettings& machine,
-                                                       machines::LinkEvents& events) {
-  if (!gate) {
-    gate.emplace([this] { begin_event(); }, events);
-  }
-  auto link = std::make_unique<MachineLink>(executor, machine, *gate, log);
-  clients[machine.name] = link->client();
-  data.connect(machine.name, link->client(), link->location());
-  variables.connect(machine.name, link->client(), link->location());
-  link->start();
-  return link;
-}
-
-void Gateway::Impl::say(Level level, const std::string& text) {
-  log->log(level_of(level), text);
-}
-
 void Gateway::Impl::start() {
   for (const Call& call : journal->ledger().open_calls()) {
     const bool configured = std::ranges::any_of(
@@ -241,65 +164,52 @@ void Gateway::Impl::start() {
   }
   data.set(settings.machines);
   variables.set(settings.machines);
-  queues.set(settings::queues_of(settings.machines), journal->ledger().queues());
-  warn_of_volatile_queues();
-  machines.set(settings.machines);
+  core.start();
+  warn_of_queues();
   beat();
   tell_load();
   tell_certificates();
 }
 
+/// Of message queues whose messages may be lost, or stay where they are.
+void Gateway::Impl::warn_of_queues() {
+  std::set<fabric::ChannelKey> configured;
+  for (const auto& machine : settings.machines) {
+    for (const auto& queue : machine.queues) {
+      const fabric::ChannelKey key = queue.key(machine.name);
+      configured.insert(key);
+      if (queue.drain == queues::Drain::journalled && settings.journal.folder.empty()) {
+        log->warn(
+            "{}: without a journal (--journal DIR) the messages that it has read are lost if this "
+            "gateway ends; drain: WHEN_ANSWERED leaves them in the controller until they are "
+            "answered",
+            key.to_string());
+      }
+    }
+  }
+  for (const auto& [key, book] : journal->ledger().queues()) {
+    if (!configured.contains(key) && book.waiting() > 0) {
+      log->warn("{} messages of {} stay in the journal: the configuration has no such queue",
+                book.waiting(), key.to_string());
+    }
+  }
+}
+
 void Gateway::Impl::change(const settings::Settings& wanted) {
-  begin_event();
   if (wanted.journal != settings.journal) {
     log->warn("the journal stays as it is until this gateway is started anew");
   }
   settings.machines = wanted.machines;
   settings.policies = wanted.policies;
-  carry_out(control.change(settings::paces_of(settings.machines), settings.policies, now()));
   data.set(settings.machines);
   variables.set(settings.machines);
-  queues.set(settings::queues_of(settings.machines), journal->ledger().queues());
-  machines.set(settings.machines);
+  core.change(settings.machines, settings.policies);
   tell_certificates();
 }
 
-void Gateway::Impl::end() {
-  const std::function<void()> then = std::exchange(finished, {});
-  carry_out(control.take_back(now()));
-  then();
-}
-
 void Gateway::Impl::finish(std::function<void()> then) {
-  constexpr std::chrono::seconds patience{2};
   finished = std::move(then);
-  last_chance.expires_after(patience);
-  last_chance.async_wait([this](boost::system::error_code error) {
-    if (!error && finished) {
-      begin_event();
-      log->warn("ending with an answer half written; the journal knows how to go on");
-      end();
-    }
-  });
-  begin_event();
-  carry_out(control.set_obstacle("the gateway is ending", now()));
-}
-
-void Gateway::Impl::arm_timer() {
-  const auto next = control.next_time();
-  // One that is armed for an earlier time comes too early: that costs less than to move it.
-  if (!next || (armed && *armed <= *next)) {
-    return;
-  }
-  armed = next;
-  timer.expires_at(*next);
-  timer.async_wait([this](boost::system::error_code error) {
-    if (!error) {
-      armed.reset();
-      begin_event();
-      carry_out(control.on_time(now()));
-    }
-  });
+  core.stop();
 }
 
 Gateway::Gateway(const asio::any_io_executor& executor, SpinAfterPublish& spin,

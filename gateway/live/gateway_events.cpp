@@ -1,4 +1,4 @@
-// What happens on machines and fabric, and what operators want: into the call control with it.
+// What happens on the fabric, and what operators want.
 #include <string_view>
 
 #include <fmt/format.h>
@@ -26,98 +26,16 @@ std::string_view word_for(fabric::CommandKind kind) {
 
 }  // namespace
 
-void Gateway::Impl::on_link_up(const std::string& machine,
-                               const std::vector<std::uint16_t>& channels) {
-  data.on_up(machine, channels);
-  variables.on_up(machine, channels);
-  queues.on_up(machine, channels);
-  carry_out(control.on_link_up(machine, channels, now()));
-}
-
-void Gateway::Impl::on_link_down(const std::string& machine, const std::string& reason) {
-  carry_out(control.on_link_down(machine, reason, now()));
-  data.on_down(machine);
-  variables.on_down(machine, reason);
-  queues.on_down(machine, reason);
-}
-
-void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string& reason) {
-  carry_out(control.on_link_dropped(machine, reason, now()));
-  data.on_dropped(machine);
-  variables.on_dropped(machine);
-  queues.on_left(machine, 0, reason);
-}
-
-void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
-  carry_out(control.retire(key, now()));
-  data.on_over(key);
-  variables.on_over(key);
-  queues.on_left(key.machine, key.channel, "the configuration names its channel no more");
-}
-
-void Gateway::Impl::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(control.release(key, reason, now()));
-  data.on_over(key);
-  variables.on_over(key);
-  queues.on_left(key.machine, key.channel, reason);
-}
-
-void Gateway::Impl::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
-  control.inherit(status.key, {status.uuid, from, status.call});
-}
-
-void Gateway::Impl::on_contested() {
-  watch.watch_channels();
-}
-
-std::vector<std::uint16_t> Gateway::Impl::channels_of(const std::string& machine) const {
-  return control.channels_of(machine);
-}
-
-void Gateway::Impl::on_machine_status(const fabric::MachineStatus& status) {
-  if (const auto published = call_end.publish(status); !published) {
-    log->debug("{}: a status is lost: {}", status.machine, published.error());
-  }
-}
-
-void Gateway::Impl::on_machine_left(const fabric::MachineStatus& status) {
-  call_end.let_go(status);
-}
-
-void Gateway::Impl::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
-  carry_out(control.on_read(key, snapshot, now()));
-}
-
-void Gateway::Impl::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(control.on_read_failed(key, reason, now()));
-}
-
-void Gateway::Impl::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
-                             const std::string& reason) {
-  carry_out(control.on_write(key, outcome, reason, now()));
-}
-
-void Gateway::Impl::on_pushed(const fabric::ChannelKey& key, bool pushed) {
-  carry_out(control.set_told(key, pushed, now()));
-}
-
-void Gateway::Impl::on_change(const fabric::ChannelKey& key, Variable variable) {
-  carry_out(control.on_change(key, variable, now()));
-}
-
 void Gateway::Impl::on_machine(const fabric::MachineStatus& status) {
-  begin_event();
-  machines.on_machine(status);
+  core.on_machine(status);
 }
 
 void Gateway::Impl::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  begin_event();
-  machines.on_machine_gone(machine, gateway);
+  core.on_machine_gone(machine, gateway);
 }
 
 void Gateway::Impl::on_channel(const fabric::ChannelStatus& status) {
-  begin_event();
-  machines.on_channel(status);
+  core.on_channel(status);
 }
 
 namespace {
@@ -130,24 +48,22 @@ std::string name_of(const fabric::InstanceIdentity& instance) {
 }  // namespace
 
 void Gateway::Impl::on_instance_ready(const fabric::InstanceIdentity& instance) {
-  begin_event();
   if (instance_lines.admit(now().steady)) {
     log->info("instance {} of {} is ready: {}{}", instance.id.to_string(), instance.uuid,
               name_of(instance),
               instance.certificate.empty() ? "" : ", trusted as " + instance.certificate);
   }
   notice_service(instance);
-  carry_out(control.on_instance_ready(instance, now()));
+  core.on_instance_ready(instance);
 }
 
 void Gateway::Impl::on_instance_changed(const fabric::InstanceIdentity& instance) {
-  begin_event();
   if (instance_lines.admit(now().steady)) {
     log->info("instance {} of {} changed: {}{}", instance.id.to_string(), instance.uuid,
               name_of(instance), instance.draining ? ": it is draining" : "");
   }
   notice_service(instance);
-  carry_out(control.on_instance_ready(instance, now()));
+  core.on_instance_ready(instance);
 }
 
 /// Nothing but the log is told if that fails: it is no trouble of the gateway.
@@ -169,7 +85,6 @@ void Gateway::Impl::notice_lost(const control::LostService& lost) {
 }
 
 void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
-  begin_event();
   if (instance_lines.admit(now().steady)) {
     const fabric::InstanceIdentity* const known = lost_services.find(instance);
     log->info("instance {} is gone{}", instance.to_string(),
@@ -178,22 +93,19 @@ void Gateway::Impl::on_instance_gone(const fabric::InstanceId& instance) {
   if (const auto lost = lost_services.on_gone(instance, now())) {
     notice_lost(*lost);
   }
-  carry_out(control.on_instance_gone(instance, now()));
+  core.on_instance_gone(instance);
 }
 
 void Gateway::Impl::on_load(const fabric::InstanceLoad& load) {
-  begin_event();
-  carry_out(control.on_load(load, now()));
+  core.on_load(load);
 }
 
 void Gateway::Impl::on_reply(const fabric::Reply& reply) {
-  begin_event();
-  carry_out(control.on_reply(reply, now()));
+  core.on_reply(reply);
 }
 
 void Gateway::Impl::on_readers(bool of_channels, bool of_events) {
-  begin_event();
-  carry_out(control.set_interest({of_events, of_channels, least_of(log)}, now()));
+  core.set_interest({of_events, of_channels, least_of(log)});
 }
 
 void Gateway::Impl::on_ignored(const std::string& reason) {
@@ -201,8 +113,7 @@ void Gateway::Impl::on_ignored(const std::string& reason) {
 }
 
 void Gateway::Impl::on_command(const fabric::Command& command) {
-  begin_event();
-  const bool of_ours = command.kind != fabric::CommandKind::drain && control.serves(command.key);
+  const bool of_ours = command.kind != fabric::CommandKind::drain && core.serves(command.key);
   const bool to_us = command.kind == fabric::CommandKind::ping && command.instance == own.id;
   if (!of_ours && !to_us) {
     return;
@@ -242,16 +153,17 @@ void Gateway::Impl::tell(const variables::News::Written& written) {
 }
 
 control::Verdict Gateway::Impl::obey(const fabric::Command& command) {
-  control::Verdict verdict;
-  if (command.kind == fabric::CommandKind::retry) {
-    carry_out(control.on_retry(command.key, command.call, command.issuer, verdict, now()));
-  } else if (command.kind == fabric::CommandKind::ping) {
-    verdict = {true, control.serves(command.key) ? "serves it" : "is there"};
-  } else {
-    carry_out(control.on_answer(command.key, command.call,
-                                {command.text, command.state, command.issuer}, verdict, now()));
+  switch (command.kind) {
+    case fabric::CommandKind::retry:
+      return core.on_retry(command.key, command.call, command.issuer);
+    case fabric::CommandKind::answer:
+      return core.on_answer(command.key, command.call,
+                            {command.text, command.state, command.issuer});
+    case fabric::CommandKind::ping:
+    case fabric::CommandKind::drain:
+      break;
   }
-  return verdict;
+  return {true, core.serves(command.key) ? "serves it" : "is there"};
 }
 
 }  // namespace millrace::gateway::live

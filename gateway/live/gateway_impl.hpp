@@ -1,5 +1,5 @@
-// What Gateway keeps to itself: events of machines, fabric and operators go into the call control,
-// and what the call control decides is carried out.
+// What Gateway keeps to itself: hands the core what comes from machines, fabric and operators, and
+// is its ports.
 #pragma once
 
 #include <functional>
@@ -17,16 +17,13 @@
 #include "fabric/ends/command_end.hpp"
 #include "fabric/ends/gateway_watch.hpp"
 #include "fabric/ends/notice_end.hpp"
-#include "gateway/control/call_control.hpp"
 #include "gateway/control/lost_services.hpp"
+#include "gateway/core/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
 #include "gateway/live/plant_data.hpp"
 #include "gateway/live/plant_variables.hpp"
-#include "gateway/machines/machines.hpp"
-#include "gateway/machines/stall_detector.hpp"
-#include "gateway/queues/plant_queues.hpp"
 
 namespace millrace::gateway::live {
 
@@ -38,76 +35,53 @@ Level least_of(const base::program::Log& log);
 struct Gateway::Impl final : fabric::ends::CallEndListener,
                              fabric::ends::CommandListener,
                              fabric::ends::GatewayWatchListener,
-                             machines::MachinesIo,
-                             machines::MachinesListener,
-                             queues::QueuesIo,
-                             queues::QueueEvents {
+                             core::Fabric,
+                             core::Host {
   Impl(const boost::asio::any_io_executor& the_executor, SpinAfterPublish& the_spin,
        settings::Settings the_settings, base::program::Log the_log);
 
   void start();
   void change(const settings::Settings& wanted);
   void finish(std::function<void()> then);
-  void end();
-
-  /// To be called where an event begins. That this gateway stood still is an event of its own and
-  /// comes first: others may have taken its machines over meanwhile.
-  void begin_event();
-  void on_stall(std::chrono::nanoseconds late);
   void beat();
   void tell_load();
   /// How often what was said once has happened since.
   void tell_left_out();
   void tell_calls();
-  /// Raises what the gateway says of itself, or clears it if `text` is empty.
-  void set_notice(const fabric::NoticeKey& key, const std::string& text, const std::string& advice);
   /// What is to be said of certificates for Secure ADS, now and as their ends come nearer.
   void tell_certificates();
   void notice_service(const fabric::InstanceIdentity& there);
   void notice_lost(const control::LostService& lost);
-  void arm_timer();
+  void warn_of_queues();
 
-  // What machines and message queues need.
+  // Fabric; gateway_ports.cpp.
+  void publish(const fabric::Request& request) override;
+  void publish(const fabric::Event& event) override;
+  void publish(const fabric::ChannelStatus& status) override;
+  void publish(const fabric::MachineStatus& status) override;
+  void publish(const fabric::DataSample& sample) override;
+  void dispose(const fabric::RequestKey& request) override;
+  void dispose(const fabric::ChannelKey& status) override;
+  void dispose(const fabric::MachineStatus& status) override;
+  void watch_channels() override;
+
+  // Host; gateway_ports.cpp.
   /// The only place of the gateway that reads a clock.
   [[nodiscard]] Moment now() const override;
-  void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine,
-                                          machines::LinkEvents& events) override;
-  void say(Level level, const std::string& text) override;
-
-  // What happens on the machines.
-  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
-  void on_link_down(const std::string& machine, const std::string& reason) override;
-  void on_link_dropped(const std::string& machine, const std::string& reason) override;
-  void on_retired(const fabric::ChannelKey& key) override;
-  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
-  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
-  void on_contested() override;
-  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override;
-  void on_machine_status(const fabric::MachineStatus& status) override;
-  void on_machine_left(const fabric::MachineStatus& status) override;
-  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
-  void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override;
-  void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
-                const std::string& reason) override;
-  void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
-  void on_change(const fabric::ChannelKey& key, Variable variable) override;
-
-  // What message queues want; gateway_queues.cpp.
+  void wake_at(std::optional<SteadyTime> time) override;
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) override;
   std::unique_ptr<queues::QueueLink> reach(const std::string& machine,
                                            const queues::QueueSettings& queue) override;
-  void on_queue_open(const fabric::ChannelKey& key) override;
-  void on_queue_down(const fabric::ChannelKey& key, const std::string& reason) override;
-  void on_queue_retired(const fabric::ChannelKey& key) override;
-  void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
-  void on_queue_write(const fabric::ChannelKey& key) override;
-  void on_queue_change(const fabric::ChannelKey& key) override;
-  void record_of_queue(const std::vector<JournalEntry>& entries, const Ticket& ticket) override;
-  void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) override;
-  void tell_queue(const fabric::DataSample& sample) override;
-  void warn_of_volatile_queues();
-
-  void on_recorded(const Ticket& ticket);
+  void append(const JournalEntry& entry, const Ticket& ticket) override;
+  void say(Level level, const std::string& text) override;
+  void notice(const fabric::NoticeKey& key, const std::string& text,
+              const std::string& advice) override;
+  void on_serve(const std::string& machine, const machines::Channels& channels) override;
+  void on_lost(const std::string& machine, const std::string& reason) override;
+  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_retired(const fabric::ChannelKey& key) override;
+  void on_refused(const fabric::ChannelKey& key) override;
+  void may_end(bool half_written) override;
 
   // What other gateways say.
   void on_machine(const fabric::MachineStatus& status) override;
@@ -130,34 +104,16 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   /// What became of a variable that somebody wanted written.
   void tell(const variables::News::Written& written);
 
-  // What the call control decides.
-  void carry_out(control::ChannelActions actions);
-  void carry_out(const fabric::ChannelKey& key, const Read& action);
-  void carry_out(const fabric::ChannelKey& key, const Write& action);
-  void carry_out(const fabric::ChannelKey&, const Record& action);
-  void carry_out(const fabric::ChannelKey& key, const Publish& action);
-  void carry_out(const fabric::ChannelKey& key, const Withdraw& action);
-  void carry_out(const fabric::ChannelKey& key, const Tell& action);
-  void carry_out(const fabric::ChannelKey& key, const Show& action);
-  void carry_out(const fabric::ChannelKey& key, const Hide&);
-  void carry_out(const fabric::ChannelKey& key, const Say& action);
-  void carry_out(const fabric::ChannelKey& key, const WriteProblem& action);
-
   boost::asio::any_io_executor executor;
-  /// What may be called after the gateway's end sees it gone.
-  std::shared_ptr<int> life = std::make_shared<int>(0);
   SpinAfterPublish& spin;
   base::program::Log log;
   settings::Settings settings;
   std::unique_ptr<journal::Journal> journal;
-  control::CallControl control;
   control::LostServices lost_services;
   boost::asio::steady_timer timer;
   std::optional<SteadyTime> armed;
-  boost::asio::steady_timer last_chance;
   std::function<void()> finished;
-  machines::StallDetector stall;
-  boost::asio::steady_timer stall_timer;
+  boost::asio::steady_timer beat_timer;
   boost::asio::steady_timer load_timer;
   boost::asio::steady_timer certificate_timer;
   /// What was said of each last, by its subject.
@@ -175,15 +131,12 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::Complaints complaints;
   fabric::Throttle instance_lines{1000, std::chrono::seconds(10)};
   fabric::ends::GatewayWatch watch;
-  /// Before the machines, whose links it uses.
+  /// Before the core, whose links they use.
   PlantData data;
   PlantVariables variables;
   /// Of each machine, for its queues.
   std::map<std::string, std::weak_ptr<cnc::ads::Client>> clients;
-  queues::PlantQueues queues;
-  /// Of all links; before the machines, which have them.
-  std::optional<machines::LinkGate> gate;
-  machines::Machines machines;
+  core::Core core;
 };
 
 }  // namespace millrace::gateway::live

@@ -119,47 +119,50 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     co_return *found;
   }
 
-  asio::awaitable<void> serve_once() {
+  /// For how long there was a link.
+  asio::awaitable<std::chrono::nanoseconds> serve_once() {
     down_reason.reset();
     const auto connected = co_await client.connect();
     if (stopped) {
-      co_return;
+      co_return std::chrono::nanoseconds(0);
     }
     if (!connected) {
       complain(connected.error().message);
-      co_return;
+      co_return std::chrono::nanoseconds(0);
     }
     const auto groups = co_await find_groups();
     if (stopped || !groups) {
       client.close();
-      co_return;
+      co_return std::chrono::nanoseconds(0);
     }
     location = *groups;
     const auto channels = co_await find_channels();
     if (stopped || !channels) {
       client.close();
-      co_return;
+      co_return std::chrono::nanoseconds(0);
     }
     interfaces.begin(location, *channels);
     notices.forget();
     ++connections;
     complaint.clear();
-    back_off.reset();
     log->info("{}: link up, {}", settings.to_string(), list_of(*channels));
+    const auto up_since = std::chrono::steady_clock::now();
     events.on_link_up(settings.name, *channels);
     co_await wait_for_the_end();
+    const auto lasted = std::chrono::steady_clock::now() - up_since;
     if (!stopped) {
       log->warn("{}: link down: {}", settings.name, *down_reason);
       complaint = *down_reason;
       events.on_link_down(settings.name, *down_reason);
     }
+    co_return lasted;
   }
 
   static asio::awaitable<void> run(std::shared_ptr<Impl> self) {
     while (!self->stopped) {
-      co_await self->serve_once();
+      const auto lasted = co_await self->serve_once();
       if (!self->stopped) {
-        co_await self->wait(self->back_off.next());
+        co_await self->wait(self->back_off.next(lasted));
       }
     }
   }

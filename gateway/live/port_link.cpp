@@ -14,41 +14,34 @@ namespace asio = boost::asio;
 
 /// What outlives the link, until the last question is answered.
 struct PortLink::Held {
+  fabric::ChannelKey queue;
   std::unique_ptr<QueuePort> port;
-  std::function<void()> begin;
+  queues::QueueLinkEvents& events;
+  /// Nobody wants the answer any more.
   bool over = false;
-
-  /// False if nobody wants the answer any more.
-  [[nodiscard]] bool wanted() const {
-    if (!over) {
-      begin();
-    }
-    return !over;
-  }
 };
 
-PortLink::PortLink(asio::any_io_executor executor, std::unique_ptr<QueuePort> port,
-                   std::function<void()> begin)
+PortLink::PortLink(asio::any_io_executor executor, const fabric::ChannelKey& queue,
+                   std::unique_ptr<QueuePort> port, queues::QueueLinkEvents& events)
     : executor_(std::move(executor)),
-      held_(std::make_shared<Held>(Held{std::move(port), std::move(begin)})) {}
+      held_(std::make_shared<Held>(Held{queue, std::move(port), events})) {}
 
 PortLink::~PortLink() {
   held_->over = true;
 }
 
-void PortLink::ask(const queues::Step& step, std::function<void(queues::StepAnswer)> answered) {
+void PortLink::ask(const queues::Step& step) {
   // A connection that is gone answers at once.
-  asio::post(executor_, [executor = executor_, held = held_, step, answered = std::move(answered)] {
-    asio::co_spawn(executor, carry_out(held, step, answered), base::program::rethrow_from_loop);
+  asio::post(executor_, [executor = executor_, held = held_, step] {
+    asio::co_spawn(executor, carry_out(held, step), base::program::rethrow_from_loop);
   });
 }
 
-void PortLink::watch(std::function<void()> told) {
-  asio::co_spawn(executor_, let_tell(held_, std::move(told)), base::program::rethrow_from_loop);
+void PortLink::watch() {
+  asio::co_spawn(executor_, let_tell(held_), base::program::rethrow_from_loop);
 }
 
-asio::awaitable<void> PortLink::carry_out(std::shared_ptr<Held> held, queues::Step step,
-                                          std::function<void(queues::StepAnswer)> answered) {
+asio::awaitable<void> PortLink::carry_out(std::shared_ptr<Held> held, queues::Step step) {
   queues::StepAnswer answer;
   if (std::holds_alternative<queues::ReadControl>(step)) {
     answer = co_await held->port->read_control();
@@ -58,18 +51,18 @@ asio::awaitable<void> PortLink::carry_out(std::shared_ptr<Held> held, queues::St
     const std::uint32_t element = std::get<queues::WriteLastGet>(step).element;
     answer = co_await held->port->write_last_get(element);
   }
-  if (held->wanted()) {
-    answered(std::move(answer));
+  if (!held->over) {
+    held->events.on_queue_answer(held->queue, std::move(answer));
   }
 }
 
-asio::awaitable<void> PortLink::let_tell(std::shared_ptr<Held> held, std::function<void()> told) {
-  std::function<void()> told_while_there = [weak = std::weak_ptr(held), told = std::move(told)] {
-    if (const auto there = weak.lock(); there && there->wanted()) {
-      told();
+asio::awaitable<void> PortLink::let_tell(std::shared_ptr<Held> held) {
+  std::function<void()> told = [weak = std::weak_ptr(held)] {
+    if (const auto there = weak.lock(); there && !there->over) {
+      there->events.on_queue_event(there->queue);
     }
   };
-  co_await held->port->watch(std::move(told_while_there));
+  co_await held->port->watch(std::move(told));
 }
 
 }  // namespace millrace::gateway::live

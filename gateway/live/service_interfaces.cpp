@@ -5,6 +5,7 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/use_awaitable.hpp>
 #include <fmt/format.h>
 
 #include "base/program/barrier.hpp"
@@ -119,6 +120,10 @@ asio::awaitable<void> ServiceInterfaces::read_one([[maybe_unused]] Link link, st
   const auto looked_at = variables_of(look);
   std::vector<Variable> variables(looked_at.begin(), looked_at.end());
   auto values = co_await of(channel).read(std::move(variables));
+  if (!values) {
+    // A connection that is gone answers at once, from within read().
+    co_await asio::post(executor_, asio::use_awaitable);
+  }
   if (stopped_) {
     co_return;
   }
@@ -160,6 +165,9 @@ asio::awaitable<void> ServiceInterfaces::write_one([[maybe_unused]] Link link,
                                                    std::uint16_t channel, Variable variable,
                                                    Value value) {
   const auto written = co_await of(channel).write(variable, std::move(value));
+  if (!written) {
+    co_await asio::post(executor_, asio::use_awaitable);
+  }
   if (stopped_) {
     co_return;
   }

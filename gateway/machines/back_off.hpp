@@ -1,8 +1,7 @@
 // How long to wait before the next attempt to reach a controller.
 //
 //   BackOff back_off(seed);
-//   co_await sleep(back_off.next());       // 0.1 s, 0.2 s … 3 s, each 25 % more or less
-//   back_off.reset();                      // it worked
+//   co_await sleep(back_off.next(lasted));    // 0.1 s, 0.2 s … 3 s, each 25 % more or less
 #pragma once
 
 #include <algorithm>
@@ -17,13 +16,18 @@ class BackOff {
  public:
   explicit BackOff(std::uint32_t seed) : random_(seed) {}
 
-  [[nodiscard]] std::chrono::milliseconds next() {
+  /// `lasted`: for how long there was a link since the last wait; 0 if there was none. Where every
+  /// link drops soon (somebody else uses this host's route, a controller that fails again and
+  /// again) the waits grow as if there had been none.
+  [[nodiscard]] std::chrono::milliseconds next(std::chrono::nanoseconds lasted) {
+    if (lasted >= longest) {
+      wait_ = shortest;
+    }
     std::uniform_int_distribution<std::int64_t> percent(75, 125);
     const auto wait = wait_ * percent(random_) / 100;
     wait_ = std::min(wait_ * 2, longest);
     return wait;
   }
-  void reset() { wait_ = shortest; }
 
   static constexpr std::chrono::milliseconds shortest{100};
   static constexpr std::chrono::milliseconds longest{3000};

@@ -38,49 +38,6 @@ class LinkEvents {
                        std::optional<std::uint32_t> value) = 0;
 };
 
-/// Does `first` before each event of a link, and passes the event on to `then`. What `first` finds
-/// may take that very link away; `then` hears of a link that is gone and knows it.
-class LinkGate final : public LinkEvents {
- public:
-  /// `then` must outlive the gate, and the gate the links.
-  LinkGate(std::function<void()> first, LinkEvents& then) : first_(std::move(first)), then_(then) {}
-
-  void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
-    first_();
-    then_.on_link_up(machine, channels);
-  }
-  void on_link_down(const std::string& machine, const std::string& reason) override {
-    first_();
-    then_.on_link_down(machine, reason);
-  }
-  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override {
-    first_();
-    then_.on_read(key, snapshot);
-  }
-  void on_read_failed(const fabric::ChannelKey& key, const std::string& reason) override {
-    first_();
-    then_.on_read_failed(key, reason);
-  }
-  void on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
-                const std::string& reason) override {
-    first_();
-    then_.on_write(key, outcome, reason);
-  }
-  void on_watched(const std::string& machine, const std::vector<WatchOutcome>& outcomes) override {
-    first_();
-    then_.on_watched(machine, outcomes);
-  }
-  void on_told(const fabric::ChannelKey& key, Variable variable,
-               std::optional<std::uint32_t> value) override {
-    first_();
-    then_.on_told(key, variable, value);
-  }
-
- private:
-  std::function<void()> first_;
-  LinkEvents& then_;
-};
-
 /// Its end closes the connection, and leaves nothing at the controller that it was asked to tell;
 /// no event comes after it.
 class Link {

@@ -5,8 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "gateway/machines/machines_impl.hpp"
-
 namespace millrace::gateway::machines {
 
 namespace {
@@ -34,204 +32,253 @@ bool claims_more(const Channels& more, const Channels& less) {
 
 }  // namespace
 
-void Machines::Impl::set(const std::vector<settings::MachineSettings>& wanted) {
+void Machines::set(const std::vector<settings::MachineSettings>& wanted) {
   std::set<std::string> names;
   for (const settings::MachineSettings& settings : wanted) {
     names.insert(settings.name);
-    const auto found = machines.find(settings.name);
-    if (found == machines.end()) {
+    const auto found = machines_.find(settings.name);
+    if (found == machines_.end()) {
       listen(add(settings));
     } else {
       change(found->second, settings);
     }
   }
-  for (auto& [name, one] : machines) {
+  for (auto& [name, one] : machines_) {
     if (!names.contains(name) && !one.leaving) {
-      say(Level::info,
-          fmt::format("{}: not in the configuration any more", one.settings.to_string()));
+      io_.say(Level::info,
+              fmt::format("{}: not in the configuration any more", one.settings.to_string()));
       one.leaving = true;
-      for (const std::uint16_t channel : listener.channels_of(name)) {
-        listener.on_retired({name, channel});
+      for (const std::uint16_t channel : listener_.channels_of(name)) {
+        listener_.on_retired({name, channel});
       }
-      review_soon(name);
+      reviews_.insert(name);
     }
   }
 }
 
-MachineState& Machines::Impl::add(const settings::MachineSettings& settings) {
+Machines::Machine& Machines::add(const settings::MachineSettings& settings) {
   fabric::MachineStatus status;
   status.machine = settings.name;
-  status.gateway = own.id;
-  status.claimed = plausible(hands.now().wall);
+  status.gateway = own_.id;
+  status.claimed = plausible(io_.now().wall);
   status.claims = settings.channels;
   status.address = address_of(settings);
-  claims.expect(settings.name, status.address);
+  claims_.expect(settings.name, status.address);
   status.poll = settings.pace.idle;
-  status.host = own.host;
-  status.pid = own.pid;
-  status.version = own.version;
-  status.epoch = own.epoch;
-  return machines.emplace(settings.name, MachineState{settings, MachineReport(std::move(status))})
+  status.host = own_.host;
+  status.pid = own_.pid;
+  status.version = own_.version;
+  status.epoch = own_.epoch;
+  return machines_.emplace(settings.name, Machine{settings, MachineReport(std::move(status))})
       .first->second;
 }
 
-void Machines::Impl::change(MachineState& one, const settings::MachineSettings& settings) {
+void Machines::change(Machine& one, const settings::MachineSettings& settings) {
   const bool same = same_way(one.settings, settings);
   const bool more = one.leaving || claims_more(settings.channels, one.settings.channels);
   one.settings = settings;
   one.leaving = false;
   one.report.set_poll(settings.pace.idle);
   one.report.set_address(address_of(settings));
-  claims.expect(settings.name, one.report.status().address);
+  claims_.expect(settings.name, one.report.status().address);
   if (same && !more) {
     carry_out(one, one.watch.set_mode(settings.watch));
     publish(one);
     return;
   }
-  one.report.claim(more ? plausible(hands.now().wall) : one.report.status().claimed,
+  one.report.claim(more ? plausible(io_.now().wall) : one.report.status().claimed,
                    settings.channels);
-  say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
+  io_.say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
   drop_link(one, "the configuration has changed");
-  for (const std::uint16_t channel : listener.channels_of(settings.name)) {
+  for (const std::uint16_t channel : listener_.channels_of(settings.name)) {
     if (!settings.channels.empty() &&
         std::ranges::find(settings.channels, channel) == settings.channels.end()) {
-      listener.on_retired({settings.name, channel});
+      listener_.on_retired({settings.name, channel});
     }
   }
-  if (!one.listens) {
+  if (!one.listens_until) {
     review(settings.name);
   }
 }
 
-void Machines::Impl::connect(MachineState& one) {
-  one.link = hands.connect(one.settings, *this);
+void Machines::connect(Machine& one) {
+  one.link = io_.connect(one.settings);
   if (one.refusal.empty()) {
-    one.report.on_down("connecting", hands.now());
+    one.report.on_down("connecting", io_.now());
   }
 }
 
-void Machines::Impl::drop_link(MachineState& one, const std::string& reason) {
+void Machines::drop_link(Machine& one, const std::string& reason) {
   if (!one.link) {
     return;
   }
   one.link.reset();
   one.up = false;
   one.served.clear();
-  forget_watch(one);
-  listener.on_link_dropped(one.settings.name, reason);
+  one.watch.link_down();
+  listener_.on_link_dropped(one.settings.name, reason);
 }
 
-void Machines::Impl::publish(MachineState& one) {
+void Machines::publish(Machine& one) {
   if (const auto news = one.report.news()) {
-    listener.on_machine_status(*news);
+    listener_.on_machine_status(*news);
   }
 }
 
-Machines::Machines(GatewayIdentity own, MachinesIo& hands, MachinesListener& listener)
-    : impl_(std::make_shared<Impl>(std::move(own), hands, listener)) {}
+Machines::Machine* Machines::find_linked(const std::string& machine) {
+  Machine& one = machines_.at(machine);
+  return one.link ? &one : nullptr;
+}
 
-Machines::~Machines() = default;
+void Machines::on_link_up(const std::string& machine, const Channels& channels) {
+  if (Machine* one = find_linked(machine)) {
+    one->up = true;
+    one->found = channels;
+    serve(*one);
+  }
+}
 
-void Machines::set(const std::vector<settings::MachineSettings>& machines) {
-  impl_->set(machines);
+void Machines::on_link_down(const std::string& machine, const std::string& reason) {
+  if (Machine* one = find_linked(machine)) {
+    one->up = false;
+    one->served.clear();
+    one->watch.link_down();
+    if (one->refusal.empty()) {
+      one->report.on_down(reason, io_.now());
+    }
+    listener_.on_lost(machine, reason);
+    publish(*one);
+  }
 }
 
 void Machines::on_machine(const fabric::MachineStatus& status) {
-  if (!impl_->take(status)) {
+  if (!take(status)) {
     // What it had said before may have stood in our way.
-    impl_->review(status.machine);
+    review(status.machine);
     return;
   }
-  if (const auto found = impl_->machines.find(status.machine); found != impl_->machines.end()) {
-    impl_->listener.on_contested();
+  if (const auto found = machines_.find(status.machine); found != machines_.end()) {
+    listener_.on_contested();
     MachineReport& ours = found->second.report;
     if (status.connected && ours.status().connected &&
-        !impl_->claims.before(status, ours.status().claimed)) {
+        !claims_.before(status, ours.status().claimed)) {
       // It may have taken us for gone, although we are there.
       ours.forget_told();
     }
-    impl_->review(status.machine);
+    review(status.machine);
   }
 }
 
 void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
-  const auto* const gone = impl_->claims.find(machine, gateway);
-  if (gone != nullptr && (impl_->predecessors.size() < Claims::most_machines ||
-                          impl_->predecessors.contains(machine))) {
-    impl_->predecessors[machine] = name_of(*gone);
+  const auto* const gone = claims_.find(machine, gateway);
+  if (gone != nullptr &&
+      (predecessors_.size() < Claims::most_machines || predecessors_.contains(machine))) {
+    predecessors_[machine] = name_of(*gone);
   }
-  impl_->claims.remove(machine, gateway);
-  impl_->review(machine);
+  claims_.remove(machine, gateway);
+  review(machine);
 }
 
 void Machines::on_channel(const fabric::ChannelStatus& status) {
   // What an earlier run of this gateway did is in its journal; and who has no call in the channel
   // need not know of another one's, unless the channel is idle.
-  if (status.call.epoch == impl_->own.epoch ||
+  if (status.call.epoch == own_.epoch ||
       (status.call == fabric::CallId{} && status.state != fabric::ChannelState::idle)) {
     return;
   }
-  if (impl_->claims.is_elsewhere(status.key.machine, status.call.epoch)) {
+  if (claims_.is_elsewhere(status.key.machine, status.call.epoch)) {
     return;
   }
-  if (impl_->last_seen.size() >= most_channels && !impl_->last_seen.contains(status.key)) {
-    impl_->complain("channels", "",
-                    fmt::format("other gateways speak of more than {} channels; what goes on in "
-                                "the others is not remembered",
-                                most_channels));
+  if (last_seen_.size() >= most_channels && !last_seen_.contains(status.key)) {
+    complain("channels", "",
+             fmt::format("other gateways speak of more than {} channels; what goes on in "
+                         "the others is not remembered",
+                         most_channels));
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.
-  impl_->last_seen.insert_or_assign(status.key, status);
-  const auto machine = impl_->machines.find(status.key.machine);
-  if (machine != impl_->machines.end() && machine->second.served.contains(status.key.channel)) {
+  last_seen_.insert_or_assign(status.key, status);
+  const auto machine = machines_.find(status.key.machine);
+  if (machine != machines_.end() && machine->second.served.contains(status.key.channel)) {
     // Another gateway that did not hear us had it too.
-    impl_->inherit(status.key);
+    inherit(status.key);
   }
-}
-
-void Machines::on_over(const fabric::ChannelKey& key) {
-  impl_->review_soon(key.machine);
 }
 
 bool Machines::stood_still() {
   bool contested = false;
-  for (auto& [name, one] : impl_->machines) {
+  for (auto& [name, one] : machines_) {
     one.report.forget_told();
-    if (impl_->claims.contested(name)) {
+    if (claims_.contested(name)) {
       contested = true;
       if (one.link) {
-        impl_->drop_link(one, "this gateway stood still");
-        impl_->listen(one);
+        drop_link(one, "this gateway stood still");
+        listen(one);
       }
     }
-    impl_->publish(one);
+    publish(one);
   }
   return contested;
 }
 
 void Machines::tell_load() {
-  for (const std::string& line : impl_->complaints.due(impl_->hands.now().steady)) {
-    impl_->say(Level::warn, line);
+  for (const std::string& line : complaints_.due(io_.now().steady)) {
+    io_.say(Level::warn, line);
   }
-  for (auto& [name, one] : impl_->machines) {
-    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, impl_->hands.now().steady);
-    impl_->publish(one);
+  for (auto& [name, one] : machines_) {
+    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, io_.now().steady);
+    publish(one);
   }
 }
 
 void Machines::read(const fabric::ChannelKey& key, ReadSet look) {
-  MachineState& one = impl_->machines.at(key.machine);
+  Machine& one = machines_.at(key.machine);
   one.watch.looking(key.channel);
   one.link->read(key.channel, look);
 }
 
 void Machines::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
-  MachineState& one = impl_->machines.at(key.machine);
+  Machine& one = machines_.at(key.machine);
   if (variable == Variable::request_state) {
     one.watch.on_cleared(key.channel);
   }
   one.link->write(key.channel, variable, value);
+}
+
+void Machines::finish() {
+  while (!reviews_.empty()) {
+    review(reviews_.extract(reviews_.begin()).value());
+  }
+}
+
+void Machines::on_time() {
+  const SteadyTime now = io_.now().steady;
+  if (!next_ || now < *next_) {
+    return;
+  }
+  next_.reset();
+  for (auto next = machines_.begin(); next != machines_.end();) {
+    // It may leave.
+    Machine& one = (next++)->second;
+    const auto watch_time = one.watch.next_time();
+    const auto listens_until = one.listens_until;
+    if (watch_time && *watch_time <= now) {
+      carry_out(one, one.watch.on_time(now));
+    } else {
+      wake_at(watch_time);
+    }
+    if (listens_until && *listens_until <= now) {
+      listened(one);
+    } else {
+      wake_at(listens_until);
+    }
+  }
+}
+
+void Machines::wake_at(std::optional<SteadyTime> time) {
+  if (time && (!next_ || *time < *next_)) {
+    next_ = time;
+  }
 }
 
 }  // namespace millrace::gateway::machines

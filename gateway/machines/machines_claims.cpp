@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "gateway/machines/machines_impl.hpp"
+#include "gateway/machines/machines.hpp"
 #include "gateway/words.hpp"
 
 namespace millrace::gateway::machines {
@@ -29,46 +29,36 @@ bool under_way(const fabric::ChannelStatus& status) {
 
 }  // namespace
 
-void Machines::Impl::listen(MachineState& one) {
-  if (!one.listens) {
-    one.listens_since = hands.now().steady;
+void Machines::listen(Machine& one) {
+  const SteadyTime now = io_.now().steady;
+  if (!one.listens_until) {
+    one.listens_since = now;
   }
-  one.listens = true;
-  one.report.on_down("listening whether another gateway serves this machine", hands.now());
+  one.listens_until = now + listen_time;
+  wake_at(one.listens_until);
+  one.report.on_down("listening whether another gateway serves this machine", io_.now());
   publish(one);
-  hands.after(listen_time, [weak = weak_from_this(), machine = one.settings.name,
-                            listening = ++one.listening, due = hands.now().steady + listen_time] {
-    const auto self = weak.lock();
-    if (!self) {
-      return;
-    }
-    const Moment now = self->hands.now();
-    const auto found = self->machines.find(machine);
-    if (found == self->machines.end() || found->second.listening != listening) {
-      return;
-    }
-    if (now.steady - due > most_late && now.steady - found->second.listens_since < longest_listen) {
-      self->listen(found->second);
-    } else {
-      self->listened(found->second);
-    }
-  });
 }
 
-void Machines::Impl::listened(MachineState& one) {
+void Machines::listened(Machine& one) {
+  const SteadyTime now = io_.now().steady;
+  if (now - *one.listens_until > most_late && now - one.listens_since < longest_listen) {
+    listen(one);
+    return;
+  }
   const std::string machine = one.settings.name;
-  one.listens = false;
+  one.listens_until.reset();
   if (!one.has_served) {
-    const auto claimed = claims.behind_those_that_serve(machine, one.report.status().claimed);
+    const auto claimed = claims_.behind_those_that_serve(machine, one.report.status().claimed);
     one.report.claim(claimed, one.settings.channels);
   }
   review(machine);
 }
 
-bool Machines::Impl::take(const fabric::MachineStatus& status) {
+bool Machines::take(const fabric::MachineStatus& status) {
   const std::string who = name_of(status);
   const std::string machine = printable(status.machine);
-  switch (claims.set(status)) {
+  switch (claims_.set(status)) {
     case Claims::Heard::taken:
       return true;
     case Claims::Heard::implausible:
@@ -79,7 +69,7 @@ bool Machines::Impl::take(const fabric::MachineStatus& status) {
                            machine, who, status.claimed.time_since_epoch().count()));
       return false;
     case Claims::Heard::another_controller:
-      if (machines.contains(status.machine)) {
+      if (machines_.contains(status.machine)) {
         complain("another", machine,
                  fmt::format("{}: {} has a machine of this name too, but of another controller "
                              "({}); both are served, and tools cannot tell them apart: give one "
@@ -97,36 +87,28 @@ bool Machines::Impl::take(const fabric::MachineStatus& status) {
   return true;
 }
 
-void Machines::Impl::complain(const std::string& kind, const std::string& about,
-                              const std::string& text) {
-  if (const auto line = complaints.note(kind, about, text, hands.now().steady)) {
-    say(Level::warn, *line);
+void Machines::complain(const std::string& kind, const std::string& about,
+                        const std::string& text) {
+  if (const auto line = complaints_.note(kind, about, text, io_.now().steady)) {
+    io_.say(Level::warn, *line);
   }
 }
 
-void Machines::Impl::review_soon(const std::string& machine) {
-  hands.after({}, [weak = weak_from_this(), machine] {
-    if (const auto self = weak.lock()) {
-      self->review(machine);
-    }
-  });
-}
-
-void Machines::Impl::review(const std::string& machine) {
-  const auto found = machines.find(machine);
-  if (found == machines.end() || found->second.listens) {
+void Machines::review(const std::string& machine) {
+  const auto found = machines_.find(machine);
+  if (found == machines_.end() || found->second.listens_until) {
     return;
   }
-  MachineState& one = found->second;
-  if (one.leaving && listener.channels_of(machine).empty()) {
+  Machine& one = found->second;
+  if (one.leaving && listener_.channels_of(machine).empty()) {
     const fabric::MachineStatus last = one.report.status();
-    machines.erase(found);
-    listener.on_machine_left(last);
+    machines_.erase(found);
+    listener_.on_machine_left(last);
     return;
   }
   if (!one.leaving && refused_by_all(one)) {
     // A call whose answer is half written is brought to its end all the same.
-    if (listener.channels_of(machine).empty()) {
+    if (listener_.channels_of(machine).empty()) {
       drop_link(one, one.refusal);
     } else if (!one.link) {
       connect(one);
@@ -142,13 +124,14 @@ void Machines::Impl::review(const std::string& machine) {
   publish(one);
 }
 
-bool Machines::Impl::refused_by_all(MachineState& one) {
+bool Machines::refused_by_all(Machine& one) {
   const std::string& name = one.settings.name;
-  const auto* other = claims.ahead_of_all(name, one.settings.channels, one.report.status().claimed);
+  const auto* other =
+      claims_.ahead_of_all(name, one.settings.channels, one.report.status().claimed);
   if (other == nullptr) {
     if (!one.refusal.empty()) {
-      say(Level::warn,
-          fmt::format("{}: taken over: {} is gone", one.settings.to_string(), predecessors[name]));
+      io_.say(Level::warn, fmt::format("{}: taken over: {} is gone", one.settings.to_string(),
+                                       predecessors_[name]));
       one.refusal.clear();
     }
     return false;
@@ -157,28 +140,23 @@ bool Machines::Impl::refused_by_all(MachineState& one) {
       fmt::format("{} serves it already; this gateway stands by", name_of(*other));
   if (one.refusal != refusal) {
     one.refusal = refusal;
-    say(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
+    io_.say(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
   }
-  for (const std::uint16_t channel : listener.channels_of(name)) {
-    refuse(one, channel, refusal);
+  for (const std::uint16_t channel : listener_.channels_of(name)) {
+    listener_.on_refused({name, channel}, refusal);
   }
   one.served.clear();
-  one.report.on_down(refusal, hands.now());
+  one.report.on_down(refusal, io_.now());
   return true;
 }
 
-void Machines::Impl::refuse(const MachineState& one, std::uint16_t channel,
-                            const std::string& reason) {
-  listener.on_refused({one.settings.name, channel}, reason);
-}
-
-void Machines::Impl::serve(MachineState& one) {
+void Machines::serve(Machine& one) {
   const std::string& name = one.settings.name;
   Channels ours;
   std::string refused;
   for (const std::uint16_t channel : one.leaving || !one.refusal.empty() ? Channels{} : one.found) {
     const fabric::ChannelKey key{name, channel};
-    const auto* other = claims.ahead(key, one.report.status().claimed);
+    const auto* other = claims_.ahead(key, one.report.status().claimed);
     if (other == nullptr) {
       ours.push_back(channel);
       continue;
@@ -186,11 +164,11 @@ void Machines::Impl::serve(MachineState& one) {
     const std::string reason =
         fmt::format("channel {} is served by {} already", channel, name_of(*other));
     refused += fmt::format("{}{}", refused.empty() ? "" : "; ", reason);
-    refuse(one, channel, reason);
+    listener_.on_refused(key, reason);
   }
   if (!refused.empty() && refused != one.note) {
-    say(Level::warn,
-        fmt::format("{}: {}; this gateway stands by for it", one.settings.to_string(), refused));
+    io_.say(Level::warn, fmt::format("{}: {}; this gateway stands by for it",
+                                     one.settings.to_string(), refused));
   }
   for (const std::uint16_t channel : ours) {
     if (!one.served.contains(channel)) {
@@ -201,19 +179,19 @@ void Machines::Impl::serve(MachineState& one) {
   one.has_served = one.has_served || !ours.empty();
   one.note = refused;
   if (one.refusal.empty()) {
-    one.report.on_up(ours.size(), note_of(one), hands.now());
+    one.report.on_up(ours.size(), note_of(one), io_.now());
   }
-  listener.on_link_up(name, ours);
+  listener_.on_serve(name, ours);
   carry_out(one, one.watch.serve(ours));
   publish(one);
 }
 
-void Machines::Impl::inherit(const fabric::ChannelKey& key) {
-  const auto left = last_seen.extract(key);
+void Machines::inherit(const fabric::ChannelKey& key) {
+  const auto left = last_seen_.extract(key);
   if (!left.empty() && under_way(left.mapped())) {
-    const auto* other = claims.of_epoch(key.machine, left.mapped().call.epoch);
-    listener.on_inherited(left.mapped(),
-                          other != nullptr ? name_of(*other) : predecessors[key.machine]);
+    const auto* other = claims_.of_epoch(key.machine, left.mapped().call.epoch);
+    listener_.on_inherited(left.mapped(),
+                           other != nullptr ? name_of(*other) : predecessors_[key.machine]);
   }
 }
 

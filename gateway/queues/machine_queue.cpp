@@ -1,6 +1,5 @@
 #include "gateway/queues/machine_queue.hpp"
 
-#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -23,7 +22,6 @@ void MachineQueue::on_up(std::unique_ptr<QueueLink> link) {
 void MachineQueue::on_down(const std::string& reason) {
   link_.reset();
   asking_ = false;
-  waits_until_.reset();
   queue_.on_down(reason);
   tell();
 }
@@ -31,11 +29,6 @@ void MachineQueue::on_down(const std::string& reason) {
 void MachineQueue::change(QueueSettings settings) {
   queue_.change(std::move(settings));
   on_down("the configuration has changed");
-}
-
-void MachineQueue::stop() {
-  stopped_ = true;
-  link_.reset();
 }
 
 void MachineQueue::write(const Write& write) {
@@ -55,9 +48,6 @@ void MachineQueue::on_recorded() {
 }
 
 void MachineQueue::tell() {
-  if (stopped_) {
-    return;
-  }
   const Queue::News news = queue_.take_news();
   if (!news.entries.empty()) {
     outlet_.record(news.entries, news.wait);
@@ -69,50 +59,38 @@ void MachineQueue::tell() {
 }
 
 void MachineQueue::go_on() {
-  if (stopped_) {
-    return;
-  }
   if (link_ && !asking_) {
     if (const auto step = queue_.next(io_.now())) {
-      ask(*step);
-    } else {
-      wait();
+      asking_ = true;
+      link_->ask(*step);
     }
   }
   tell();
 }
 
-void MachineQueue::wait() {
-  const auto next = queue_.next_time();
-  if (!next || waits_until_ == next) {
-    return;
+void MachineQueue::on_time() {
+  const auto time = next_time();
+  if (time && *time <= io_.now().steady) {
+    go_on();
   }
-  waits_until_ = next;
-  const auto delay = std::max<std::chrono::nanoseconds>(*next - io_.now().steady, {});
-  io_.after(delay, [weak = weak_from_this(), number = ++timer_] {
-    const auto self = weak.lock();
-    if (self && self->timer_ == number && self->waits_until_) {
-      self->waits_until_.reset();
-      self->go_on();
-    }
-  });
 }
 
-void MachineQueue::ask(const Step& step) {
-  asking_ = true;
-  link_->ask(step, [weak = weak_from_this()](StepAnswer answer) {
-    if (const auto self = weak.lock(); self && !self->stopped_) {
-      self->on_answer(std::move(answer));
-    }
-  });
+std::optional<SteadyTime> MachineQueue::next_time() const {
+  return link_ && !asking_ ? queue_.next_time() : std::nullopt;
 }
 
 void MachineQueue::on_answer(StepAnswer answer) {
+  if (!asking_) {
+    return;
+  }
   const Moment now = io_.now();
   std::visit(fabric::Cases{[&](Answer<Control>& control) {
                              queue_.on_control(control, now);
                              if (control && queue_.settings().events && !watched_) {
-                               watch();
+                               // The queue is looked at all the same, whatever the controller
+                               // tells.
+                               watched_ = true;
+                               link_->watch();
                              }
                            },
                            [&](Answer<std::vector<std::string>>& texts) {
@@ -124,15 +102,11 @@ void MachineQueue::on_answer(StepAnswer answer) {
   go_on();
 }
 
-/// It makes no difference whether the controller tells: the queue is looked at all the same.
-void MachineQueue::watch() {
-  watched_ = true;
-  link_->watch([weak = weak_from_this()] {
-    if (const auto self = weak.lock(); self && !self->stopped_) {
-      self->queue_.on_event(self->io_.now());
-      self->go_on();
-    }
-  });
+void MachineQueue::on_event() {
+  if (link_) {
+    queue_.on_event(io_.now());
+    go_on();
+  }
 }
 
 }  // namespace millrace::gateway::queues

@@ -1,12 +1,12 @@
 // Has done what one message queue wants: its questions to the controller one after the other, and
 // what it tells. Decides when; its link carries.
 //
-//   auto queue = std::make_shared<MachineQueue>("press", settings, book, io, outlet);
-//   queue->on_up(std::move(link));                 → outlet.record(entries), outlet.shows()
-//   queue->write({Variable::response_state, 1, true});
+//   MachineQueue queue("press", settings, book, io, outlet);
+//   queue.on_up(std::move(link));                 → outlet.record(entries), outlet.shows()
+//   queue.on_answer(answer);                        // what link.ask() was answered with
+//   queue.write({Variable::response_state, 1, true});
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -23,10 +23,8 @@ class QueuesIo {
  public:
   virtual ~QueuesIo() = default;
   [[nodiscard]] virtual Moment now() const = 0;
-  /// What is to come after nothing comes in its order. `act` may be called when the queues are gone
-  /// already.
-  virtual void after(std::chrono::nanoseconds delay, std::function<void()> act) = 0;
-  /// Over the link that is up; null if it is gone already.
+  /// Over the link that is up; null if it is gone already. What it says comes to on_answer() and
+  /// on_event().
   virtual std::unique_ptr<QueueLink> reach(const std::string& machine,
                                            const QueueSettings& settings) = 0;
 };
@@ -40,7 +38,7 @@ struct QueueOutlet {
   std::function<void(const Queue::News&)> tell;
 };
 
-class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
+class MachineQueue {
  public:
   /// `io` outlives it.
   MachineQueue(const std::string& machine, QueueSettings settings, QueueBook book, QueuesIo& io,
@@ -51,8 +49,9 @@ class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
   void on_down(const std::string& reason);
   /// The configuration has changed: it has no link then.
   void change(QueueSettings settings);
-  /// Tells nobody any more.
-  void stop();
+  /// Of its link.
+  void on_answer(StepAnswer answer);
+  void on_event();
   [[nodiscard]] bool up() const { return link_ != nullptr; }
 
   [[nodiscard]] const Queue& queue() const { return queue_; }
@@ -63,24 +62,19 @@ class MachineQueue : public std::enable_shared_from_this<MachineQueue> {
   void on_recorded();
   /// What it has to tell.
   void tell();
+  void on_time();
+  /// When on_time() has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
   void go_on();
-  void wait();
-  void ask(const Step& step);
-  void on_answer(StepAnswer answer);
-  void watch();
 
   Queue queue_;
   QueuesIo& io_;
   QueueOutlet outlet_;
-  /// When it is looked at again, and which of the timers is the one for it.
-  std::optional<SteadyTime> waits_until_;
-  std::uint64_t timer_ = 0;
   std::unique_ptr<QueueLink> link_;
   bool asking_ = false;
   bool watched_ = false;
-  bool stopped_ = false;
 };
 
 }  // namespace millrace::gateway::queues

@@ -7,34 +7,45 @@
 
 namespace millrace::gateway::queues {
 
-PlantQueues::~PlantQueues() {
+bool PlantQueues::finish() {
+  const bool some = !due_.empty();
+  while (!due_.empty()) {
+    const std::function<void()> act = std::move(due_.front());
+    due_.pop_front();
+    act();
+  }
+  return some;
+}
+
+void PlantQueues::on_time() {
   for (auto& [key, one] : queues_) {
-    one.queue->stop();
+    one.queue->on_time();
   }
 }
 
-/// In a turn of the loop of its own: what a call wants of its channel is never answered from
-/// within.
-template <typename Act>
-void PlantQueues::soon(Act act) {
-  io_.after({}, [act = std::move(act), alive = std::weak_ptr(life_)] {
-    if (!alive.expired()) {
-      act();
+std::optional<SteadyTime> PlantQueues::next_time() const {
+  std::optional<SteadyTime> first;
+  for (const auto& [key, one] : queues_) {
+    const auto time = one.queue->next_time();
+    if (time && (!first || *time < *first)) {
+      first = time;
     }
-  });
+  }
+  return first;
 }
 
 void PlantQueues::begin(const fabric::ChannelKey& key, One& one, QueueBook book) {
   one.number = ++begun_;
-  one.queue = std::make_shared<MachineQueue>(
+  one.queue = std::make_unique<MachineQueue>(
       one.machine, one.settings, std::move(book), io_,
-      QueueOutlet{.record =
-                      [this, key, number = one.number](const auto& entries, bool wait) {
-                        events_.record_of_queue(
-                            entries, wait ? Ticket{Ticket::Owner::queue, key, number} : Ticket{});
-                      },
-                  .shows = [this, key] { soon([this, key] { events_.on_queue_change(key); }); },
-                  .tell = [this, key](const auto& news) { events_.say_of_queue(key, news); }});
+      QueueOutlet{
+          .record =
+              [this, key, number = one.number](const auto& entries, bool wait) {
+                events_.record_of_queue(
+                    entries, wait ? Ticket{Ticket::Owner::queue, key, number} : Ticket{});
+              },
+          .shows = [this, key] { due_.push_back([this, key] { events_.on_queue_change(key); }); },
+          .tell = [this, key](const auto& news) { events_.say_of_queue(key, news); }});
 }
 
 void PlantQueues::set(const std::map<std::string, std::vector<QueueSettings>>& wanted,
@@ -71,7 +82,7 @@ void PlantQueues::set(const std::map<std::string, std::vector<QueueSettings>>& w
 
 void PlantQueues::open(const fabric::ChannelKey& key, One& one) {
   one.retired = false;
-  soon([this, key] {
+  due_.push_back([this, key] {
     if (const auto found = queues_.find(key); found != queues_.end() && !found->second.retired) {
       open_now(key, found->second);
     }
@@ -91,10 +102,10 @@ template <typename Tell>
 void PlantQueues::answer(const fabric::ChannelKey& key, Tell tell) {
   One& asked = queues_.at(key);
   ++asked.asked;
-  soon([this, key, of = std::weak_ptr(asked.queue), tell = std::move(tell)] {
+  due_.push_back([this, key, number = asked.number, tell = std::move(tell)] {
     const auto found = queues_.find(key);
     // Another one may have taken its place.
-    if (found == queues_.end() || found->second.queue != of.lock()) {
+    if (found == queues_.end() || found->second.number != number) {
       return;
     }
     --found->second.asked;
@@ -114,7 +125,7 @@ void PlantQueues::review(const fabric::ChannelKey& key, One& one) {
     open(key, one);
   } else if (!one.retired) {
     one.retired = true;
-    soon([this, key] {
+    due_.push_back([this, key] {
       if (const auto found = queues_.find(key); found != queues_.end() && found->second.retired) {
         events_.on_queue_retired(key);
       }
@@ -156,7 +167,7 @@ void PlantQueues::on_down(const std::string& machine, const std::string& reason)
     }
     one.queue->on_down(reason);
     if (one.queue->queue().book().waiting() == 0 && one.ours) {
-      soon([this, key = key, reason] {
+      due_.push_back([this, key = key, reason] {
         if (const auto found = queues_.find(key); found != queues_.end()) {
           found->second.opens = false;
           events_.on_queue_down(key, reason);
@@ -182,7 +193,6 @@ void PlantQueues::on_left(const std::string& machine, std::uint16_t channel,
 void PlantQueues::on_over(const fabric::ChannelKey& key) {
   const auto found = queues_.find(key);
   if (found != queues_.end() && found->second.leaving) {
-    found->second.queue->stop();
     if (!found->second.told.values.empty()) {
       fabric::DataSample gone = found->second.told;
       gone.values.clear();
@@ -225,6 +235,18 @@ void PlantQueues::on_recorded(const Ticket& ticket) {
   if (const auto found = queues_.find(ticket.key);
       found != queues_.end() && found->second.number == ticket.number) {
     found->second.queue->on_recorded();
+  }
+}
+
+void PlantQueues::on_answer(const fabric::ChannelKey& key, StepAnswer answer) {
+  if (const auto found = queues_.find(key); found != queues_.end()) {
+    found->second.queue->on_answer(std::move(answer));
+  }
+}
+
+void PlantQueues::on_event(const fabric::ChannelKey& key) {
+  if (const auto found = queues_.find(key); found != queues_.end()) {
+    found->second.queue->on_event();
   }
 }
 

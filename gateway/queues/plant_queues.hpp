@@ -1,15 +1,18 @@
 // The message queues of all machines: which are read, and whose calls are there. Decides only;
-// `QueuesIo` has the links and timers.
+// `QueuesIo` has the links.
 //
 //   PlantQueues queues(io, events);
 //   queues.set(settings::queues_of(machines), journal.ledger().queues());
 //   queues.on_up("press", {1, 2});
-//   queues.read(key, ReadSet::request);                  → events.on_queue_read(key, snapshot)
+//   queues.read(key, ReadSet::request);
+//   queues.finish();                                     → events.on_queue_read(key, snapshot)
 //
 // set() comes again when the configuration changes. A queue's calls go on without its controller,
 // as long as messages of it are in the journal.
 #pragma once
 
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -22,7 +25,7 @@
 
 namespace millrace::gateway::queues {
 
-/// Never called from within a function of PlantQueues, but for the last three.
+/// Called from within finish() alone, but for the last three.
 class QueueEvents {
  public:
   virtual ~QueueEvents() = default;
@@ -45,7 +48,6 @@ class PlantQueues {
  public:
   /// Both outlive it.
   PlantQueues(QueuesIo& io, QueueEvents& events) : io_(io), events_(events) {}
-  ~PlantQueues();
   PlantQueues(const PlantQueues&) = delete;
   PlantQueues& operator=(const PlantQueues&) = delete;
 
@@ -63,6 +65,9 @@ class PlantQueues {
   void on_over(const fabric::ChannelKey& key);
   /// Of a queue.
   void on_recorded(const Ticket& ticket);
+  // Of a queue's link.
+  void on_answer(const fabric::ChannelKey& key, StepAnswer answer);
+  void on_event(const fabric::ChannelKey& key);
 
   // What the calls of a queue want of its channel.
   void read(const fabric::ChannelKey& key, ReadSet look);
@@ -75,11 +80,18 @@ class PlantQueues {
   /// About once a second: tells each queue in numbers.
   void tell_numbers();
 
+  /// Where each event ends: answers what the calls of queues have asked meanwhile. What a call
+  /// wants of its channel is never answered from within. False if there was nothing.
+  bool finish();
+  void on_time();
+  /// When on_time() has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+
  private:
   struct One {
     std::string machine{};
     QueueSettings settings{};
-    std::shared_ptr<MachineQueue> queue{};
+    std::unique_ptr<MachineQueue> queue{};
     /// Which one of this key.
     std::uint64_t number = 0;
     /// Its channel is served by us.
@@ -102,8 +114,6 @@ class PlantQueues {
   template <typename Tell>
   void answer(const fabric::ChannelKey& key, Tell tell);
   void tell_numbers(const fabric::ChannelKey& key, One& one);
-  template <typename Act>
-  void soon(Act act);
 
   QueuesIo& io_;
   QueueEvents& events_;
@@ -115,8 +125,8 @@ class PlantQueues {
     bool up = false;
   };
   std::map<std::string, Reach> machines_;
-  /// What is posted sees it gone.
-  std::shared_ptr<int> life_ = std::make_shared<int>(0);
+  /// What finish() does, in this order.
+  std::deque<std::function<void()>> due_;
 };
 
 }  // namespace millrace::gateway::queues

@@ -2,13 +2,13 @@
 // questions. live::PortLink is the one with a socket.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include <tl/expected.hpp>
 
+#include "fabric/messages.hpp"
 #include "gateway/queues/reader.hpp"
 #include "gateway/queues/ring.hpp"
 
@@ -21,14 +21,24 @@ using Answer = tl::expected<T, std::string>;
 /// of the queue.
 using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
 
+/// What a link says, never from within its functions.
+class QueueLinkEvents {
+ public:
+  virtual ~QueueLinkEvents() = default;
+  /// What has come of ask().
+  virtual void on_queue_answer(const fabric::ChannelKey& queue, StepAnswer answer) = 0;
+  /// The controller tells of a change.
+  virtual void on_queue_event(const fabric::ChannelKey& queue) = 0;
+};
+
 /// Its end leaves what was asked unanswered; what was sent may be done all the same.
 class QueueLink {
  public:
   virtual ~QueueLink() = default;
-  /// One at a time. `answered` is never called from within, and not after the end of this.
-  virtual void ask(const Step& step, std::function<void(StepAnswer)> answered) = 0;
+  /// One at a time.
+  virtual void ask(const Step& step) = 0;
   /// Asks the controller to tell of changes: late, for nothing, or never.
-  virtual void watch(std::function<void()> told) = 0;
+  virtual void watch() = 0;
 };
 
 }  // namespace millrace::gateway::queues

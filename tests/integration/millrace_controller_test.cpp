@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/openssl/certificate.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -128,6 +129,54 @@ TEST_F(AProbe, AsksOverSecureAdsOnceTheRouteIsAdded) {
   const std::string output = run(std::move(flags));
   EXPECT_EQ(exit_code, 0) << output << errors;
   expect_link_with_block_in(output);
+}
+
+/// Of a plant: its CA, and a certificate of it for this host and one for the controller.
+class AProbeOfAPlant : public AProbe {
+ protected:
+  AProbeOfAPlant() {
+    write("ca.crt", ca_.pem());
+    issue("127.0.0.1", "host");
+    issue("CX-123456", "cnc");
+    start(
+        "secure_ads { listen: '127.0.0.1:0' only: true shared_ca { ca: 'ca.crt' certificate: "
+        "'cnc.crt' key: 'cnc.key' } } discovery { listen: '127.0.0.1:0' name: 'press' }");
+  }
+
+  void issue(const std::string& common_name, const std::string& file) {
+    const auto key = base::openssl::Key::generate_rsa();
+    write(file + ".key", key.pem());
+    write(file + ".crt", base::openssl::issue(key, subject(common_name), ca_, ca_key_).pem());
+  }
+  static base::openssl::Subject subject(const std::string& common_name) {
+    const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+    return {.organisation = "plant",
+            .common_name = common_name,
+            .from = now - std::chrono::hours(1),
+            .until = now + std::chrono::hours(24)};
+  }
+  std::string probe(const std::string& common_name) {
+    const std::string folder = folder_.path();
+    return run({"--port", secure_port, "--udp-port", udp_port, "--ca", folder + "/ca.crt",
+                "--certificate", folder + "/host.crt", "--key", folder + "/host.key",
+                "--common-name", common_name});
+  }
+
+  base::openssl::Key ca_key_ = base::openssl::Key::generate_rsa();
+  base::openssl::Certificate ca_ = base::openssl::self_signed(ca_key_, subject("plant CA"));
+};
+
+TEST_F(AProbeOfAPlant, AsksOverSecureAdsWithCertificatesOfItsCa) {
+  const std::string output = probe("CX-123456");
+  EXPECT_EQ(exit_code, 0) << output << errors;
+  EXPECT_THAT(output, ContainsRegex("ok +sum commands +five"));
+  expect_link_with_block_in(output);
+}
+
+TEST_F(AProbeOfAPlant, SaysThatTheControllerIsAnotherOne) {
+  const std::string output = probe("CX-654321");
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_THAT(output, HasSubstr("is that of \"CX-123456\"; expected \"CX-654321\""));
 }
 
 TEST_F(AProbe, NamesTheRouteThatIsMissing) {

@@ -94,7 +94,9 @@ void AdsLink::connect() {
 }
 
 void AdsLink::wait_and_connect() {
-  process_.timer(back_off_.next(), [self = shared_from_this()] {
+  const Time lasted = up_since_ ? process_.agenda().now() - *up_since_ : Time{};
+  up_since_.reset();
+  process_.timer(back_off_.next(lasted), [self = shared_from_this()] {
     if (!self->up_ && !self->abandoned_) {
       self->connect();
     }
@@ -106,7 +108,7 @@ void AdsLink::came_up() {
   silent_timeouts_ = 0;
   controller_life_ = controller_.life();
   last_execution_ = process_.agenda().now();
-  back_off_.reset();
+  up_since_ = process_.agenda().now();
   history_.note(controller_.name(), "link up");
   events_.on_link_up(controller_.name(), channels_.empty() ? controller_.numbers() : channels_);
 }

@@ -101,6 +101,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void start();
   /// The gateway is gone: no event comes any more.
   void abandon();
+  [[nodiscard]] bool abandoned() const { return abandoned_; }
   void read(std::uint16_t channel, gateway::ReadSet look);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
   /// `answered` never comes from within, and never if the connection ends.
@@ -156,6 +157,7 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   Random random_;
   gateway::machines::BackOff back_off_;
   bool up_ = false;
+  std::optional<Time> up_since_;
   bool abandoned_ = false;
   std::uint64_t connection_ = 0;
   std::uint64_t controller_life_ = 0;
@@ -175,27 +177,6 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   Time last_telling_{};
   /// When the last read of a channel began that was answered.
   std::map<std::uint16_t, Time> reads_;
-};
-
-/// A gateway's hold on its link.
-class LinkHandle final : public gateway::machines::Link {
- public:
-  explicit LinkHandle(std::shared_ptr<AdsLink> link) : link_(std::move(link)) {}
-  ~LinkHandle() override { link_->abandon(); }
-  LinkHandle(const LinkHandle&) = delete;
-  LinkHandle& operator=(const LinkHandle&) = delete;
-
-  void read(std::uint16_t channel, gateway::ReadSet look) override { link_->read(channel, look); }
-  void write(std::uint16_t channel, gateway::Variable variable,
-             const gateway::Value& value) override {
-    link_->write(channel, variable, value);
-  }
-  void watch(const std::vector<std::uint16_t>& channels) override { link_->watch(channels); }
-  void unwatch(const std::vector<std::uint16_t>& channels) override { link_->unwatch(channels); }
-  [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
-
- private:
-  std::shared_ptr<AdsLink> link_;
 };
 
 }  // namespace millrace::tests::simulation

@@ -1,4 +1,4 @@
-// What comes to a gateway: from instances, from other gateways, from its machines.
+// What comes to a gateway: from instances, from other gateways, over its links.
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,40 +10,34 @@ namespace millrace::tests::simulation {
 using gateway::WriteOutcome;
 
 void GatewayProcess::on_instance_ready(const fabric::InstanceIdentity& instance) {
-  begin_event();
   note("sees instance " + instance.id.to_string().substr(0, 8));
   witness_.on_ready(instance);
-  carry_out(control_->on_instance_ready(mistakes_.seen(instance), now()));
+  core_->on_instance_ready(mistakes_.seen(instance));
 }
 
 void GatewayProcess::on_instance_changed(const fabric::InstanceIdentity& instance) {
-  begin_event();
   witness_.on_ready(instance);
-  carry_out(control_->on_instance_ready(mistakes_.seen(instance), now()));
+  core_->on_instance_ready(mistakes_.seen(instance));
 }
 
 void GatewayProcess::on_instance_gone(const fabric::InstanceId& instance) {
-  begin_event();
   note("loses instance " + instance.to_string().substr(0, 8));
   witness_.on_gone(instance);
   if (!mistakes_.makes(Bug::instance_loss_ignored)) {
-    carry_out(control_->on_instance_gone(instance, now()));
+    core_->on_instance_gone(instance);
   }
 }
 
 void GatewayProcess::on_reply(const fabric::Reply& reply) {
-  begin_event();
   if (mistakes_.forgets(reply)) {
     witness_.on_reply(reply, [] {});
     return;
   }
-  witness_.on_reply(
-      reply, [&] { carry_out(control_->on_reply(mistakes_.heard(reply, witness_), now())); });
+  witness_.on_reply(reply, [&] { core_->on_reply(mistakes_.heard(reply, witness_)); });
 }
 
 void GatewayProcess::on_load(const fabric::InstanceLoad& load) {
-  begin_event();
-  carry_out(control_->on_load(load, now()));
+  core_->on_load(load);
 }
 
 void GatewayProcess::on_stranger(const fabric::Reply& reply) {
@@ -54,119 +48,73 @@ void GatewayProcess::on_stranger(const fabric::Reply& reply) {
 }
 
 void GatewayProcess::on_machine(const fabric::MachineStatus& status) {
-  begin_event();
   if (!mistakes_.makes(Bug::claims_ignored)) {
-    machines_->on_machine(status);
+    core_->on_machine(status);
   }
 }
 
 void GatewayProcess::on_machine_gone(const std::string& machine,
                                      const fabric::InstanceId& gateway) {
-  begin_event();
   note(fmt::format("loses another gateway of {}", machine));
-  machines_->on_machine_gone(machine, gateway);
+  core_->on_machine_gone(machine, gateway);
 }
 
 void GatewayProcess::on_channel(const fabric::ChannelStatus& status) {
-  begin_event();
   witness_.on_heard(status);
-  machines_->on_channel(status);
+  if (!mistakes_.makes(Bug::inheritance_forgotten)) {
+    core_->on_channel(status);
+  }
+}
+
+std::shared_ptr<AdsLink> GatewayProcess::link_to(const std::string& machine) const {
+  const auto found = links_.find(machine);
+  auto link = found == links_.end() ? nullptr : found->second.lock();
+  return link && !link->abandoned() ? link : nullptr;
 }
 
 void GatewayProcess::on_link_up(const std::string& machine,
                                 const std::vector<std::uint16_t>& channels) {
-  served_no_more(machine);
-  for (const std::uint16_t channel : channels) {
-    served_.insert({machine, channel});
-  }
-  note(fmt::format("serves {} channels of {}", channels.size(), machine));
-  queues_->on_up(machine, channels);
-  carry_out(control_->on_link_up(machine, channels, now()));
+  core_->on_link_up(machine, channels);
 }
 
 void GatewayProcess::on_link_down(const std::string& machine, const std::string& reason) {
-  served_no_more(machine);
-  carry_out(control_->on_link_down(machine, reason, now()));
-  queues_->on_down(machine, reason);
-}
-
-void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
-  served_no_more(machine);
-  note(fmt::format("drops its link to {}: {}", machine, reason));
-  carry_out(control_->on_link_dropped(machine, reason, now()));
-  queues_->on_left(machine, 0, reason);
-}
-
-void GatewayProcess::served_no_more(const std::string& machine) {
-  std::erase_if(served_, [&](const Key& key) { return key.machine == machine; });
-}
-
-void GatewayProcess::on_retired(const Key& key) {
-  served_.erase(key);
-  if (mistakes_.makes(Bug::reload_drops_calls)) {
-    carry_out(control_->release(key, "not in the configuration any more", now()));
-  } else {
-    carry_out(control_->retire(key, now()));
-  }
-  queues_->on_left(key.machine, key.channel, "the configuration names its channel no more");
-}
-
-void GatewayProcess::on_refused(const Key& key, const std::string& reason) {
-  served_.erase(key);
-  witness_.on_refused(key);
-  carry_out(control_->release(key, reason, now()));
-  queues_->on_left(key.machine, key.channel, reason);
-}
-
-void GatewayProcess::on_inherited(const fabric::ChannelStatus& status, const std::string& from) {
-  note(fmt::format("inherits {} of {} from {}", status.call.to_string(), status.key.to_string(),
-                   from));
-  if (!mistakes_.makes(Bug::inheritance_forgotten)) {
-    control_->inherit(status.key, {status.uuid, from, status.call});
-  }
-}
-
-void GatewayProcess::on_machine_status(const fabric::MachineStatus& status) {
-  fabric().talk().publish(*end(), status);
-}
-
-void GatewayProcess::on_machine_left(const fabric::MachineStatus& status) {
-  fabric().talk().let_go(*end(), status.machine);
-}
-
-void GatewayProcess::on_contested() {
-  fabric().talk().watch_channels(*end());
-}
-
-std::vector<std::uint16_t> GatewayProcess::channels_of(const std::string& machine) const {
-  return control_->channels_of(machine);
+  core_->on_link_down(machine, reason);
 }
 
 void GatewayProcess::on_read(const Key& key, const gateway::Snapshot& snapshot) {
-  history().add(Looked{plan_.number, key, snapshot, looked_from_});
-  mistakes_.on_read(key, snapshot);
-  carry_out(control_->on_read(key, mistakes_.taken_for(key, snapshot), now()));
+  // A gateway that stood still may take the link away before it looks at what was read.
+  core_->on_other_event();
+  if (link_to(key.machine)) {
+    history().add(Looked{plan_.number, key, snapshot, looked_from_});
+    mistakes_.on_read(key, snapshot);
+    core_->on_read(key, mistakes_.taken_for(key, snapshot));
+  }
 }
 
 void GatewayProcess::on_read_failed(const Key& key, const std::string& reason) {
-  carry_out(control_->on_read_failed(key, reason, now()));
-}
-
-void GatewayProcess::on_pushed(const Key& key, bool pushed) {
-  carry_out(control_->set_told(key, pushed, now()));
-}
-
-void GatewayProcess::on_change(const Key& key, gateway::Variable variable) {
-  carry_out(control_->on_change(key, variable, now()));
+  core_->on_read_failed(key, reason);
 }
 
 void GatewayProcess::on_write(const Key& key, WriteOutcome outcome, const std::string& reason) {
-  if (const auto again = mistakes_.again(key, outcome, reason)) {
-    carry_out(key, *again);
+  core_->on_other_event();
+  const auto link = link_to(key.machine);
+  if (const auto again = link ? mistakes_.again(key, outcome, reason) : std::nullopt) {
+    witness_.on_write(key, again->variable, again->value);
+    link->write(key.channel, again->variable, again->value);
     return;
   }
   mistakes_.on_write(key, outcome);
-  carry_out(control_->on_write(key, outcome, reason, now()));
+  core_->on_write(key, outcome, reason);
+}
+
+void GatewayProcess::on_watched(const std::string& machine,
+                                const std::vector<gateway::machines::WatchOutcome>& outcomes) {
+  core_->on_watched(machine, outcomes);
+}
+
+void GatewayProcess::on_told(const Key& key, gateway::Variable variable,
+                             std::optional<std::uint32_t> value) {
+  core_->on_told(key, variable, value);
 }
 
 }  // namespace millrace::tests::simulation

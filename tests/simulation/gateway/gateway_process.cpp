@@ -11,8 +11,6 @@ using gateway::WriteOutcome;
 
 namespace {
 
-constexpr Time patience_at_the_end = 2000ms;
-
 /// All that a gateway knows when it starts, but for times.
 std::string words_for(const journal::Ledger& ledger) {
   std::string words = fmt::format("{} {}", ledger.numbers().epoch, ledger.numbers().reserved);
@@ -34,7 +32,7 @@ std::string words_for(const journal::Ledger& ledger) {
 }  // namespace
 
 GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history,
-                               Fabric& fabric, Random random)
+                               simulation::Fabric& fabric, Random random)
     : Member(fmt::format("gateway {}", plan.number), agenda, party, history, fabric),
       plan_(std::move(plan)),
       random_(random),
@@ -44,33 +42,12 @@ GatewayProcess::GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, Hi
   disk_.on_recorded = [this](const gateway::Ticket& ticket) { on_recorded(ticket); };
   disk_.on_trouble = [this](const std::string& trouble) {
     in_trouble_ = !trouble.empty();
-    begin_event();
-    if (!ending_) {
-      carry_out(control_->set_journal_trouble(trouble, now()));
-    }
+    core_->on_journal_trouble(trouble);
   };
 }
 
 void GatewayProcess::plug(Controller& controller, Cable& cable) {
   plugged_.insert_or_assign(controller.name(), Machine{&controller, &cable});
-}
-
-gateway::Moment GatewayProcess::moment() const {
-  return {gateway::SteadyTime(booted_ + Member::now()), wall()};
-}
-
-gateway::Moment GatewayProcess::now() const {
-  if (stall_ && stall_->overdue(moment().steady)) {
-    history().violated(name() + " decides before it notices that it stood still");
-  }
-  return moment();
-}
-
-void GatewayProcess::begin_event() {
-  if (stall_ && stall_->late(moment().steady)) {
-    note("notices that it stood still");
-    machines_->stood_still();
-  }
 }
 
 void GatewayProcess::start() {
@@ -94,39 +71,28 @@ void GatewayProcess::start() {
     process().agenda().becomes(process().parties() | process().outbox(), *remains);
   }
   witness_.on_start(keeper_->ledger().open_calls(), plan_.file.policies);
-  control_.emplace(gateway::control::CallControlOptions{.paces = gateway::settings::paces_of(
-                                                            plan_.file.machines),
-                                                        .policies = plan_.file.policies},
-                   keeper_->ledger());
   gateway::machines::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
     byte = static_cast<std::uint8_t>(random_.next());
   }
   own.host = name();
   own.epoch = keeper_->ledger().numbers().epoch;
-  machines_ = std::make_unique<gateway::machines::Machines>(own, *this, *this);
-  queues_.emplace(*this, *this);
+  core_ = make_core(own);
   joined(fabric().join(process(), *this, *this));
-  queues_->set(gateway::settings::queues_of(plan_.file.machines), keeper_->ledger().queues());
-  machines_->set(plan_.file.machines);
+  core_->start();
   if (plan_.watches_itself) {
-    stall_.emplace(fabric().weather.lease);
     beat();
   }
   tick();
 }
 
 void GatewayProcess::forget() {
-  queues_.reset();
-  machines_.reset();
-  gate_.reset();
+  core_.reset();
   links_.clear();
-  control_.reset();
   keeper_.reset();
-  stall_.reset();
   witness_.on_end();
   mistakes_.forget();
-  armed_.reset();
+  ++wakes_;
   ending_ = false;
   in_trouble_ = false;
   statuses_.clear();
@@ -162,32 +128,7 @@ void GatewayProcess::stop() {
   }
   note("is asked to end");
   ending_ = true;
-  process().timer(patience_at_the_end, [this] {
-    if (ending_) {
-      ending_ = false;
-      begin_event();
-      carry_out(control_->take_back(now()));
-      note("ends with an answer half written");
-      leave(true);
-      forget();
-    }
-  });
-  begin_event();
-  carry_out(control_->set_obstacle("the gateway is ending", now()));
-}
-
-void GatewayProcess::end_when_answered() {
-  if (!ending_ || control_->answering()) {
-    return;
-  }
-  ending_ = false;
-  process().after(Time{}, [this] {
-    begin_event();
-    carry_out(control_->take_back(now()));
-    note("has ended");
-    leave(true);
-    forget();
-  });
+  core_->stop();
 }
 
 void GatewayProcess::reload(GatewayFile file) {
@@ -199,12 +140,8 @@ void GatewayProcess::reload(GatewayFile file) {
 
 void GatewayProcess::read_file() {
   note("reads its configuration again");
-  begin_event();
   witness_.on_policies(plan_.file.policies);
-  carry_out(control_->change(gateway::settings::paces_of(plan_.file.machines), plan_.file.policies,
-                             now()));
-  queues_->set(gateway::settings::queues_of(plan_.file.machines), keeper_->ledger().queues());
-  machines_->set(plan_.file.machines);
+  core_->change(plan_.file.machines, plan_.file.policies);
 }
 
 void GatewayProcess::cut_links(const std::string& machine, const std::string& reason) {
@@ -236,22 +173,17 @@ std::size_t GatewayProcess::waiting_messages() const {
 }
 
 void GatewayProcess::answer(const Key& key, const fabric::CallId& call) {
-  gateway::control::Verdict verdict;
   const std::string text = fmt::format("operator: {}", call.to_string());
-  begin_event();
-  auto actions = control_->on_answer(key, call, {text, 77, "operator"}, verdict, now());
+  const auto verdict = core_->on_answer(key, call, {text, 77, "operator"});
   history().note("operator", fmt::format("answer {}: {}", call.to_string(), verdict.detail));
-  carry_out(actions);
 }
 
 void GatewayProcess::retry(const Key& key, const fabric::CallId& call) {
-  gateway::control::Verdict verdict;
-  begin_event();
-  auto actions = control_->on_retry(key, call, "operator", verdict, now());
-  if (verdict.done) {
-    witness_.on_retried(call);
-  }
-  carry_out(actions);
+  // That it stood still is nothing that becomes of the retry.
+  core_->on_other_event();
+  retrying_ = call;
+  core_->on_retry(key, call, "operator");
+  retrying_ = {};
 }
 
 void GatewayProcess::tick() {
@@ -262,8 +194,7 @@ void GatewayProcess::tick() {
 }
 
 void GatewayProcess::beat() {
-  begin_event();
-  const auto next = stall_->beat(now().steady);
+  const auto next = core_->beat();
   process().timer(next - now().steady, [this] { beat(); });
 }
 

@@ -1,5 +1,4 @@
-// A gateway: the real call control, the real choice of machines and the real journal keeper. The
-// simulation brings the events and carries out the actions, as gateway/live does with sockets.
+// A gateway: the real core and the real journal keeper between simulated ports.
 #pragma once
 
 #include <map>
@@ -8,11 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/control/call_control.hpp"
+#include "gateway/core/core.hpp"
 #include "gateway/journal/keeper.hpp"
-#include "gateway/machines/machines.hpp"
-#include "gateway/machines/stall_detector.hpp"
-#include "gateway/queues/plant_queues.hpp"
 #include "tests/simulation/fabric/member.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/gateway/bug.hpp"
@@ -42,14 +38,13 @@ struct GatewayPlan {
 class GatewayProcess final : public Member,
                              private GatewayListener,
                              private GatewayWatchListener,
-                             public gateway::machines::MachinesIo,
-                             public gateway::machines::MachinesListener,
-                             public gateway::queues::QueuesIo,
-                             public gateway::queues::QueueEvents,
+                             private gateway::core::Fabric,
+                             private gateway::core::Host,
+                             public gateway::machines::LinkEvents,
                              public LinkObserver {
  public:
-  GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history, Fabric& fabric,
-                 Random random);
+  GatewayProcess(GatewayPlan plan, Agenda& agenda, Party party, History& history,
+                 simulation::Fabric& fabric, Random random);
 
   /// The machine of this name is there, over this cable, which outlives this.
   void plug(Controller& controller, Cable& cable);
@@ -85,6 +80,9 @@ class GatewayProcess final : public Member,
   [[nodiscard]] bool lost_memory() const { return lost_memory_; }
 
  private:
+  class WatchedLink;
+  class WatchedCore;
+
   // The fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance) override;
   void on_instance_changed(const fabric::InstanceIdentity& instance) override;
@@ -96,43 +94,16 @@ class GatewayProcess final : public Member,
   void on_machine(const fabric::MachineStatus& status) override;
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) override;
   void on_channel(const fabric::ChannelStatus& status) override;
-  // What the machines need.
-  [[nodiscard]] gateway::Moment now() const override;
-  void after(std::chrono::nanoseconds delay, std::function<void()> act) override;
-  std::unique_ptr<gateway::machines::Link> connect(
-      const gateway::settings::MachineSettings& settings,
-      gateway::machines::LinkEvents& events) override;
-  void say(gateway::Level level, const std::string& text) override;
-  // What happens on them.
+  // What its links say, on the way to the core.
   void on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
   void on_link_down(const std::string& machine, const std::string& reason) override;
-  void on_link_dropped(const std::string& machine, const std::string& reason) override;
-  void on_retired(const Key& key) override;
-  void on_refused(const Key& key, const std::string& reason) override;
-  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
-  void on_machine_status(const fabric::MachineStatus& status) override;
-  void on_machine_left(const fabric::MachineStatus& status) override;
-  void on_contested() override;
-  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string& machine) const override;
   void on_read(const Key& key, const gateway::Snapshot& snapshot) override;
   void on_read_failed(const Key& key, const std::string& reason) override;
   void on_write(const Key& key, gateway::WriteOutcome outcome, const std::string& reason) override;
-  void on_pushed(const Key& key, bool pushed) override;
-  void on_change(const Key& key, gateway::Variable variable) override;
-  // Message queues; gateway_queues.cpp.
-  std::unique_ptr<gateway::queues::QueueLink> reach(
-      const std::string& machine, const gateway::queues::QueueSettings& settings) override;
-  void on_queue_open(const Key& key) override;
-  void on_queue_down(const Key& key, const std::string& reason) override;
-  void on_queue_retired(const Key& key) override;
-  void on_queue_read(const Key& key, const gateway::Snapshot& snapshot) override;
-  void on_queue_write(const Key& key) override;
-  void on_queue_change(const Key& key) override;
-  void record_of_queue(const std::vector<gateway::JournalEntry>& entries,
-                       const gateway::Ticket& ticket) override;
-  void say_of_queue(const Key& key, const gateway::queues::Queue::News& news) override;
-  void tell_queue(const fabric::DataSample&) override {}
-  void write_queue(const Key& key, const gateway::Write& action);
+  void on_watched(const std::string& machine,
+                  const std::vector<gateway::machines::WatchOutcome>& outcomes) override;
+  void on_told(const Key& key, gateway::Variable variable,
+               std::optional<std::uint32_t> value) override;
   // What is seen of a link.
   void on_looked(Time first) override { looked_from_ = first; }
   AdsWrite describe(const Key& key, gateway::Variable variable,
@@ -140,31 +111,42 @@ class GatewayProcess final : public Member,
     return witness_.describe(key, variable, value);
   }
 
-  // gateway_actions.cpp
-  void carry_out(const gateway::control::ChannelActions& actions);
-  void carry_out(const Key& key, const gateway::Read& action);
-  void carry_out(const Key& key, const gateway::Write& action);
-  void carry_out(const Key& key, const gateway::Record& action);
-  void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
-  void on_recorded(const gateway::Ticket& ticket);
-  void carry_out(const Key& key, const gateway::Publish& action);
-  void carry_out(const Key& key, const gateway::Withdraw& action);
-  void carry_out(const Key& key, const gateway::Tell& action);
-  void carry_out(const Key& key, const gateway::Show& action);
-  void carry_out(const Key& key, const gateway::Say& action);
-  void carry_out(const Key& key, const gateway::WriteProblem& action);
-  void carry_out(const Key& key, const gateway::Hide& action);
-  void arm_timer();
+  // Ports; gateway_ports.cpp.
+  void publish(const fabric::Request& request) override;
+  void publish(const fabric::Event& event) override;
+  void publish(const fabric::ChannelStatus& status) override;
+  void publish(const fabric::MachineStatus& status) override;
+  void publish(const fabric::DataSample&) override {}
+  void dispose(const fabric::RequestKey& request) override;
+  void dispose(const Key& status) override;
+  void dispose(const fabric::MachineStatus& status) override;
+  void watch_channels() override;
+  [[nodiscard]] gateway::Moment now() const override;
+  void wake_at(std::optional<gateway::SteadyTime> time) override;
+  std::unique_ptr<gateway::machines::Link> connect(
+      const gateway::settings::MachineSettings& machine) override;
+  std::unique_ptr<gateway::queues::QueueLink> reach(
+      const std::string& machine, const gateway::queues::QueueSettings& queue) override;
+  void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) override;
+  void say(gateway::Level level, const std::string& text) override;
+  void notice(const fabric::NoticeKey& key, const std::string& text,
+              const std::string& advice) override;
+  void on_serve(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
+  void on_lost(const std::string& machine, const std::string& reason) override;
+  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_retired(const Key& key) override;
+  void on_refused(const Key& key) override;
+  void may_end(bool half_written) override;
 
+  std::unique_ptr<gateway::core::Core> make_core(const gateway::machines::GatewayIdentity& own);
+  void on_recorded(const gateway::Ticket& ticket);
   void tick();
   void beat();
   void read_file();
-  void end_when_answered();
   void forget();
   void served_no_more(const std::string& machine);
-  /// As gateway::live::Gateway does where an event begins.
-  void begin_event();
-  [[nodiscard]] gateway::Moment moment() const;
+  /// The link to the machine, unless the gateway has taken it away.
+  [[nodiscard]] std::shared_ptr<AdsLink> link_to(const std::string& machine) const;
 
   GatewayPlan plan_;
   Random random_;
@@ -179,18 +161,16 @@ class GatewayProcess final : public Member,
 
   // Of this life of the process.
   std::optional<gateway::journal::Keeper> keeper_;
-  std::optional<gateway::control::CallControl> control_;
-  std::optional<gateway::machines::StallDetector> stall_;
-  std::optional<gateway::machines::LinkGate> gate_;
-  std::optional<gateway::queues::PlantQueues> queues_;
-  std::unique_ptr<gateway::machines::Machines> machines_;
+  std::unique_ptr<gateway::core::Core> core_;
   std::map<std::string, std::weak_ptr<AdsLink>> links_;
-  std::optional<gateway::SteadyTime> armed_;
-  std::uint64_t armed_number_ = 0;
+  /// Counts what wake_at() has asked for.
+  std::uint64_t wakes_ = 0;
   bool ending_ = false;
   bool in_trouble_ = false;
+  /// An operator wants it to be given out again.
+  fabric::CallId retrying_{};
   Time looked_from_{};
-  /// What its last on_link_up named.
+  /// What its last on_serve named.
   std::set<Key> served_;
 
   bool lost_memory_ = false;

@@ -7,11 +7,12 @@ namespace millrace::tests::simulation {
 namespace queues = gateway::queues;
 
 RingLink::RingLink(Process& process, GatewayNumber gateway, std::weak_ptr<AdsLink> link,
-                   MessageRing& ring, std::function<void()> begin, Random random)
+                   MessageRing& ring, Key queue, queues::QueueLinkEvents& events, Random random)
     : process_(process),
       link_(std::move(link)),
       ring_(ring),
-      begin_(std::move(begin)),
+      queue_(std::move(queue)),
+      events_(events),
       random_(random),
       late_(random_.mostly(1ms, 20ms, 500ms, 20)),
       lost_(static_cast<unsigned>(random_.below(30))) {
@@ -22,34 +23,25 @@ RingLink::~RingLink() {
   ring_.watchers.erase(this);
 }
 
-void RingLink::ask(const queues::Step& step, std::function<void(queues::StepAnswer)> answered) {
-  auto wanted = [this, alive = std::weak_ptr(life_),
-                 answered = std::move(answered)](queues::StepAnswer answer) {
-    if (const auto begin = alive.expired() ? nullptr : begin_) {
-      begin();
-    }
-    if (!alive.expired()) {
-      answered(std::move(answer));
-    }
-  };
+void RingLink::ask(const queues::Step& step) {
   if (const auto link = link_.lock()) {
-    link->ask(ring_, step, std::move(wanted));
+    link->ask(ring_, step, [this, alive = std::weak_ptr(life_)](queues::StepAnswer answer) {
+      if (!alive.expired()) {
+        events_.on_queue_answer(queue_, std::move(answer));
+      }
+    });
   }
 }
 
-void RingLink::watch(std::function<void()> told) {
-  ring_.watchers[this] = [this, told = std::move(told)] {
-    if (random_.chance(lost_)) {
-      return;
+void RingLink::watch() {
+  ring_.watchers[this] = [this] {
+    if (!random_.chance(lost_)) {
+      process_.after(random_.between(Time{}, late_), [this, alive = std::weak_ptr(life_)] {
+        if (!alive.expired()) {
+          events_.on_queue_event(queue_);
+        }
+      });
     }
-    process_.after(random_.between(Time{}, late_), [this, alive = std::weak_ptr(life_), told] {
-      if (const auto begin = alive.expired() ? nullptr : begin_) {
-        begin();
-      }
-      if (!alive.expired()) {
-        told();
-      }
-    });
   };
 }
 

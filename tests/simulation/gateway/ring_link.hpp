@@ -10,22 +10,22 @@ namespace millrace::tests::simulation {
 
 class RingLink final : public gateway::queues::QueueLink {
  public:
-  /// `begin` comes before each answer, and may end this.
+  /// `events` outlives it.
   RingLink(Process& process, GatewayNumber gateway, std::weak_ptr<AdsLink> link, MessageRing& ring,
-           std::function<void()> begin, Random random);
+           Key queue, gateway::queues::QueueLinkEvents& events, Random random);
   ~RingLink() override;
   RingLink(const RingLink&) = delete;
   RingLink& operator=(const RingLink&) = delete;
 
-  void ask(const gateway::queues::Step& step,
-           std::function<void(gateway::queues::StepAnswer)> answered) override;
-  void watch(std::function<void()> told) override;
+  void ask(const gateway::queues::Step& step) override;
+  void watch() override;
 
  private:
   Process& process_;
   std::weak_ptr<AdsLink> link_;
   MessageRing& ring_;
-  std::function<void()> begin_;
+  Key queue_;
+  gateway::queues::QueueLinkEvents& events_;
   Random random_;
   /// How late the controller tells; some changes it does not tell at all.
   Time late_;

@@ -15,6 +15,7 @@ void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Po
   history_.add(Resumed{number_, {}, {}, {}, false});
   for (const gateway::Call& call : open_calls) {
     const std::string uuid = fabric::canonical_uuid(call.request.uuid);
+    keys_[call.id] = call.key;
     Current& current = current_[call.key];
     current = {call.id, call.request, call.answer, policy_of(call.key, uuid)};
     current.awaited = call.awaited;
@@ -27,6 +28,7 @@ void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Po
 
 void Witness::on_end() {
   current_.clear();
+  keys_.clear();
   ready_.clear();
   given_.clear();
 }
@@ -42,6 +44,7 @@ void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_troubl
   if (event.kind == EventKind::seen) {
     const gateway::PendingRequest request{event.uuid, event.text, event.state};
     const std::string uuid = fabric::canonical_uuid(event.uuid);
+    keys_[event.call] = key;
     current_[key] = {event.call, request, {}, policy_of(key, uuid)};
     history_.add(Claimed{number_, seen_as(key), event.call, request, in_trouble});
   } else if (event.kind == EventKind::lost || event.kind == EventKind::refused) {
@@ -52,28 +55,32 @@ void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_troubl
   }
 }
 
-void Witness::on_record(const Key& key, const gateway::JournalEntry& entry) {
+void Witness::on_record(const gateway::JournalEntry& entry) {
   if (const auto* dispatched = std::get_if<gateway::DispatchedEntry>(&entry)) {
     if (dispatched->attempt > 0) {
-      current_.at(key).asked.insert(dispatched->instance);
-      current_.at(key).awaited = dispatched->awaited;
+      Current& current = current_.at(dispatched->key);
+      current.asked.insert(dispatched->instance);
+      current.awaited = dispatched->awaited;
       given_out(*dispatched);
     }
   } else if (const auto* answer = std::get_if<gateway::AnsweredEntry>(&entry)) {
-    Current& current = current_.at(key);
+    Current& current = current_.at(keys_.at(answer->call));
     current.answer = answer->answer;
     history_.add(Answered{number_, answer->call});
     answered(current);
     given_.erase(answer->call);
   } else if (const auto* ended = std::get_if<gateway::EndedEntry>(&entry)) {
     given_.erase(ended->call);
-    const auto current = current_.find(key);
-    const bool answered = current != current_.end() && current->second.call == ended->call &&
-                          current->second.answer.has_value();
-    if (current != current_.end() && current->second.call == ended->call) {
-      current->second.over = true;
-    }
-    history_.add(Ended{number_, seen_as(key), ended->call, answered});
+    const Key key = keys_.at(ended->call);
+    keys_.erase(ended->call);
+    Current& current = current_.at(key);
+    const bool is_current = current.call == ended->call;
+    current.over = current.over || is_current;
+    history_.add(Ended{number_, seen_as(key), ended->call, is_current && current.answer});
+  } else if (const auto* taken = std::get_if<gateway::MessageEntry>(&entry)) {
+    history_.add(MessageTaken{number_, taken->key, taken->number, taken->element, taken->text});
+  } else if (const auto* message = std::get_if<gateway::MessageEndedEntry>(&entry)) {
+    history_.add(MessageEnded{number_, message->key, message->number});
   }
 }
 
@@ -172,14 +179,6 @@ void Witness::on_retried(const fabric::CallId& call) {
 
 gateway::Policy Witness::policy_of(const Key& key, const std::string& uuid) const {
   return policies_.of(std::string(fabric::machine_of(key.machine)), uuid);
-}
-
-void Witness::on_message(const gateway::JournalEntry& entry) {
-  if (const auto* taken = std::get_if<gateway::MessageEntry>(&entry)) {
-    history_.add(MessageTaken{number_, taken->key, taken->number, taken->element, taken->text});
-  } else if (const auto* ended = std::get_if<gateway::MessageEndedEntry>(&entry)) {
-    history_.add(MessageEnded{number_, ended->key, ended->number});
-  }
 }
 
 void Witness::on_shown(const Key& key, const gateway::Snapshot& all) {

@@ -32,15 +32,13 @@ class Witness {
   void on_refused(const Key& key) { history_.add(Refused{number_, key}); }
 
   void on_tell(const Key& key, const fabric::Event& event, bool in_trouble);
-  void on_record(const Key& key, const gateway::JournalEntry& entry);
+  void on_record(const gateway::JournalEntry& entry);
   void on_write(const Key& key, gateway::Variable variable, const gateway::Value& value);
   /// A reply comes; `take` has the gateway decide what becomes of it.
   void on_reply(const fabric::Reply& reply, const std::function<void()>& take);
   void on_retried(const fabric::CallId& call);
 
   // Of a message queue, whose channel the gateway plays itself.
-  /// It is journalled.
-  void on_message(const gateway::JournalEntry& entry);
   /// What is shown is looked at.
   void on_shown(const Key& key, const gateway::Snapshot& all);
   void on_window_written(const Key& key, gateway::Variable variable, const gateway::Value& value,
@@ -77,6 +75,8 @@ class Witness {
   History& history_;
   gateway::Policies policies_;
   std::map<Key, Current> current_;
+  /// Of calls that are not over.
+  std::map<fabric::CallId, Key> keys_;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> ready_;
   std::map<fabric::CallId, fabric::InstanceId> given_;
   /// The last message of each queue that is known to the history.

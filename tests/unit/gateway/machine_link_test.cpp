@@ -1,6 +1,7 @@
 #include "gateway/live/machine_link.hpp"
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -257,6 +258,24 @@ TEST_F(MachineLinkTest, DoesNotKnowWhatBecameOfAWriteWhoseConnectionEnded) {
   EXPECT_THAT(outcomes, ElementsAre(WriteOutcome::unknown));
 }
 
+// A read that the gateway asked for when a write had failed was answered in the midst of what it
+// did about that write.
+TEST_F(MachineLinkTest, AnswersNothingFromWithinAlsoWhereTheConnectionIsGone) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  server.reset();
+  ASSERT_TRUE(run([&] { return !down.empty(); }));
+  bool within = false;
+  boost::asio::post(io, [&] {
+    sut->read(1, ReadSet::all);
+    sut->write(1, Variable::response_state, Value(1U));
+    within = !failures.empty();
+  });
+  ASSERT_TRUE(run([&] { return failures.size() == 2; }));
+  EXPECT_FALSE(within);
+}
+
 TEST_F(MachineLinkTest, SaysThatAControllerHasNoServiceInterface) {
   device.channels = 0;
   serve();
@@ -279,17 +298,26 @@ TEST_F(MachineLinkTest, IsSilentOnceItIsGone) {
   EXPECT_TRUE(failures.empty());
 }
 
-TEST(BackOff, DoublesUpToALimitAndBeginsAnew) {
-  machines::BackOff sut(1);
-  const auto first = sut.next();
-  EXPECT_GE(first, machines::BackOff::shortest * 3 / 4);
-  EXPECT_LE(first, machines::BackOff::shortest * 5 / 4);
+TEST(BackOff, DoublesUpToALimitAndBeginsAnewAfterALinkThatHeld) {
+  using machines::BackOff;
+  BackOff sut(1);
+  const auto first = sut.next(0s);
+  EXPECT_GE(first, BackOff::shortest * 3 / 4);
+  EXPECT_LE(first, BackOff::shortest * 5 / 4);
   for (int i = 0; i < 20; ++i) {
-    EXPECT_LE(sut.next(), machines::BackOff::longest * 5 / 4);
+    EXPECT_LE(sut.next(0s), BackOff::longest * 5 / 4);
   }
-  EXPECT_GE(sut.next(), machines::BackOff::longest * 3 / 4);
-  sut.reset();
-  EXPECT_LE(sut.next(), machines::BackOff::shortest * 5 / 4);
+  EXPECT_GE(sut.next(0s), BackOff::longest * 3 / 4);
+  EXPECT_LE(sut.next(BackOff::longest), BackOff::shortest * 5 / 4);
+}
+
+TEST(BackOff, GrowsWhereEachLinkDropsSoon) {
+  using machines::BackOff;
+  BackOff sut(1);
+  for (int i = 0; i < 5; ++i) {
+    static_cast<void>(sut.next(10ms));
+  }
+  EXPECT_GE(sut.next(10ms), BackOff::longest * 3 / 4);
 }
 
 }  // namespace

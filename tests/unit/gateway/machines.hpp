@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -39,7 +38,7 @@ class NoLink final : public machines::Link {
 inline constexpr std::uint64_t own_epoch = 1;
 inline constexpr std::uint64_t other_epoch = 2;
 
-inline fabric::InstanceId gateway(std::uint8_t number) {
+inline fabric::InstanceId gateway_id(std::uint8_t number) {
   fabric::InstanceId id;
   id.bytes.fill(number);
   return id;
@@ -57,22 +56,17 @@ class MachinesTest : public testing::Test,
 
   // MachinesIo.
   [[nodiscard]] Moment now() const override { return time; }
-  void after(std::chrono::nanoseconds, std::function<void()> act) override {
-    waiting.push_back(std::move(act));
-  }
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&,
-                                          machines::LinkEvents& events) override {
-    link = &events;
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
     linked = true;
     return std::make_unique<NoLink>(watched, unwatched);
   }
   void say(Level, const std::string& text) override { said.push_back(text); }
   // MachinesListener.
-  void on_link_up(const std::string&, const std::vector<std::uint16_t>& channels) override {
+  void on_serve(const std::string&, const Channels& channels) override {
     EXPECT_TRUE(linked);
     served = channels;
   }
-  void on_link_down(const std::string&, const std::string&) override {}
+  void on_lost(const std::string&, const std::string&) override {}
   void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
   void on_retired(const fabric::ChannelKey&) override {}
   void on_refused(const fabric::ChannelKey&, const std::string&) override {}
@@ -85,31 +79,29 @@ class MachinesTest : public testing::Test,
   }
   void on_machine_left(const fabric::MachineStatus&) override {}
   void on_contested() override {}
-  [[nodiscard]] std::vector<std::uint16_t> channels_of(const std::string&) const override {
-    return served;
-  }
-  void on_read(const fabric::ChannelKey&, const Snapshot&) override {}
-  void on_read_failed(const fabric::ChannelKey&, const std::string&) override {}
-  void on_write(const fabric::ChannelKey&, WriteOutcome, const std::string&) override {}
+  [[nodiscard]] Channels channels_of(const std::string&) const override { return served; }
   void on_pushed(const fabric::ChannelKey& key, bool is) override { pushed[key.channel] = is; }
   void on_change(const fabric::ChannelKey& key, Variable) override {
     changed.push_back(key.channel);
   }
 
-  void time_passes() {
-    for (const auto& act : std::exchange(waiting, {})) {
-      act();
+  /// Until it has something to do, and `late` more.
+  void time_passes(std::chrono::nanoseconds late = {}) {
+    if (const auto next = sut.next_time()) {
+      time.steady = *next + late;
     }
+    sut.on_time();
+    sut.finish();
   }
   void serve() {
     time_passes();
-    link->on_link_up("cnc", {1, 2});
+    sut.on_link_up("cnc", {1, 2});
   }
   /// Another gateway's word.
   static fabric::MachineStatus claim(std::chrono::seconds since) {
     fabric::MachineStatus status;
     status.machine = "cnc";
-    status.gateway = gateway(9);
+    status.gateway = gateway_id(9);
     status.claimed = machines::Claims::earliest + since;
     status.connected = true;
     status.host = "host7";
@@ -128,8 +120,6 @@ class MachinesTest : public testing::Test,
   }
 
   Moment time{SteadyTime(1h), machines::Claims::earliest + 1h};
-  std::vector<std::function<void()>> waiting;
-  machines::LinkEvents* link = nullptr;
   bool linked = false;
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
@@ -140,7 +130,7 @@ class MachinesTest : public testing::Test,
   std::map<std::uint16_t, bool> pushed;
   std::vector<std::uint16_t> changed;
   std::vector<std::string> said;
-  machines::Machines sut{{gateway(5), "host1", 4711, "1", own_epoch}, *this, *this};
+  machines::Machines sut{{gateway_id(5), "host1", 4711, "1", own_epoch}, *this, *this};
 };
 
 }  // namespace millrace::gateway

@@ -1,8 +1,6 @@
 // Which message queues are read, and whose calls are there.
 #include "gateway/queues/plant_queues.hpp"
 
-#include <deque>
-
 #include <gtest/gtest.h>
 
 namespace millrace::gateway::queues {
@@ -13,8 +11,8 @@ using Wanted = std::map<std::string, std::vector<QueueSettings>>;
 /// Answers nothing.
 class SilentLink final : public QueueLink {
  public:
-  void ask(const Step&, std::function<void(StepAnswer)>) override {}
-  void watch(std::function<void()>) override {}
+  void ask(const Step&) override {}
+  void watch() override {}
 };
 
 class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
@@ -28,21 +26,7 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
     key = settings.key("press");
   }
 
-  /// What comes after nothing.
-  void turn() {
-    while (!soon.empty()) {
-      const auto act = std::move(soon.front());
-      soon.pop_front();
-      act();
-    }
-  }
-
   Moment now() const override { return {SteadyTime(std::chrono::hours(1)), {}}; }
-  void after(std::chrono::nanoseconds delay, std::function<void()> act) override {
-    if (delay == std::chrono::nanoseconds(0)) {
-      soon.push_back(std::move(act));
-    }
-  }
   std::unique_ptr<QueueLink> reach(const std::string&, const QueueSettings&) override {
     ++links;
     return std::make_unique<SilentLink>();
@@ -75,7 +59,6 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
   QueueSettings settings;
   Wanted wanted;
   fabric::ChannelKey key;
-  std::deque<std::function<void()>> soon;
   int links = 0;
   int opened = 0;
   int retired = 0;
@@ -86,18 +69,18 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
 TEST_F(PlantQueuesTest, ReadAQueueOnceItsChannelIsOurs) {
   sut.set(wanted, {});
   sut.on_up("press", {2});
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 0);
   EXPECT_EQ(opened, 0);
   sut.on_up("press", {1});
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 1);
   EXPECT_GT(opened, 0);
 }
 
 TEST_F(PlantQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
   sut.set(wanted, one_waits());
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 0);
   EXPECT_GT(opened, 0);
 }
@@ -108,12 +91,12 @@ TEST_F(PlantQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
 TEST_F(PlantQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
   sut.set(wanted, {});
   sut.on_up("press", {1});
-  turn();
+  sut.finish();
   heard.clear();
   sut.on_down("press", "connection reset");
   sut.set(wanted, {});
   sut.read(key, ReadSet::state);
-  turn();
+  sut.finish();
   EXPECT_EQ(heard, "down read open ");
 }
 
@@ -132,31 +115,31 @@ TEST_F(PlantQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
 TEST_F(PlantQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
   sut.set(wanted, one_waits());
   sut.on_up("press", {1});
-  turn();
+  sut.finish();
   ASSERT_EQ(links, 1);
   sut.set({}, {});
-  turn();
+  sut.finish();
   EXPECT_EQ(retired, 1);
   // The link is made anew meanwhile, and nobody reads the queue.
   sut.on_left("press", 0, "the configuration has changed");
   sut.on_up("press", {1});
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 1);
   sut.set(wanted, {});
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 2);
 }
 
 TEST_F(PlantQueuesTest, FollowAChangedConfigurationOverALinkOfItsOwn) {
   sut.set(wanted, {});
   sut.on_up("press", {1});
-  turn();
+  sut.finish();
   wanted["press"].front().array = "SD.OTHERS";
   sut.set(wanted, {});
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 2);
   sut.set(wanted, {});
-  turn();
+  sut.finish();
   EXPECT_EQ(links, 2);
 }
 

@@ -1,0 +1,77 @@
+// What a gateway's decisions do to the world: `Fabric` has its DDS writers, `Host` the rest. The
+// shell (gateway/live) implements both with sockets, the simulation with its models. No function
+// calls back into the core from within.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "fabric/data.hpp"
+#include "fabric/messages.hpp"
+#include "fabric/notice.hpp"
+#include "gateway/interest.hpp"
+#include "gateway/journal_entry.hpp"
+#include "gateway/machines/link.hpp"
+#include "gateway/machines/machines.hpp"
+#include "gateway/moment.hpp"
+#include "gateway/queues/queue_link.hpp"
+#include "gateway/queues/queue_settings.hpp"
+#include "gateway/settings/settings.hpp"
+
+namespace millrace::gateway::core {
+
+/// The gateway's DDS writers. What cannot be written is logged there: each sample is written again
+/// when something changes, and a call is given out again.
+class Fabric {
+ public:
+  virtual ~Fabric() = default;
+  virtual void publish(const fabric::Request& request) = 0;
+  virtual void publish(const fabric::Event& event) = 0;
+  virtual void publish(const fabric::ChannelStatus& status) = 0;
+  virtual void publish(const fabric::MachineStatus& status) = 0;
+  /// The numbers of a message queue; without values that the queue is gone.
+  virtual void publish(const fabric::DataSample& sample) = 0;
+  virtual void dispose(const fabric::RequestKey& request) = 0;
+  virtual void dispose(const fabric::ChannelKey& status) = 0;
+  virtual void dispose(const fabric::MachineStatus& status) = 0;
+  /// What other gateways say of their channels comes to Core::on_channel() from now on.
+  virtual void watch_channels() = 0;
+};
+
+class Host {
+ public:
+  virtual ~Host() = default;
+  [[nodiscard]] virtual Moment now() const = 0;
+  /// Core::on_time() is wanted then; sooner does no harm. Each replaces the one before; none: not
+  /// at all.
+  virtual void wake_at(std::optional<SteadyTime> time) = 0;
+  /// Begins to connect; what the link says comes to the core.
+  virtual std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) = 0;
+  /// Over the machine's link; null if it is gone already. What it says comes to the core.
+  virtual std::unique_ptr<queues::QueueLink> reach(const std::string& machine,
+                                                   const queues::QueueSettings& queue) = 0;
+  /// Journal this; Core::on_recorded(ticket) once it is as safe as the journal's policy promises,
+  /// if anybody waits.
+  virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
+  virtual void say(Level level, const std::string& text) = 0;
+  /// Raises what the gateway has to say of itself, or clears it if `text` is empty.
+  virtual void notice(const fabric::NoticeKey& key, const std::string& text,
+                      const std::string& advice) = 0;
+
+  // What else a controller is asked than about calls depends on these. Told before the core goes
+  // on.
+  /// These channels are ours and can be reached; again when their number changes.
+  virtual void on_serve(const std::string& machine, const machines::Channels& channels) = 0;
+  virtual void on_lost(const std::string& machine, const std::string& reason) = 0;
+  virtual void on_link_dropped(const std::string& machine, const std::string& reason) = 0;
+  /// The configuration names the channel no more; another gateway has it.
+  virtual void on_retired(const fabric::ChannelKey& key) = 0;
+  virtual void on_refused(const fabric::ChannelKey& key) = 0;
+
+  /// After Core::stop(): no answer is half written any more, or it took too long (`half_written`).
+  /// Core::end() comes next.
+  virtual void may_end(bool half_written) = 0;
+};
+
+}  // namespace millrace::gateway::core

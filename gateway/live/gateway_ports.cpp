@@ -1,0 +1,173 @@
+// What the core's decisions do: DDS writers, links, journal, log, timer.
+#include <utility>
+
+#include "gateway/live/gateway_impl.hpp"
+#include "gateway/live/machine_link.hpp"
+#include "gateway/live/port_link.hpp"
+#include "gateway/live/symbol_queue.hpp"
+
+namespace millrace::gateway::live {
+
+spdlog::level::level_enum level_of(Level level) {
+  switch (level) {
+    case Level::debug:
+      return spdlog::level::debug;
+    case Level::info:
+      return spdlog::level::info;
+    case Level::warn:
+      return spdlog::level::warn;
+    case Level::error:
+      return spdlog::level::err;
+  }
+  return spdlog::level::info;
+}
+
+Level least_of(const base::program::Log& log) {
+  for (const Level level : {Level::debug, Level::info, Level::warn}) {
+    if (log->should_log(level_of(level))) {
+      return level;
+    }
+  }
+  return Level::error;
+}
+
+void Gateway::Impl::publish(const fabric::Request& request) {
+  if (const auto published = call_end.publish(request); !published) {
+    log->error("{}: call {} cannot be given out: {}", request.key.to_string(),
+               request.call.to_string(), published.error());
+  }
+  spin.expect();
+}
+
+void Gateway::Impl::publish(const fabric::Event& event) {
+  if (const auto published = call_end.publish(event); !published) {
+    log->debug("{}: an event is lost: {}", event.key.to_string(), published.error());
+  }
+}
+
+void Gateway::Impl::publish(const fabric::ChannelStatus& status) {
+  if (const auto published = call_end.publish(status); !published) {
+    log->debug("{}: a status is lost: {}", status.key.to_string(), published.error());
+  }
+}
+
+void Gateway::Impl::publish(const fabric::MachineStatus& status) {
+  if (const auto published = call_end.publish(status); !published) {
+    log->debug("{}: a status is lost: {}", status.machine, published.error());
+  }
+}
+
+void Gateway::Impl::publish(const fabric::DataSample& sample) {
+  data.publish_also(sample);
+}
+
+void Gateway::Impl::dispose(const fabric::RequestKey& request) {
+  call_end.withdraw(request);
+}
+
+void Gateway::Impl::dispose(const fabric::ChannelKey& status) {
+  call_end.let_go(status);
+}
+
+void Gateway::Impl::dispose(const fabric::MachineStatus& status) {
+  call_end.let_go(status);
+}
+
+void Gateway::Impl::watch_channels() {
+  watch.watch_channels();
+}
+
+Moment Gateway::Impl::now() const {
+  return {std::chrono::steady_clock::now(),
+          std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
+}
+
+void Gateway::Impl::wake_at(std::optional<SteadyTime> time) {
+  // One that is armed for an earlier time comes too early: that costs less than to move it.
+  if (!time || (armed && *armed <= *time)) {
+    return;
+  }
+  armed = time;
+  timer.expires_at(*time);
+  timer.async_wait([this](boost::system::error_code error) {
+    if (!error) {
+      armed.reset();
+      core.on_time();
+    }
+  });
+}
+
+std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSettings& machine) {
+  auto link = std::make_unique<MachineLink>(executor, machine, core, log);
+  clients[machine.name] = link->client();
+  data.connect(machine.name, link->client(), link->location());
+  variables.connect(machine.name, link->client(), link->location());
+  link->start();
+  return link;
+}
+
+std::unique_ptr<queues::QueueLink> Gateway::Impl::reach(const std::string& machine,
+                                                        const queues::QueueSettings& queue) {
+  auto client = clients[machine].lock();
+  if (!client) {
+    return nullptr;
+  }
+  return std::make_unique<PortLink>(executor, queue.key(machine),
+                                    std::make_unique<SymbolQueue>(std::move(client), queue), core);
+}
+
+void Gateway::Impl::append(const JournalEntry& entry, const Ticket& ticket) {
+  journal->append(entry, ticket);
+}
+
+void Gateway::Impl::say(Level level, const std::string& text) {
+  log->log(level_of(level), text);
+}
+
+void Gateway::Impl::notice(const fabric::NoticeKey& key, const std::string& text,
+                           const std::string& advice) {
+  const auto told = text.empty() ? notices.clear(key.kind, key.subject)
+                                 : notices.raise({.key = key,
+                                                  .level = fabric::NoticeLevel::problem,
+                                                  .text = text,
+                                                  .advice = advice});
+  if (!told) {
+    log->warn("nobody but this log is told of it: {}", told.error());
+  }
+}
+
+void Gateway::Impl::on_serve(const std::string& machine, const machines::Channels& channels) {
+  data.on_up(machine, channels);
+  variables.on_up(machine, channels);
+}
+
+void Gateway::Impl::on_lost(const std::string& machine, const std::string& reason) {
+  data.on_down(machine);
+  variables.on_down(machine, reason);
+}
+
+void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string&) {
+  data.on_dropped(machine);
+  variables.on_dropped(machine);
+}
+
+void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
+  data.on_over(key);
+  variables.on_over(key);
+}
+
+void Gateway::Impl::on_refused(const fabric::ChannelKey& key) {
+  on_retired(key);
+}
+
+void Gateway::Impl::may_end(bool half_written) {
+  if (half_written) {
+    log->warn("ending with an answer half written; the journal knows how to go on");
+  }
+  boost::asio::post(executor, [this, then = std::exchange(finished, {})] {
+    core.end();
+    then();
+  });
+}
+
+}  // namespace millrace::gateway::live

@@ -1,0 +1,232 @@
+// What a gateway does.
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tests/simulation/gateway/gateway_process.hpp"
+#include "tests/simulation/gateway/ring_link.hpp"
+
+namespace millrace::tests::simulation {
+
+using gateway::WriteOutcome;
+
+/// A gateway's hold on its link, where it makes its mistakes.
+class GatewayProcess::WatchedLink final : public gateway::machines::Link {
+ public:
+  WatchedLink(GatewayProcess& process, std::string machine, std::shared_ptr<AdsLink> link)
+      : process_(process), machine_(std::move(machine)), link_(std::move(link)) {}
+  ~WatchedLink() override { link_->abandon(); }
+  WatchedLink(const WatchedLink&) = delete;
+  WatchedLink& operator=(const WatchedLink&) = delete;
+
+  void read(std::uint16_t channel, gateway::ReadSet look) override {
+    const Key key{machine_, channel};
+    if (auto made_up = process_.mistakes_.instead_of(key, {look}, process_.witness_)) {
+      process_.process().after(Time{}, [&process = process_, key, snapshot = *std::move(made_up)] {
+        process.core_->on_read(key, snapshot);
+      });
+      return;
+    }
+    link_->read(channel, look);
+  }
+  void write(std::uint16_t channel, gateway::Variable variable,
+             const gateway::Value& value) override {
+    const Key key{machine_, channel};
+    if (process_.mistakes_.keeps(key, {variable, value}, process_.witness_)) {
+      process_.process().after(
+          Time{}, [&process = process_, key] { process.on_write(key, WriteOutcome::written, ""); });
+      return;
+    }
+    process_.witness_.on_write(key, variable, value);
+    link_->write(channel, variable, value);
+  }
+  void watch(const std::vector<std::uint16_t>& channels) override { link_->watch(channels); }
+  void unwatch(const std::vector<std::uint16_t>& channels) override { link_->unwatch(channels); }
+  [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
+
+ private:
+  GatewayProcess& process_;
+  std::string machine_;
+  std::shared_ptr<AdsLink> link_;
+};
+
+/// The core, and what the gateway shows its own calls of message queues.
+class GatewayProcess::WatchedCore final : public gateway::core::Core {
+ public:
+  WatchedCore(GatewayProcess& process, gateway::core::CoreOptions options,
+              const gateway::journal::Ledger& ledger)
+      : Core(process, process, std::move(options), ledger), process_(process) {}
+
+ private:
+  void on_queue_read(const Key& key, const gateway::Snapshot& snapshot) override {
+    Witness& witness = process_.witness_;
+    witness.on_shown(key, look_at_queue(key));
+    process_.history().add(
+        Looked{process_.plan_.number, witness.seen_as(key), snapshot, process_.Member::now()});
+    Core::on_queue_read(key, snapshot);
+  }
+  void write_queue(const Key& key, const gateway::Write& write) override {
+    Witness& witness = process_.witness_;
+    witness.on_write(key, write.variable, write.value);
+    Core::write_queue(key, write);
+    witness.on_window_written(key, write.variable, write.value, look_at_queue(key));
+  }
+
+  GatewayProcess& process_;
+};
+
+std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
+    const gateway::machines::GatewayIdentity& own) {
+  return std::make_unique<WatchedCore>(*this,
+                                       gateway::core::CoreOptions{.own = own,
+                                                                  .lease = fabric().weather.lease,
+                                                                  .machines = plan_.file.machines,
+                                                                  .policies = plan_.file.policies},
+                                       keeper_->ledger());
+}
+
+void GatewayProcess::publish(const fabric::Request& request) {
+  if (!fabric().publish(*end(), request)) {
+    history().violated(fmt::format("{} cannot be given out: no writer", request.call.to_string()));
+  }
+}
+
+void GatewayProcess::publish(const fabric::Event& event) {
+  witness_.on_tell(event.key, event, in_trouble_);
+}
+
+void GatewayProcess::publish(const fabric::ChannelStatus& status) {
+  statuses_[status.key] = status;
+  fabric().talk().publish(*end(), status);
+}
+
+void GatewayProcess::publish(const fabric::MachineStatus& status) {
+  fabric().talk().publish(*end(), status);
+}
+
+void GatewayProcess::dispose(const fabric::RequestKey& request) {
+  fabric().withdraw(*end(), request);
+}
+
+void GatewayProcess::dispose(const Key& status) {
+  statuses_.erase(status);
+  fabric().talk().let_go(*end(), status);
+}
+
+void GatewayProcess::dispose(const fabric::MachineStatus& status) {
+  fabric().talk().let_go(*end(), status.machine);
+}
+
+void GatewayProcess::watch_channels() {
+  fabric().talk().watch_channels(*end());
+}
+
+gateway::Moment GatewayProcess::now() const {
+  return {gateway::SteadyTime(booted_ + Member::now()), wall()};
+}
+
+void GatewayProcess::wake_at(std::optional<gateway::SteadyTime> time) {
+  const std::uint64_t number = ++wakes_;
+  if (time) {
+    process().timer(std::max(Time(*time - now().steady), Time{}), [this, number] {
+      if (number == wakes_) {
+        core_->on_time();
+      }
+    });
+  }
+}
+
+std::unique_ptr<gateway::machines::Link> GatewayProcess::connect(
+    const gateway::settings::MachineSettings& machine) {
+  const Machine& there = plugged_.at(machine.name);
+  auto link = std::make_shared<AdsLink>(process(), plan_.number, *there.controller, *there.cable,
+                                        machine.channels, *this, *this, history(), random_.fork());
+  links_[machine.name] = link;
+  link->start();
+  return std::make_unique<WatchedLink>(*this, machine.name, std::move(link));
+}
+
+std::unique_ptr<gateway::queues::QueueLink> GatewayProcess::reach(
+    const std::string& machine, const gateway::queues::QueueSettings& queue) {
+  const auto link = links_.find(machine);
+  if (link == links_.end() || link->second.expired()) {
+    return nullptr;
+  }
+  return std::make_unique<RingLink>(process(), plan_.number, link->second,
+                                    plugged_.at(machine).controller->queue(queue.name),
+                                    queue.key(machine), *core_, random_.fork());
+}
+
+void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) {
+  witness_.on_record(entry);
+  if (mistakes_.skips(entry)) {
+    process().after(Time{}, [this, ticket] { on_recorded(ticket); });
+  } else if (mistakes_.makes(Bug::recorded_before_forced)) {
+    keeper_->append(entry, {});
+    process().after(Time{}, [this, ticket] { on_recorded(ticket); });
+  } else {
+    keeper_->append(entry, ticket);
+  }
+}
+
+void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
+  if (ticket) {
+    core_->on_recorded(ticket);
+  }
+}
+
+void GatewayProcess::say(gateway::Level, const std::string& text) {
+  // That a call is given out again is said before anything comes of it.
+  if (const auto call = std::exchange(retrying_, {}); call != fabric::CallId{}) {
+    witness_.on_retried(call);
+  }
+  note(text);
+}
+
+void GatewayProcess::notice(const fabric::NoticeKey& key, const std::string& text,
+                            const std::string&) {
+  note(fmt::format("notice {} {}: {}", key.kind, key.subject, text));
+}
+
+void GatewayProcess::on_serve(const std::string& machine,
+                              const std::vector<std::uint16_t>& channels) {
+  served_no_more(machine);
+  for (const std::uint16_t channel : channels) {
+    served_.insert({machine, channel});
+  }
+  note(fmt::format("serves {} channels of {}", channels.size(), machine));
+}
+
+void GatewayProcess::on_lost(const std::string& machine, const std::string&) {
+  served_no_more(machine);
+}
+
+void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
+  served_no_more(machine);
+  note(fmt::format("drops its link to {}: {}", machine, reason));
+}
+
+void GatewayProcess::served_no_more(const std::string& machine) {
+  std::erase_if(served_, [&](const Key& key) { return key.machine == machine; });
+}
+
+void GatewayProcess::on_retired(const Key& key) {
+  served_.erase(key);
+}
+
+void GatewayProcess::on_refused(const Key& key) {
+  served_.erase(key);
+  witness_.on_refused(key);
+}
+
+void GatewayProcess::may_end(bool half_written) {
+  process().after(Time{}, [this, half_written] {
+    core_->end();
+    note(half_written ? "ends with an answer half written" : "has ended");
+    leave(true);
+    forget();
+  });
+}
+
+}  // namespace millrace::tests::simulation

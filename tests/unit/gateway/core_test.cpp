@@ -1,0 +1,285 @@
+// The core between its ports: what each of its inputs begins and ends with. What it decides has
+// tests of its own (call_control_test, machines_test, plant_queues_test).
+#include "gateway/core/core.hpp"
+
+#include <functional>
+#include <utility>
+
+#include <gmock/gmock.h>
+
+#include "tests/unit/gateway/machines.hpp"
+
+namespace millrace::gateway::core {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr auto lease = 2s;
+
+/// Counts what it is asked, and answers nothing.
+class AskedLink final : public queues::QueueLink {
+ public:
+  explicit AskedLink(int& asked) : asked_(asked) {}
+  void ask(const queues::Step&) override { ++asked_; }
+  void watch() override {}
+
+ private:
+  int& asked_;
+};
+
+class CoreTest : public testing::Test, public Fabric, public Host {
+ protected:
+  CoreTest() {
+    ledger.apply(NumbersEntry{own_epoch, 1000});
+    settings::MachineSettings machine;
+    machine.name = "cnc";
+    sut = std::make_unique<Core>(*this, *this,
+                                 CoreOptions{.own = {gateway_id(5), "host1", 4711, "1", own_epoch},
+                                             .lease = lease,
+                                             .machines = {machine}},
+                                 ledger);
+    sut->start();
+  }
+
+  // Fabric.
+  void publish(const fabric::Request& request) override { given = request; }
+  void publish(const fabric::Event&) override {}
+  void publish(const fabric::ChannelStatus& status) override { channel = status; }
+  void publish(const fabric::MachineStatus&) override {}
+  void publish(const fabric::DataSample&) override {}
+  void dispose(const fabric::RequestKey&) override {}
+  void dispose(const fabric::ChannelKey&) override {}
+  void dispose(const fabric::MachineStatus&) override {}
+  void watch_channels() override {}
+  // Host.
+  [[nodiscard]] Moment now() const override { return time; }
+  void wake_at(std::optional<SteadyTime> at) override { wakes_at = at; }
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+    linked = true;
+    return std::make_unique<NoLink>(watched, unwatched);
+  }
+  std::unique_ptr<queues::QueueLink> reach(const std::string&,
+                                           const queues::QueueSettings&) override {
+    return std::make_unique<AskedLink>(queue_asked);
+  }
+  void append(const JournalEntry&, const Ticket& ticket) override {
+    if (ticket) {
+      tickets.push_back(ticket);
+    }
+  }
+  void say(Level, const std::string& text) override { said.push_back(text); }
+  void notice(const fabric::NoticeKey& key, const std::string& text, const std::string&) override {
+    notices[key.kind] = text;
+  }
+  void on_serve(const std::string&, const machines::Channels& channels) override {
+    served = channels;
+  }
+  void on_lost(const std::string&, const std::string&) override {}
+  void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
+  void on_retired(const fabric::ChannelKey&) override {}
+  void on_refused(const fabric::ChannelKey&) override {}
+  void may_end(bool half_written) override { ended = half_written; }
+
+  void time_comes() {
+    ASSERT_TRUE(wakes_at);
+    time.steady = std::max(time.steady, *wakes_at);
+    sut->on_time();
+  }
+  void serve() {
+    time_comes();
+    sut->on_link_up("cnc", {1, 2});
+  }
+  void look(std::uint32_t request_state, ReadSet set) {
+    Snapshot snapshot;
+    snapshot.look = set;
+    snapshot.uuid = service.uuid;
+    snapshot.request_state = request_state;
+    sut->on_read({"cnc", 1}, snapshot);
+  }
+
+  void journal_confirms() {
+    for (const Ticket& ticket : std::exchange(tickets, {})) {
+      sut->on_recorded(ticket);
+    }
+  }
+  void program_asks() {
+    look(0, ReadSet::state);
+    for (const ReadSet set : {ReadSet::state, ReadSet::texts, ReadSet::request}) {
+      look(1, set);
+    }
+  }
+  void instance_answers() {
+    fabric::Reply reply;
+    reply.key = given.key;
+    reply.call = given.call;
+    reply.attempt = given.attempt;
+    reply.instance = given.assigned;
+    reply.text = "ok";
+    reply.state = 1;
+    reply.asked_text = given.text;
+    reply.asked_state = given.state;
+    sut->on_reply(reply);
+  }
+
+  const fabric::InstanceIdentity service{.id = gateway_id(7),
+                                         .uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};
+  Moment time{SteadyTime(1h), machines::Claims::earliest + 1h};
+  journal::Ledger ledger;
+  std::unique_ptr<Core> sut;
+  std::optional<SteadyTime> wakes_at;
+  bool linked = false;
+  machines::Channels served;
+  std::vector<machines::Channels> watched;
+  std::vector<machines::Channels> unwatched;
+  std::vector<std::string> said;
+  std::map<std::string, std::string> notices;
+  int queue_asked = 0;
+  std::vector<Ticket> tickets;
+  fabric::Request given;
+  fabric::ChannelStatus channel;
+  std::optional<bool> ended;
+};
+
+TEST_F(CoreTest, ConnectsOnceItHasListened) {
+  EXPECT_FALSE(linked);
+  serve();
+  EXPECT_TRUE(linked);
+  EXPECT_THAT(served, testing::ElementsAre(1, 2));
+}
+
+TEST_F(CoreTest, AsksToBeWokenForWhatIsDueNext) {
+  ASSERT_TRUE(wakes_at);
+  EXPECT_GT(*wakes_at, time.steady);
+  const auto listens_until = *wakes_at;
+  sut->on_time();
+  EXPECT_FALSE(linked) << "sooner does no harm";
+  EXPECT_EQ(wakes_at, listens_until);
+}
+
+TEST_F(CoreTest, AsksToBeWokenForAMessageQueueWhereNothingElseHappens) {
+  serve();
+  settings::MachineSettings machine;
+  machine.name = "cnc";
+  machine.queues = {{.name = "ALARMS", .array = "SD.ALARMS", .control = "SD.CONTROL"}};
+  sut->change({machine}, {});
+  ASSERT_EQ(queue_asked, 1);
+  sut->on_queue_answer(machine.queues.front().key("cnc"),
+                       queues::Answer<queues::Control>(queues::Control{1, 1, 4}));
+  time_comes();
+  EXPECT_EQ(queue_asked, 2);
+}
+
+TEST_F(CoreTest, MayEndAtOnceWhereNoAnswerIsHalfWritten) {
+  serve();
+  sut->stop();
+  EXPECT_EQ(ended, false);
+}
+
+TEST_F(CoreTest, MayEndAfterTwoSecondsWhereAnAnswerIsHalfWritten) {
+  serve();
+  journal_confirms();
+  sut->on_instance_ready(service);
+  program_asks();
+  journal_confirms();
+  instance_answers();
+  journal_confirms();
+  ASSERT_EQ(channel.state, fabric::ChannelState::answering);
+  sut->stop();
+  time.steady += 1999ms;
+  sut->on_time();
+  EXPECT_EQ(ended, std::nullopt);
+  time.steady += 1ms;
+  sut->on_time();
+  EXPECT_EQ(ended, true);
+}
+
+// The journal's trouble was over while the gateway was ending, and it accepted calls again.
+TEST_F(CoreTest, AcceptsNothingWhileItEndsAlsoWhenTheJournalCanBeWrittenAgain) {
+  serve();
+  sut->on_instance_ready(service);
+  sut->on_journal_trouble("No space left on device");
+  EXPECT_EQ(notices["journal"], "No space left on device");
+  sut->stop();
+  sut->on_journal_trouble("");
+  EXPECT_EQ(notices["journal"], "");
+  program_asks();
+  EXPECT_EQ(channel.call, fabric::CallId{});
+  EXPECT_EQ(channel.reason, "the gateway is ending");
+}
+
+struct Input {
+  const char* name;
+  std::function<void(Core&)> happens;
+};
+
+class EachInput : public CoreTest, public testing::WithParamInterface<Input> {};
+
+// Others may have taken its machines over: the link goes before the event is looked at, which may
+// be the link's own.
+TEST_P(EachInput, NoticesFirstThatTheGatewayStoodStill) {
+  serve();
+  time.steady = sut->beat();
+  fabric::MachineStatus other;
+  other.machine = "cnc";
+  other.gateway = gateway_id(9);
+  other.claimed = machines::Claims::earliest + 2h;
+  sut->on_machine(other);
+  ASSERT_TRUE(linked);
+  said.clear();
+  served.clear();
+  time.steady += lease * 2;
+  GetParam().happens(*sut);
+  EXPECT_FALSE(linked);
+  EXPECT_THAT(said, Contains(HasSubstr("this gateway stood still for 4.0 s")));
+  EXPECT_THAT(served, IsEmpty());
+}
+
+const fabric::ChannelKey first{"cnc", 1};
+const fabric::InstanceId instance = gateway_id(7);
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, EachInput,
+    testing::Values(
+        Input{"change", [](Core& core) { core.change({{.name = "cnc"}}, {}); }},
+        Input{"stop", [](Core& core) { core.stop(); }},
+        Input{"end", [](Core& core) { core.end(); }},
+        Input{"on_time", [](Core& core) { core.on_time(); }},
+        Input{"beat", [](Core& core) { core.beat(); }},
+        Input{"tell_load", [](Core& core) { core.tell_load(); }},
+        Input{"on_other_event", [](Core& core) { core.on_other_event(); }},
+        Input{"on_link_up", [](Core& core) { core.on_link_up("cnc", {1}); }},
+        Input{"on_link_down", [](Core& core) { core.on_link_down("cnc", "cable"); }},
+        Input{"on_read", [](Core& core) { core.on_read(first, {}); }},
+        Input{"on_read_failed", [](Core& core) { core.on_read_failed(first, "refused"); }},
+        Input{"on_write", [](Core& core) { core.on_write(first, WriteOutcome::written, ""); }},
+        Input{"on_watched",
+              [](Core& core) {
+                core.on_watched("cnc", {{1, "", false}});
+              }},
+        Input{"on_told", [](Core& core) { core.on_told(first, Variable::request_state, 1); }},
+        Input{"on_queue_answer", [](Core& core) { core.on_queue_answer(first, {}); }},
+        Input{"on_queue_event", [](Core& core) { core.on_queue_event(first); }},
+        Input{"on_recorded",
+              [](Core& core) {
+                core.on_recorded({Ticket::Owner::channel, first, 1});
+              }},
+        Input{"on_journal_trouble", [](Core& core) { core.on_journal_trouble("full"); }},
+        Input{"on_instance_ready", [](Core& core) { core.on_instance_ready({.id = instance}); }},
+        Input{"on_instance_gone", [](Core& core) { core.on_instance_gone(instance); }},
+        Input{"on_load", [](Core& core) { core.on_load(fabric::InstanceLoad{}); }},
+        Input{"on_reply", [](Core& core) { core.on_reply({.key = first}); }},
+        Input{"set_interest", [](Core& core) { core.set_interest({}); }},
+        Input{"on_machine", [](Core& core) { core.on_machine({.machine = "other"}); }},
+        Input{"on_machine_gone", [](Core& core) { core.on_machine_gone("other", instance); }},
+        Input{"on_channel",
+              [](Core& core) {
+                core.on_channel({.key = {"other", 1}});
+              }},
+        Input{"on_answer", [](Core& core) { core.on_answer(first, {}, {}); }},
+        Input{"on_retry", [](Core& core) { core.on_retry(first, {}, "operator"); }}),
+    [](const auto& one) { return one.param.name; });
+
+}  // namespace
+}  // namespace millrace::gateway::core
