@@ -164,11 +164,19 @@ TEST_F(CoreTest, AsksToBeWokenForAMessageQueueWhereNothingElseHappens) {
   machine.name = "cnc";
   machine.queues = {{.name = "ALARMS", .array = "SD.ALARMS", .control = "SD.CONTROL"}};
   sut->change({machine}, {});
-  ASSERT_EQ(queue_asked, 1);
-  sut->on_queue_answer(machine.queues.front().key("cnc"),
-                       queues::Answer<queues::Control>(queues::Control{1, 1, 4}));
-  time_comes();
-  EXPECT_EQ(queue_asked, 2);
+  const queues::QueueSettings& queue = machine.queues.front();
+  // The first look only finds where others have left off.
+  for (int look = 1; look <= 2; ++look) {
+    ASSERT_EQ(queue_asked, look);
+    sut->on_queue_answer(queue.key("cnc"),
+                         queues::Answer<queues::Control>(queues::Control{1, 1, 4}));
+  }
+  const SteadyTime due = time.steady + queue.period;
+  for (int times = 0; times < 1000 && queue_asked < 3; ++times) {
+    time_comes();
+  }
+  EXPECT_EQ(queue_asked, 3);
+  EXPECT_EQ(time.steady, due);
 }
 
 TEST_F(CoreTest, MayEndAtOnceWhereNoAnswerIsHalfWritten) {
