@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <optional>
 #include <utility>
@@ -15,32 +16,109 @@
 
 namespace millrace::fabric::observer {
 
-/// Whose each notice is: who has said it first, while that writer is there.
+/// Under which key each notice is kept: its own if its writer is the first to say it, and another
+/// one beside it where it stands in the place of what another writer says. So nobody changes or
+/// hides a notice of another.
 class NoticeOwners {
  public:
   using Handle = std::uint64_t;
 
-  bool is_own(const NoticeKey& key, Handle writer, const std::vector<Handle>& there) {
-    const auto known = owners_.find(key);
-    if (known == owners_.end()) {
-      if (owners_.size() < most) {
-        owners_.emplace(key, writer);
+  /// `writer` says the notice with this key.
+  NoticeKey said(const NoticeKey& key, Handle writer) {
+    const auto known = keys_.find(key);
+    if (known == keys_.end()) {
+      if (keys_.size() < most) {
+        keys_.emplace(key, Writers{.owner = writer});
       }
-      return true;
+      return key;
     }
-    if (known->second != writer && std::ranges::find(there, known->second) == there.end()) {
-      known->second = writer;
+    Writers& writers = known->second;
+    if (writers.owner == writer) {
+      return key;
     }
-    return known->second == writer;
+    if (!is_in(writers.others, writer)) {
+      if (writers.owner == nobody) {
+        writers.owner = writer;
+        return key;
+      }
+      if (writers.others.size() < most_others) {
+        writers.others.push_back(writer);
+      }
+    }
+    return beside(key, writer);
   }
-  /// It has been taken back.
-  void forget(const NoticeKey& key) { owners_.erase(key); }
+
+  /// Whether several writers say it, so that DDS cannot tell which of them has taken it back while
+  /// another one's sample waits.
+  [[nodiscard]] bool is_shared(const NoticeKey& key) const {
+    const auto known = keys_.find(key);
+    return known != keys_.end() && !known->second.others.empty();
+  }
+
+  /// `writer` says it no more; under which key it was kept.
+  NoticeKey over(const NoticeKey& key, Handle writer) {
+    const auto known = keys_.find(key);
+    if (known == keys_.end()) {
+      return key;
+    }
+    Writers& writers = known->second;
+    const bool was_owner = writers.owner == writer;
+    if (was_owner) {
+      writers.owner = nobody;
+    } else {
+      std::erase(writers.others, writer);
+    }
+    if (writers.owner == nobody && writers.others.empty()) {
+      keys_.erase(known);
+    }
+    return was_owner ? key : beside(key, writer);
+  }
+
+  /// Notices with several writers, of those that are not `there` any more: DDS says nothing of a
+  /// writer that is gone as long as there is another one for its key.
+  std::vector<NoticeKey> gone(const std::vector<Handle>& there) {
+    std::vector<std::pair<NoticeKey, Handle>> left;
+    for (const auto& [key, writers] : keys_) {
+      if (writers.others.empty()) {
+        continue;
+      }
+      std::vector<Handle> all = writers.others;
+      all.push_back(writers.owner);
+      for (const Handle writer : all) {
+        if (writer != nobody && !is_in(there, writer)) {
+          left.emplace_back(key, writer);
+        }
+      }
+    }
+    std::vector<NoticeKey> over_now;
+    over_now.reserve(left.size());
+    for (const auto& [key, writer] : left) {
+      over_now.push_back(over(key, writer));
+    }
+    return over_now;
+  }
 
  private:
   /// Far more than troubles that there are.
   static constexpr std::size_t most = 16'384;
+  static constexpr std::size_t most_others = 16;
+  static constexpr Handle nobody = 0;
 
-  std::map<NoticeKey, Handle> owners_;
+  struct Writers {
+    Handle owner = nobody;
+    std::vector<Handle> others{};
+  };
+
+  static bool is_in(const std::vector<Handle>& all, Handle one) {
+    return std::ranges::find(all, one) != all.end();
+  }
+  static NoticeKey beside(NoticeKey key, Handle writer) {
+    key.responder = {};
+    std::memcpy(key.responder.bytes.data(), &writer, sizeof writer);
+    return key;
+  }
+
+  std::map<NoticeKey, Writers> keys_;
 };
 
 class Notices {

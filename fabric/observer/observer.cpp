@@ -127,15 +127,14 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     return sample_of(std::move(taken));
   }
   std::optional<Sample> news_of(wire::Taken<Notice>&& taken) {
-    if (!notice_owners.is_own(taken.value.key, taken.writer, notices->matched())) {
-      return std::nullopt;
+    const NoticeKey key = taken.value.key;
+    std::optional<NoticeNews> news;
+    if (taken.presence != Presence::alive && !(taken.valid && notice_owners.is_shared(key))) {
+      news = known_notices.over(notice_owners.over(key, taken.writer));
+    } else if (taken.valid) {
+      taken.value.key = notice_owners.said(key, taken.writer);
+      news = known_notices.said(std::move(taken.value));
     }
-    if (taken.presence != Presence::alive) {
-      notice_owners.forget(taken.value.key);
-    }
-    auto news = taken.presence != Presence::alive ? known_notices.over(taken.value.key)
-                : taken.valid                     ? known_notices.said(std::move(taken.value))
-                                                  : std::nullopt;
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 
@@ -166,6 +165,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   }
   /// Whose certificates have been taken back since: what they have said holds no more.
   void drop_revoked();
+  void drop_gone_notices();
 
   /// One turn of a reader; true if there may be more.
   template <typename Value>
@@ -254,6 +254,7 @@ bool Observer::Impl::drain() {
   bool more = drain_beats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
   drop_revoked();
+  drop_gone_notices();
   tell_ignored();
   if (more) {
     // Others on the executor have their turn in between.
@@ -305,6 +306,17 @@ void Observer::Impl::tell_changes() {
   }
   for (const InstanceIdentity& identity : changes.changed) {
     hand_out(InstanceNews{Change::changed, identity});
+  }
+}
+
+void Observer::Impl::drop_gone_notices() {
+  if (listener == nullptr || !notices) {
+    return;
+  }
+  for (const NoticeKey& key : notice_owners.gone(notices->matched())) {
+    if (auto news = known_notices.over(key)) {
+      hand_out(std::move(*news));
+    }
   }
 }
 

@@ -10,6 +10,10 @@ namespace {
 
 constexpr std::int32_t last_only = 1;
 
+/// A key of which several participants write has one history in a reader: with a depth of 1 who
+/// writes often would hide what another has said before it is taken.
+constexpr std::int32_t last_of_a_key = 32;
+
 /// Requests of one channel, and replies to it by one instance: a recorder that is slow, or finds
 /// the writer only now, gets them although the calls are over.
 constexpr std::int32_t calls_in_flight = 128;
@@ -68,7 +72,7 @@ dds::Qos reader_qos(const Topic& topic, Keep keep, std::string_view user_data) {
   if (keep == Keep::all) {
     dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, DDS_LENGTH_UNLIMITED);
   } else {
-    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, last_only);
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, last_of_a_key);
   }
   return qos;
 }

@@ -55,7 +55,7 @@ extern const Topic outcome_topic;
 
 /// How much a reader keeps. Reliable and durability come from the topic.
 enum class Keep {
-  /// The newest sample of each key.
+  /// The newest samples of each key, at most 32.
   last,
   /// Everything until it is taken; for a recorder that drains on a thread of its own.
   all

@@ -19,27 +19,28 @@ struct NoticeReader::Impl : std::enable_shared_from_this<Impl> {
     post.emplace(executor, weak_from_this(), [this] { take(); });
     const fabric::dds::Listener on_data(dds_create_listener(nullptr));
     post->listen_for_data(on_data.get());
-    reader.emplace(participant, participant.options().fabric, wire::Keep::last,
+    reader.emplace(participant, participant.options().fabric, wire::Keep::all,
                    wire::EndpointOptions{.listener = on_data.get()});
   }
 
   void take() {
     while (reader) {
-      const auto batch = reader->take();
+      auto batch = reader->take();
       if (batch.empty()) {
         return;
       }
-      const std::vector<dds_instance_handle_t> there = reader->matched();
-      for (const wire::Taken<fabric::Notice>& taken : batch) {
-        if (!owners.is_own(taken.value.key, taken.writer, there)) {
-          continue;
-        }
-        if (taken.presence != wire::Presence::alive) {
-          owners.forget(taken.value.key);
-          listener.on_notice_gone(taken.value.key);
+      for (wire::Taken<fabric::Notice>& taken : batch) {
+        const bool is_over = taken.presence != wire::Presence::alive &&
+                             !(taken.valid && owners.is_shared(taken.value.key));
+        if (is_over) {
+          listener.on_notice_gone(owners.over(taken.value.key, taken.writer));
         } else if (taken.valid) {
+          taken.value.key = owners.said(taken.value.key, taken.writer);
           listener.on_notice(taken.value);
         }
+      }
+      for (const fabric::NoticeKey& key : owners.gone(reader->matched())) {
+        listener.on_notice_gone(key);
       }
     }
   }

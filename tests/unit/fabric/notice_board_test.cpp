@@ -108,15 +108,32 @@ TEST(ANoticeBoard, ShortensWhatDoesNotFitWhereEverybodySeesIt) {
   EXPECT_EQ(told.advice, "a b");
 }
 
-TEST(NoticeOwners, LetOnlyWhoHasSaidItFirstChangeItWhileThatOneIsThere) {
+TEST(NoticeOwners, KeepWhatAnotherWriterSaysUnderTheSameKeyBesideIt) {
   observer::NoticeOwners sut;
-  EXPECT_TRUE(sut.is_own(archiver.key, 1, {1, 2}));
-  EXPECT_FALSE(sut.is_own(archiver.key, 2, {1, 2}));
-  EXPECT_TRUE(sut.is_own(archiver.key, 1, {1, 2}));
-  EXPECT_TRUE(sut.is_own(archiver.key, 2, {2})) << "the first one is gone";
-  EXPECT_FALSE(sut.is_own(archiver.key, 1, {1, 2}));
-  sut.forget(archiver.key);
-  EXPECT_TRUE(sut.is_own(archiver.key, 1, {1, 2}));
+  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key);
+  EXPECT_FALSE(sut.is_shared(archiver.key));
+  const NoticeKey beside = sut.said(archiver.key, 2);
+  EXPECT_NE(beside, archiver.key);
+  EXPECT_EQ(beside.kind, archiver.key.kind);
+  EXPECT_TRUE(sut.is_shared(archiver.key));
+  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key);
+  EXPECT_EQ(sut.said(archiver.key, 2), beside);
+  EXPECT_EQ(sut.over(archiver.key, 2), beside);
+  EXPECT_FALSE(sut.is_shared(archiver.key));
+  EXPECT_EQ(sut.over(archiver.key, 1), archiver.key);
+  EXPECT_EQ(sut.said(archiver.key, 2), archiver.key) << "nobody says it any more";
+}
+
+TEST(NoticeOwners, GiveNoNoticeToTheOneBesideWhenItsWriterIsGone) {
+  observer::NoticeOwners sut;
+  sut.said(archiver.key, 1);
+  const NoticeKey beside = sut.said(archiver.key, 2);
+  EXPECT_THAT(sut.gone({1, 2}), testing::IsEmpty());
+  EXPECT_THAT(sut.gone({2}), testing::ElementsAre(archiver.key));
+  EXPECT_EQ(sut.said(archiver.key, 2), beside);
+  EXPECT_EQ(sut.said(archiver.key, 1), archiver.key) << "it is there again";
+  EXPECT_THAT(sut.gone({1}), testing::ElementsAre(beside));
+  EXPECT_THAT(sut.gone({}), testing::IsEmpty()) << "DDS says so of the only one";
 }
 
 TEST(ALongText, IsCutBetweenCharactersAndNeverInSilence) {
