@@ -19,20 +19,25 @@ bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
 
 }  // namespace
 
-void ChannelOutput::put(SessionAction action) {
-  if (actions_.capacity() == 0 && commons_ != nullptr && !commons_->spare.empty()) {
-    actions_ = std::move(commons_->spare.back());
-    commons_->spare.pop_back();
-  }
-  if (actions_.capacity() == 0) {
-    actions_.reserve(few_actions);
-  }
-  actions_.push_back(std::move(action));
+EntryNumber ChannelOutput::record(const JournalEntry& entry) {
+  context_.port.record(entry, {Ticket::Owner::channel, key(), ++last_entry_});
+  return last_entry_;
 }
 
-EntryNumber ChannelOutput::record(JournalEntry entry) {
-  put(Record{{Ticket::Owner::channel, key(), ++last_entry_}, std::move(entry)});
-  return last_entry_;
+void ChannelOutput::publish(fabric::Request request) {
+  context_.answered.replace(key_of(request));
+  if (const auto before = context_.predecessors.find(key());
+      before != context_.predecessors.end()) {
+    request.succeeds = before->second;
+  }
+  context_.port.publish(request);
+  news_.published = request.call;
+}
+
+void ChannelOutput::withdraw(const fabric::InstanceId& instance, const fabric::CallId& call) {
+  const fabric::RequestKey request{key(), call.epoch, instance};
+  context_.answered.replace(request);
+  context_.port.dispose(request);
 }
 
 void ChannelOutput::tell(fabric::Event event, Moment now) {
@@ -42,16 +47,16 @@ void ChannelOutput::tell(fabric::Event event, Moment now) {
   event.key = key();
   event.at = now.wall;
   event.detail = fit_reason(std::move(event.detail));
-  put(Tell{std::move(event)});
+  context_.port.publish(event);
 }
 
 void ChannelOutput::show(const ChannelView& view, Moment now) {
   note(view, now);
-  if (commons_ != nullptr && !interest().statuses) {
+  if (!context_.interest.statuses) {
     shown_.reset();
   } else if (!shown_ || !same(*shown_, status_)) {
     shown_ = status_;
-    put(Show{status_});
+    publish(status_);
   }
 }
 
@@ -78,7 +83,22 @@ void ChannelOutput::show_idle(const std::string& reason, Moment now) {
   last.call = {};
   last.since = now.wall;
   last.reason = reason;
-  put(Show{std::move(last)});
+  publish(last);
+}
+
+void ChannelOutput::publish(const fabric::ChannelStatus& status) {
+  const StandingEntry* const standing = context_.standing.of(status);
+  if (standing == nullptr) {
+    context_.port.publish(status);
+    return;
+  }
+  fabric::ChannelStatus since_then = status;
+  since_then.since = standing->since;
+  if (standing->state == fabric::ChannelState::held) {
+    // Who was lost with it only the one that saw it can name.
+    since_then.reason = standing->reason;
+  }
+  context_.port.publish(since_then);
 }
 
 }  // namespace millrace::gateway::channel

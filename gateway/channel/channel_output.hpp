@@ -1,21 +1,23 @@
-// What a channel gives out: actions in the order in which they are to be carried out, and what
-// people and tools see of it.
+// What a channel does: to the world at once, and for its owner until it asks.
 //
-//   ChannelOutput out({"cnc", 1});
+//   ChannelOutput out({"cnc", 1}, context);
 //   const EntryNumber entry = out.record(AnsweredEntry{…});      // on_recorded(entry) follows
 //   out.say(Level::info, "call … answered");
-//   return out.take();
+//   const ChannelNews news = out.take_news();
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
-#include <vector>
 
-#include "gateway/action.hpp"
+#include "fabric/channel_key_hash.hpp"
+#include "gateway/channel/answered_requests.hpp"
+#include "gateway/channel/standing_channels.hpp"
 #include "gateway/moment.hpp"
+#include "gateway/outputs.hpp"
 
 namespace millrace::gateway::channel {
 
@@ -33,39 +35,84 @@ struct ChannelView {
   fabric::InstanceId instance{};
 };
 
-/// What the outputs of a gateway's channels share.
-struct Commons {
+/// What the channels of a gateway share.
+struct ChannelContext {
+  explicit ChannelContext(Outputs& own_port) : port(own_port), standing(own_port) {}
+
+  Outputs& port;
   Interest interest{};
   /// Why the journal cannot be written; empty while it can. What waits for it says so.
   std::string journal_trouble{};
-  /// Memory for actions: whoever has carried out what take() gave may put it here, emptied.
-  std::vector<SessionActions> spare{};
+  AnsweredRequests answered{};
+  StandingChannels standing;
+  /// The gateway that had a channel before us, by its epoch: its calls there are over.
+  std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash> predecessors{};
+};
+
+/// What a step of a channel means for the gateway, which does it in this order.
+struct ChannelNews {
+  struct Freed {
+    fabric::CallId call;
+    /// The answer stands in the channel.
+    bool written = false;
+  };
+
+  /// Call on_wake at this time or before; replaces what was asked before.
+  std::optional<SteadyTime> wake_at{};
+  /// A read is under way.
+  bool reads = false;
+  /// A call of an earlier run still waits for its answer: the dispatcher takes it up again.
+  bool resumed = false;
+  /// The call was given out.
+  std::optional<fabric::CallId> published{};
+  /// The instance has not begun this attempt and will not: the call goes to another one.
+  std::optional<fabric::CallId> declined{};
+  /// The instance has answered, or the call is over: it is free for the next one.
+  std::optional<Freed> freed{};
+  /// A request is there: answer with claim() or leave() before anything else.
+  bool found = false;
 };
 
 class ChannelOutput {
  public:
-  /// `commons` outlives this; null: everybody listens.
-  explicit ChannelOutput(fabric::ChannelKey key, Commons* commons = nullptr) : commons_(commons) {
+  /// `context` outlives this.
+  ChannelOutput(fabric::ChannelKey key, ChannelContext& context) : context_(context) {
     status_.key = std::move(key);
   }
 
-  void put(SessionAction action);
+  void read(ReadSet look) {
+    news_.reads = true;
+    context_.port.read(key(), look);
+  }
+  void write(const Write& write) { context_.port.write(key(), write); }
+
   /// on_recorded(entry) is to follow.
-  [[nodiscard]] EntryNumber record(JournalEntry entry);
+  [[nodiscard]] EntryNumber record(const JournalEntry& entry);
   /// The same, and nobody waits for it.
-  void note(JournalEntry entry) { put(Record{{}, std::move(entry)}); }
+  void note(const JournalEntry& entry) { context_.port.record(entry, {}); }
+
+  void publish(fabric::Request request);
+  /// Takes the call back from an instance.
+  void withdraw(const fabric::InstanceId& instance, const fabric::CallId& call);
+  /// The instance has answered the call: nobody needs to be told, and the request is taken back
+  /// when the channel is quiet.
+  void leave_be(const fabric::InstanceId& instance, const fabric::CallId& call, Moment now) {
+    context_.answered.keep({key(), call.epoch, instance}, now.steady);
+  }
+
   /// Whether an event, or a line of this level, is worth its words. Whoever says something in each
   /// call asks first.
-  [[nodiscard]] bool hears_events() const { return commons_ == nullptr || interest().events; }
-  [[nodiscard]] bool hears(Level level) const {
-    return commons_ == nullptr || level >= interest().least;
-  }
+  [[nodiscard]] bool hears_events() const { return context_.interest.events; }
+  [[nodiscard]] bool hears(Level level) const { return level >= context_.interest.least; }
   /// Adds the channel and the time.
   void tell(fabric::Event event, Moment now);
-  void say(Level level, std::string text) {
+  void say(Level level, const std::string& text) {
     if (hears(level)) {
-      put(Say{level, std::move(text)});
+      context_.port.say(key(), level, text);
     }
+  }
+  void tell_write_problem(const std::string& text) {
+    context_.port.tell_write_problem(key(), text);
   }
   /// Shows what is new in it, or, if nobody had looked until now, all; `view` refers to nothing of
   /// this object.
@@ -73,12 +120,12 @@ class ChannelOutput {
   /// Shows an idle channel, for the last time and whatever stands in it.
   void show_idle(const std::string& reason, Moment now);
 
-  /// All that was put since.
-  SessionActions take() { return std::exchange(actions_, {}); }
+  /// For the gateway.
+  ChannelNews& news() { return news_; }
+  void free(const fabric::CallId& call, bool written = false) { news_.freed = {call, written}; }
+  ChannelNews take_news() { return std::exchange(news_, {}); }
 
-  [[nodiscard]] std::string_view journal_trouble() const {
-    return commons_ == nullptr ? std::string_view() : commons_->journal_trouble;
-  }
+  [[nodiscard]] std::string_view journal_trouble() const { return context_.journal_trouble; }
   [[nodiscard]] const fabric::ChannelKey& key() const { return status_.key; }
   /// As it was to be shown last, with the counters as of now.
   [[nodiscard]] const fabric::ChannelStatus& status() const { return status_; }
@@ -86,11 +133,11 @@ class ChannelOutput {
   fabric::ChannelStatus& counters() { return status_; }
 
  private:
-  [[nodiscard]] const Interest& interest() const { return commons_->interest; }
   void note(const ChannelView& view, Moment now);
+  void publish(const fabric::ChannelStatus& status);
 
-  Commons* commons_;
-  SessionActions actions_;
+  ChannelContext& context_;
+  ChannelNews news_;
   fabric::ChannelStatus status_;
   /// Nothing was to be shown yet.
   bool fresh_ = true;

@@ -130,7 +130,7 @@ bool OpenCall::verify(ChannelOutput& out, Moment now) {
     refuse({unwritable->instance, unwritable->attempt}, what,
            Response::in_words("ERROR: " + what, refused_state), out, now);
   } else {
-    out.put(Resume{call_.id});
+    out.news().resumed = true;
   }
   return true;
 }
@@ -242,7 +242,7 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   // Whoever had it before does not hear of this.
   for (const fabric::InstanceId& instance : std::exchange(asked_, {to.attempt.instance})) {
     if (instance != to.attempt.instance) {
-      out.put(Withdraw{instance, call_.id.epoch});
+      out.withdraw(instance, call_.id);
     }
   }
   fabric::Request request;
@@ -259,7 +259,7 @@ void OpenCall::publish(const Assignment& to, ChannelOutput& out, Moment now) {
   request.seen = call_.seen;
   request.dispatched = now.wall;
   request.may_wait = to.waits;
-  out.put(Publish{std::move(request)});
+  out.publish(std::move(request));
   tell(fabric::EventKind::dispatched, to.to_whom(), out, now);
   if (out.hears(Level::debug)) {
     out.say(Level::debug,
@@ -277,9 +277,9 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
   for (const fabric::InstanceId& instance : asked_) {
     // Who else was given it may be running it still.
     const bool runs_it_no_more = written && call_.answer->instance == instance;
-    runs_it_no_more ? out.put(LeaveBe{instance}) : out.put(Withdraw{instance, call_.id.epoch});
+    runs_it_no_more ? out.leave_be(instance, call_.id, now) : out.withdraw(instance, call_.id);
   }
-  out.put(Freed{call_.id, written});
+  out.free(call_.id, written);
   ++(written ? out.counters().answered : out.counters().withdrawn);
   if (out.hears(Level::debug)) {
     say_over(written, detail, out, now);

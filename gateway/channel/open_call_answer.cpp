@@ -62,7 +62,7 @@ void OpenCall::take_decline(const fabric::Reply& reply, ChannelOutput& out) {
       fmt::format("{} declines it: {}", given->to.to_whom(), printable(reply.text));
   out.say(Level::debug, fmt::format("{}: {}", name(), why));
   enter(phase::Waiting{}, why);
-  out.put(Declined{call_.id});
+  out.news().declined = call_.id;
 }
 
 void OpenCall::take_interim(const fabric::Reply& reply, ChannelOutput& out) {
@@ -132,7 +132,7 @@ void OpenCall::refuse(const Attempt& of, const std::string& what, Response inste
   out.say(Level::error, fmt::format("{}: {}", name(), said));
   if (hold) {
     enter(phase::Held{unconfirmed_attempt(), {}}, said);
-    out.put(Freed{call_.id});
+    out.free(call_.id);
   } else {
     take_answer(of, std::move(instead), said, out, now);
   }
@@ -160,7 +160,7 @@ void OpenCall::take_answer(const Attempt& of, Response response, const std::stri
   }
   const EntryNumber entry = out.record(AnsweredEntry{call_.id, *call_.answer});
   enter(phase::Answered{std::move(response), entry}, "");
-  out.put(Freed{call_.id});
+  out.free(call_.id);
 }
 
 void OpenCall::settle(const Settlement& settlement, ChannelOutput& out, Moment now) {

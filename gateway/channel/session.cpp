@@ -20,11 +20,11 @@ SteadyTime next_beat(SteadyTime now, std::chrono::milliseconds period) {
 
 }  // namespace
 
-ChannelSession::ChannelSession(fabric::ChannelKey key, Pace pace, Commons* commons,
+ChannelSession::ChannelSession(fabric::ChannelKey key, ChannelContext& context, Pace pace,
                                std::shared_ptr<WriteEffects> effects)
-    : pace_(pace), out_(std::move(key), commons), effects_(std::move(effects)) {}
+    : pace_(pace), out_(std::move(key), context), effects_(std::move(effects)) {}
 
-SessionActions ChannelSession::on_link_up(Moment now) {
+void ChannelSession::on_link_up(Moment now) {
   assert(io_ == Io::none && "each read and write is answered before the link comes back");
   link_up_ = true;
   idle_seen_ = false;
@@ -42,16 +42,16 @@ SessionActions ChannelSession::on_link_up(Moment now) {
   due_ = now.steady;
   whole_due_ = now.steady;
   not_before_ = now.steady;
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::on_link_down(const std::string& reason, Moment now) {
+void ChannelSession::on_link_down(const std::string& reason, Moment now) {
   lose_link();
   link_reason_ = reason;
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::on_link_dropped(const std::string& reason, Moment now) {
+void ChannelSession::on_link_dropped(const std::string& reason, Moment now) {
   const Io io = std::exchange(io_, Io::none);
   watch_.restart();
   AnswerWriter* const writer = io == Io::answer && call_ ? call_->writer() : nullptr;
@@ -61,29 +61,29 @@ SessionActions ChannelSession::on_link_dropped(const std::string& reason, Moment
   if (io == Io::release && released_call_) {
     release_written(WriteOutcome::unknown, now);
   }
-  return on_link_down(reason, now);
+  on_link_down(reason, now);
 }
 
-SessionActions ChannelSession::on_wake(Moment now) {
-  return finish(now);
+void ChannelSession::on_wake(Moment now) {
+  finish(now);
 }
 
-SessionActions ChannelSession::set_told(bool told, Moment now) {
+void ChannelSession::set_told(bool told, Moment now) {
   if (told_ != told) {
     told_ = told;
     if (!told) {
       due_ = std::min(due_, call_ ? next_look_at_call(now) : next_look(now));
     }
   }
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::on_change(Variable variable, Moment now) {
+void ChannelSession::on_change(Variable variable, Moment now) {
   // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program has stopped
   // waiting: after an interim answer, and after the final one.
   if (variable == Variable::response_state && !released_call_ &&
       (!call_ || call_->call().shown.empty())) {
-    return {};
+    return;
   }
   if (!call_) {
     watch_.expect();
@@ -92,10 +92,10 @@ SessionActions ChannelSession::on_change(Variable variable, Moment now) {
   }
   due_ = now.steady;
   look_again_ = io_ == Io::poll;
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
+void ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
   const Io io = std::exchange(io_, Io::none);
   read_time_.came = now.steady;
   trouble_.clear();
@@ -108,30 +108,31 @@ SessionActions ChannelSession::on_read(const Snapshot& snapshot, Moment now) {
   if (std::exchange(look_again_, false)) {
     due_ = now.steady;
   }
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::on_read_failed(const std::string& reason, Moment now) {
+void ChannelSession::on_read_failed(const std::string& reason, Moment now) {
   if (std::exchange(io_, Io::none) == Io::answer && call_ && call_->writer() != nullptr) {
     call_->writer()->read_again();
   }
   watch_.restart();
   hold_off(reason, now);
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::on_write(WriteOutcome outcome, const std::string& reason,
-                                        Moment now) {
+void ChannelSession::on_write(WriteOutcome outcome, const std::string& reason, Moment now) {
   if (std::exchange(io_, Io::none) == Io::release) {
     release_written(outcome, now);
     if (outcome == WriteOutcome::refused) {
       hold_off(reason, now);
     }
-    return finish(now);
+    finish(now);
+    return;
   }
   AnswerWriter* const writer = call_ ? call_->writer() : nullptr;
   if (writer == nullptr) {
-    return finish(now);
+    finish(now);
+    return;
   }
   switch (outcome) {
     case WriteOutcome::written:
@@ -151,12 +152,12 @@ SessionActions ChannelSession::on_write(WriteOutcome outcome, const std::string&
       writer->on_unknown(now.steady);
       break;
   }
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::leave(const std::string& reason, const Policy& policy, Moment now) {
-  assert(offered_);
-  const PendingRequest request = *std::exchange(offered_, std::nullopt);
+void ChannelSession::leave(const std::string& reason, const Policy& policy, Moment now) {
+  assert(found_);
+  const PendingRequest request = *std::exchange(found_, std::nullopt);
   const bool news = watch_.ignored() != request;
   if (news) {
     left_.at = now.steady;
@@ -175,24 +176,24 @@ SessionActions ChannelSession::leave(const std::string& reason, const Policy& po
   left_.policy = policy;
   left_.reason = reason;
   watch_.ignore(request);
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::reconsider(Moment now) {
+void ChannelSession::reconsider(Moment now) {
   if (watch_.ignored()) {
     watch_.reconsider();
     left_.out_of_patience = false;
     due_ = now.steady;
   }
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::retire(Moment now) {
+void ChannelSession::retire(Moment now) {
   retired_ = true;
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::hand_over(const std::string& reason, Moment now) {
+void ChannelSession::hand_over(const std::string& reason, Moment now) {
   retired_ = true;
   handed_over_ = reason;
   // An answer that has begun to release the program is brought to its end; nobody else can. After
@@ -201,17 +202,16 @@ SessionActions ChannelSession::hand_over(const std::string& reason, Moment now) 
   if (call_ && !call_->call().clearing && call_->call().shown.empty()) {
     leave_to_the_other(now);
   }
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::let_go(Moment now) {
+void ChannelSession::let_go(Moment now) {
   if (call_ && !may_be_given()) {
     out_.show_idle("the gateway is ending", now);
   }
-  return out_.take();
 }
 
-SessionActions ChannelSession::keep(Moment now) {
+void ChannelSession::keep(Moment now) {
   retired_ = false;
   handed_over_.clear();
   last_word_ = false;
@@ -221,16 +221,15 @@ SessionActions ChannelSession::keep(Moment now) {
     expect_anything(now);
   }
   due_ = now.steady;
-  return finish(now);
+  finish(now);
 }
 
-SessionActions ChannelSession::finish(Moment now) {
-  if (!offered_) {
+void ChannelSession::finish(Moment now) {
+  if (!found_) {
     check_patience(now);
     advance(now);
   }
   show(now);
-  return out_.take();
 }
 
 void ChannelSession::check_patience(Moment now) {
@@ -253,7 +252,7 @@ void ChannelSession::advance(Moment now) {
     return;
   }
   if (now.steady < not_before_) {
-    out_.put(WakeAt{not_before_});
+    out_.news().wake_at = not_before_;
     return;
   }
   if (drive_writer(now)) {
@@ -264,7 +263,7 @@ void ChannelSession::advance(Moment now) {
   if (now.steady >= due) {
     read(poll_look(now), Io::poll, now);
   } else {
-    out_.put(WakeAt{due});
+    out_.news().wake_at = due;
   }
 }
 
@@ -287,9 +286,9 @@ void ChannelSession::poll(const Snapshot& snapshot, Moment now) {
   if (whole) {
     whole_due_ = now.steady + pace_.whole;
   }
-  offered_ = watch_.on_look(snapshot, whole);
-  if (offered_) {
-    out_.put(Offer{*offered_, left_.out_of_patience});
+  found_ = watch_.on_look(snapshot, whole);
+  if (found_) {
+    out_.news().found = true;
   }
   due_ = watch_.reading() ? now.steady : next_look(now);
   // A controller that shows our writes late may show the variables of a request one after another.
@@ -369,12 +368,12 @@ ReadSet ChannelSession::poll_look(Moment now) const {
 void ChannelSession::read(ReadSet look, Io io, Moment now) {
   io_ = io;
   read_time_.asked = now.steady;
-  out_.put(Read{look});
+  out_.read(look);
 }
 
 void ChannelSession::write(Variable variable, Value value, bool releases) {
   io_ = Io::answer;
-  out_.put(Write{variable, std::move(value), releases});
+  out_.write({variable, std::move(value), releases});
 }
 
 void ChannelSession::hold_off(const std::string& reason, Moment now) {
@@ -391,7 +390,7 @@ void ChannelSession::show(Moment now) {
   const std::string_view problem = watched ? write_problem() : std::string_view();
   if (write_problem_ != problem) {
     write_problem_ = problem;
-    out_.put(WriteProblem{write_problem_});
+    out_.tell_write_problem(write_problem_);
   }
   if (!call_ && last_word_) {
     return;

@@ -1,20 +1,19 @@
 // One channel's conversation with its controller and the fabric: looks at it, finds requests,
-// brings the answers back. Pure: takes events and times, returns actions. What becomes of an
-// accepted call is said in gateway/open_call.hpp.
+// brings the answers back. Pure: takes events and times; what is to be done outside goes out
+// through the context's Outputs, and what the gateway has to do comes from take_news(). What
+// becomes of an accepted call is said in gateway/channel/open_call.hpp.
 //
-//   ChannelSession session({"cnc", 1});
-//   auto actions = session.on_link_up(now);          → Read{ReadSet::state}
-//   actions = session.on_read(snapshot, now);         → … → Offer{request}
-//   actions = session.claim(id, now);                → Tell{seen}, Show{waiting}
-//   actions = session.assign(attempt, now);          → Record{Dispatched}, then Publish
-//   actions = session.on_reply(reply, now);          → Record{Answered}, Read, Write, Write, Read, Write
+//   ChannelSession session({"cnc", 1}, context);
+//   session.on_link_up(now);                  → read(ReadSet::state)
+//   session.on_read(snapshot, now);           → … → take_news().found
+//   session.claim(id, policy, now);           → publish(seen), publish(waiting)
+//   session.assign(attempt, now);             → record(Dispatched), then publish(request)
+//   session.on_reply(reply, now);             → record(Answered), read, write, write, read, write
 //
 // A REQUEST_STATE is a new request only if a read has shown that the one before it is over
 // (gateway/channel/released.hpp), and a write counts only when a read has shown it
 // (gateway/channel/answer_writer.hpp): a controller may apply writes any time after it has
 // acknowledged them.
-//
-// After each input the actions are carried out in their order.
 #pragma once
 
 #include <memory>
@@ -22,7 +21,6 @@
 #include <string>
 #include <vector>
 
-#include "gateway/action.hpp"
 #include "gateway/channel/channel_output.hpp"
 #include "gateway/channel/open_call.hpp"
 #include "gateway/channel/released.hpp"
@@ -34,64 +32,67 @@ namespace millrace::gateway::channel {
 
 class ChannelSession {
  public:
-  /// `commons` outlives the session; see ChannelOutput. `effects` is what all channels of this
-  /// controller share.
-  explicit ChannelSession(fabric::ChannelKey key, Pace pace = {}, Commons* commons = nullptr,
-                          std::shared_ptr<WriteEffects> effects = std::make_shared<WriteEffects>());
+  /// `context` outlives the session. `effects` is what all channels of this controller share.
+  ChannelSession(fabric::ChannelKey key, ChannelContext& context, Pace pace = {},
+                 std::shared_ptr<WriteEffects> effects = std::make_shared<WriteEffects>());
 
   /// A call of an earlier run, from the journal; before the link comes up.
   void resume(Call call, const Policy& policy);
 
-  SessionActions on_link_up(Moment now);
+  void on_link_up(Moment now);
   /// Asks nothing of the controller any more; on_link_down() or on_link_dropped() follows.
   void lose_link() { link_up_ = told_ = false; }
-  SessionActions on_link_down(const std::string& reason, Moment now);
+  void on_link_down(const std::string& reason, Moment now);
   /// The link was taken away: what was asked of it is not answered any more.
-  SessionActions on_link_dropped(const std::string& reason, Moment now);
-  SessionActions on_wake(Moment now);
+  void on_link_dropped(const std::string& reason, Moment now);
+  void on_wake(Moment now);
   /// From now on changes are told, so looks are for safety only; or they are not. Not so on a new
   /// link.
-  SessionActions set_told(bool told, Moment now);
+  void set_told(bool told, Moment now);
   /// The controller tells that this variable has changed: it is time to look. What has changed is
   /// for the look to find.
-  SessionActions on_change(Variable variable, Moment now);
-  SessionActions on_read(const Snapshot& snapshot, Moment now);
+  void on_change(Variable variable, Moment now);
+  void on_read(const Snapshot& snapshot, Moment now);
   /// `reason` in words, with the code.
-  SessionActions on_read_failed(const std::string& reason, Moment now);
-  SessionActions on_write(WriteOutcome outcome, const std::string& reason, Moment now);
-  SessionActions on_recorded(EntryNumber entry, Moment now);
+  void on_read_failed(const std::string& reason, Moment now);
+  void on_write(WriteOutcome outcome, const std::string& reason, Moment now);
+  void on_recorded(EntryNumber entry, Moment now);
 
-  /// Takes the offered request under this id.
-  SessionActions claim(fabric::CallId id, const Policy& policy, Moment now);
-  /// Leaves the offered request alone; `reason` says why.
-  SessionActions leave(const std::string& reason, const Policy& policy, Moment now);
-  /// Offers a request again that was left: somebody new is there.
-  SessionActions reconsider(Moment now);
+  /// What the steps since have to say to the gateway.
+  ChannelNews take_news() { return out_.take_news(); }
+
+  /// The request of ChannelNews::found.
+  [[nodiscard]] const PendingRequest& found() const { return *found_; }
+  /// It was left before, and its policy's patience with unserved requests is over.
+  [[nodiscard]] bool out_of_patience() const { return left_.out_of_patience; }
+  /// Takes it under this id.
+  void claim(fabric::CallId id, const Policy& policy, Moment now);
+  /// Leaves it alone; `reason` says why.
+  void leave(const std::string& reason, const Policy& policy, Moment now);
+  /// Finds a request again that was left: somebody new is there.
+  void reconsider(Moment now);
 
   /// Somebody looks who has not looked before.
-  SessionActions show_again(Moment now) {
-    show(now);
-    return out_.take();
-  }
+  void show_again(Moment now) { show(now); }
 
   // What becomes of the call, as OpenCall has it; nothing if there is none, or it is answered.
-  SessionActions assign(const Assignment& assignment, Moment now);
-  SessionActions suspend(const std::string& reason, bool held, Moment now);
-  SessionActions hold(const std::string& reason, Moment now);
-  SessionActions explain(const std::string& reason, Moment now);
-  SessionActions settle(const Settlement& settlement, Moment now);
-  SessionActions retry(const std::string& by, Moment now);
+  void assign(const Assignment& assignment, Moment now);
+  void suspend(const std::string& reason, bool held, Moment now);
+  void hold(const std::string& reason, Moment now);
+  void explain(const std::string& reason, Moment now);
+  void settle(const Settlement& settlement, Moment now);
+  void retry(const std::string& by, Moment now);
   /// An instance has said this, to this call or to one before it.
-  SessionActions on_reply(const fabric::Reply& reply, Moment now);
+  void on_reply(const fabric::Reply& reply, Moment now);
 
   /// The configuration or another gateway takes the channel away. Finishes the call under way, or
   /// ends it at once, and takes no new one; then is_over().
-  SessionActions retire(Moment now);
-  SessionActions hand_over(const std::string& reason, Moment now);
+  void retire(Moment now);
+  void hand_over(const std::string& reason, Moment now);
   /// It is ours again, or still.
-  SessionActions keep(Moment now);
+  void keep(Moment now);
   /// The gateway ends: another one may give the call under way out if this one has not.
-  SessionActions let_go(Moment now);
+  void let_go(Moment now);
   /// A call is under way, and an instance may have it, or have had it.
   [[nodiscard]] bool may_be_given() const { return call_ && call_->may_be_given(); }
   /// Nothing is left to do here, and nothing is on its way to the controller.
@@ -124,7 +125,7 @@ class ChannelSession {
   };
 
   // session.cpp: the channel and the looks at it
-  SessionActions finish(Moment now);
+  void finish(Moment now);
   void advance(Moment now);
   void poll(const Snapshot& snapshot, Moment now);
   void poll_call(const Snapshot& snapshot, Moment now);
@@ -156,7 +157,7 @@ class ChannelSession {
 
   // session_call.cpp: its call, and the one before it
   template <typename Act>
-  SessionActions with_call(Moment now, Act act);
+  void with_call(Moment now, Act act);
   void say_seen(const Call& call, Moment now);
   void late(const fabric::Reply& reply, Moment now);
   void say_stranger(const fabric::Reply& reply, std::string_view what, Moment now);
@@ -196,7 +197,7 @@ class ChannelSession {
   /// What is shown of the channel stays the call that was left to the other gateway, which must not
   /// give it out again.
   bool last_word_ = false;
-  /// The last WriteProblem.
+  /// As told last.
   std::string write_problem_;
   std::string link_reason_ = "not connected yet";
   /// What the controller refused last; empty while it answers.
@@ -214,7 +215,7 @@ class ChannelSession {
   SteadyTime answer_read_at_{};
 
   RequestWatch watch_;
-  std::optional<PendingRequest> offered_;
+  std::optional<PendingRequest> found_;
   Left left_;
   std::optional<OpenCall> call_;
   /// The call that was answered last, until it is known that its program has gone on.

@@ -18,11 +18,11 @@ constexpr std::chrono::seconds stranger_pause{10};
 }  // namespace
 
 template <typename Act>
-SessionActions ChannelSession::with_call(Moment now, Act act) {
+void ChannelSession::with_call(Moment now, Act act) {
   if (call_) {
     ask_call(now, act);
   }
-  return finish(now);
+  finish(now);
 }
 
 void ChannelSession::resume(Call call, const Policy& policy) {
@@ -30,19 +30,19 @@ void ChannelSession::resume(Call call, const Policy& policy) {
   call_ = OpenCall::resumed(std::move(call), policy);
 }
 
-SessionActions ChannelSession::claim(fabric::CallId id, const Policy& policy, Moment now) {
-  assert(offered_ && !call_);
+void ChannelSession::claim(fabric::CallId id, const Policy& policy, Moment now) {
+  assert(found_ && !call_);
   left_.out_of_patience = false;
   Call call;
   call.id = id;
   call.key = key();
-  call.request = *std::exchange(offered_, std::nullopt);
+  call.request = *std::exchange(found_, std::nullopt);
   call.seen = now.wall;
   ++out_.counters().calls;
   whole_due_ = now.steady + pace_.whole;
   say_seen(call, now);
   call_ = OpenCall::accepted(std::move(call), policy, now.steady);
-  return finish(now);
+  finish(now);
 }
 
 void ChannelSession::say_seen(const Call& call, Moment now) {
@@ -62,39 +62,39 @@ void ChannelSession::say_seen(const Call& call, Moment now) {
   }
 }
 
-SessionActions ChannelSession::on_recorded(EntryNumber entry, Moment now) {
+void ChannelSession::on_recorded(EntryNumber entry, Moment now) {
   if (!call_ || entry == 0) {
-    return {};
+    return;
   }
   const bool fresh = now.steady - answer_read_at_ <= pace_.fresh;
-  return with_call(now, [&](OpenCall& call) { call.on_recorded(entry, fresh, out_, now); });
+  with_call(now, [&](OpenCall& call) { call.on_recorded(entry, fresh, out_, now); });
 }
 
-SessionActions ChannelSession::assign(const Assignment& assignment, Moment now) {
-  return with_call(now, [&](OpenCall& call) { call.assign(assignment, out_, now); });
+void ChannelSession::assign(const Assignment& assignment, Moment now) {
+  with_call(now, [&](OpenCall& call) { call.assign(assignment, out_, now); });
 }
 
-SessionActions ChannelSession::suspend(const std::string& reason, bool held, Moment now) {
-  return with_call(now, [&](OpenCall& call) { call.suspend(reason, held, out_, now); });
+void ChannelSession::suspend(const std::string& reason, bool held, Moment now) {
+  with_call(now, [&](OpenCall& call) { call.suspend(reason, held, out_, now); });
 }
 
-SessionActions ChannelSession::hold(const std::string& reason, Moment now) {
-  return with_call(now, [&](OpenCall& call) { call.hold(reason, out_, now); });
+void ChannelSession::hold(const std::string& reason, Moment now) {
+  with_call(now, [&](OpenCall& call) { call.hold(reason, out_, now); });
 }
 
-SessionActions ChannelSession::explain(const std::string& reason, Moment now) {
-  return with_call(now, [&](OpenCall& call) { call.explain(reason); });
+void ChannelSession::explain(const std::string& reason, Moment now) {
+  with_call(now, [&](OpenCall& call) { call.explain(reason); });
 }
 
-SessionActions ChannelSession::settle(const Settlement& settlement, Moment now) {
-  return with_call(now, [&](OpenCall& call) { call.settle(settlement, out_, now); });
+void ChannelSession::settle(const Settlement& settlement, Moment now) {
+  with_call(now, [&](OpenCall& call) { call.settle(settlement, out_, now); });
 }
 
-SessionActions ChannelSession::retry(const std::string& by, Moment now) {
-  return with_call(now, [&](OpenCall& call) { call.retry(by, out_); });
+void ChannelSession::retry(const std::string& by, Moment now) {
+  with_call(now, [&](OpenCall& call) { call.retry(by, out_); });
 }
 
-SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) {
+void ChannelSession::on_reply(const fabric::Reply& reply, Moment now) {
   if (!call_ || reply.call != call_->id()) {
     late(reply, now);
   } else if (!call_->call().asked(reply.instance)) {
@@ -108,7 +108,7 @@ SessionActions ChannelSession::on_reply(const fabric::Reply& reply, Moment now) 
       }
     });
   }
-  return finish(now);
+  finish(now);
 }
 
 /// It may do so ten thousand times a second, for each call anew.
@@ -166,7 +166,7 @@ bool ChannelSession::drive_writer(Moment now) {
   if (!call_) {
     if (released_call_ && std::exchange(released_call_->write_again, false)) {
       io_ = Io::release;
-      out_.put(Write{released_call_->answer.variable(), released_call_->answer.value(), true});
+      out_.write({released_call_->answer.variable(), released_call_->answer.value(), true});
       return true;
     }
     return false;
@@ -183,7 +183,7 @@ bool ChannelSession::drive_writer(Moment now) {
   switch (writer->next()) {
     case AnswerWriter::Step::read:
       if (now.steady < writer->read_at()) {
-        out_.put(WakeAt{writer->read_at()});
+        out_.news().wake_at = writer->read_at();
       } else {
         read(writer->reads(), Io::answer, now);
       }

@@ -30,7 +30,7 @@ channel::ChannelSession& CallControl::open(const fabric::ChannelKey& key) {
     effects = std::make_shared<WriteEffects>();
   }
   channel::ChannelSession& session =
-      sessions_.try_emplace(key, key, pace_of(key.machine), &commons_, effects).first->second;
+      sessions_.try_emplace(key, key, context_, pace_of(key.machine), effects).first->second;
   index_[key] = &session;
   return session;
 }
@@ -40,26 +40,29 @@ Pace CallControl::pace_of(const std::string& machine) const {
   return pace == options_.paces.end() ? Pace{} : pace->second;
 }
 
-ChannelActions CallControl::on_link_up(const std::string& machine,
-                                       const std::vector<std::uint16_t>& channels, Moment now) {
+void CallControl::on_link_up(const std::string& machine, const std::vector<std::uint16_t>& channels,
+                             Moment now) {
   for (const std::uint16_t channel : channels) {
-    reserve_numbers({machine, channel});
+    reserve_numbers();
     channel::ChannelSession& session = open({machine, channel});
     if (session.retired()) {
       leaving_.erase(session.key());
-      run(session, session.keep(now), now);
+      session.keep(now);
+      follow(session, now);
     }
     if (!session.link_up()) {
-      run(session, session.on_link_up(now), now);
+      session.on_link_up(now);
+      follow(session, now);
     }
   }
   for (const fabric::ChannelKey& key : leaving_) {
     channel::ChannelSession& session = sessions_.at(key);
     if (key.machine == machine && !session.link_up()) {
-      run(session, session.on_link_up(now), now);
+      session.on_link_up(now);
+      follow(session, now);
     }
   }
-  return finish();
+  finish();
 }
 
 /// When one of them frees an instance, another one gets it: none may then ask anything of the link.
@@ -71,38 +74,39 @@ void CallControl::lose_link(const std::string& machine) {
   }
 }
 
-ChannelActions CallControl::on_link_down(const std::string& machine, const std::string& reason,
-                                         Moment now) {
+void CallControl::on_link_down(const std::string& machine, const std::string& reason, Moment now) {
   lose_link(machine);
   for (auto& [key, session] : sessions_) {
     if (key.machine == machine) {
-      run(session, session.on_link_down(reason, now), now);
+      session.on_link_down(reason, now);
+      follow(session, now);
     }
   }
-  return finish();
+  finish();
 }
 
-ChannelActions CallControl::on_link_dropped(const std::string& machine, const std::string& reason,
-                                            Moment now) {
+void CallControl::on_link_dropped(const std::string& machine, const std::string& reason,
+                                  Moment now) {
   lose_link(machine);
   for (auto& [key, session] : sessions_) {
     if (key.machine == machine) {
-      run(session, session.on_link_dropped(reason, now), now);
+      session.on_link_dropped(reason, now);
+      follow(session, now);
     }
   }
-  return finish();
+  finish();
 }
 
-ChannelActions CallControl::retire(const fabric::ChannelKey& key, Moment now) {
+void CallControl::retire(const fabric::ChannelKey& key, Moment now) {
   if (channel::ChannelSession* session = find(key)) {
     leaving_.insert(key);
-    run(*session, session->retire(now), now);
+    session->retire(now);
+    follow(*session, now);
   }
-  return finish();
+  finish();
 }
 
-ChannelActions CallControl::release(const fabric::ChannelKey& key, const std::string& reason,
-                                    Moment now) {
+void CallControl::release(const fabric::ChannelKey& key, const std::string& reason, Moment now) {
   if (channel::ChannelSession* session = find(key)) {
     leaving_.insert(key);
     if (session->may_be_given()) {
@@ -111,15 +115,16 @@ ChannelActions CallControl::release(const fabric::ChannelKey& key, const std::st
       inherit(key, {call->request.uuid, "this gateway, which had left the channel to another one",
                     call->id});
     }
-    run(*session, session->hand_over(reason, now), now);
+    session->hand_over(reason, now);
+    follow(*session, now);
   }
-  return finish();
+  finish();
 }
 
 void CallControl::inherit(const fabric::ChannelKey& key, Inheritance inheritance) {
   const std::string uuid = fabric::canonical_uuid(inheritance.uuid);
   if (inheritance.call.epoch != epoch_) {
-    predecessors_[key] = inheritance.call.epoch;
+    context_.predecessors[key] = inheritance.call.epoch;
   }
   // A channel has one call at a time; a stranger may tell of any number, which only makes those
   // wait for an operator that are called next.
@@ -140,52 +145,52 @@ std::vector<std::uint16_t> CallControl::channels_of(const std::string& machine) 
   return channels;
 }
 
-ChannelActions CallControl::change(std::map<std::string, Pace> paces, Policies policies,
-                                   Moment now) {
+void CallControl::change(std::map<std::string, Pace> paces, Policies policies, Moment now) {
   options_.paces = std::move(paces);
   options_.policies = std::move(policies);
   for (auto& [key, session] : sessions_) {
     session.set_pace(pace_of(key.machine));
   }
   reconsider(now);
-  return finish();
+  finish();
 }
 
-ChannelActions CallControl::set_interest(const Interest& interest, Moment now) {
-  const Interest before = std::exchange(commons_.interest, interest);
+void CallControl::set_interest(const Interest& interest, Moment now) {
+  const Interest before = std::exchange(context_.interest, interest);
   if (interest.statuses && !before.statuses) {
     for (auto& [key, session] : sessions_) {
-      run(session, session.show_again(now), now);
+      session.show_again(now);
+      follow(session, now);
     }
   }
-  return finish();
+  finish();
 }
 
-ChannelActions CallControl::take_back(Moment now) {
+void CallControl::take_back(Moment now) {
   for (auto& [key, session] : sessions_) {
-    run(session, session.let_go(now), now);
+    session.let_go(now);
+    follow(session, now);
   }
-  withdraw(answered_.take_all());
-  return finish();
+  dispose(context_.answered.take_all());
+  finish();
 }
 
-ChannelActions CallControl::finish() {
+void CallControl::finish() {
   for (auto it = leaving_.begin(); it != leaving_.end();) {
     if (sessions_.at(*it).is_over()) {
-      withdraw(answered_.take(*it));
+      dispose(context_.answered.take(*it));
       add(left_counts_, sessions_.at(*it).status());
-      out_.push_back({*it, Hide{}});
-      forget_standing(*it);
+      context_.port.dispose(*it);
+      context_.standing.forget(*it);
       timers_.remove(*it);
       index_.erase(*it);
-      predecessors_.erase(*it);
+      context_.predecessors.erase(*it);
       sessions_.erase(*it);
       it = leaving_.erase(it);
     } else {
       ++it;
     }
   }
-  return std::exchange(out_, {});
 }
 
 }  // namespace millrace::gateway::control

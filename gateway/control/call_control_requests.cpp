@@ -18,55 +18,60 @@ constexpr std::uint64_t block = 1000;
 
 }  // namespace
 
-ChannelActions CallControl::set_obstacle(const std::string& reason, Moment now) {
+void CallControl::set_obstacle(const std::string& reason, Moment now) {
   obstacle_ = reason;
   if (obstacle_.empty()) {
     reconsider(now);
   }
-  return finish();
+  finish();
 }
 
-ChannelActions CallControl::set_journal_trouble(const std::string& reason, Moment now) {
-  commons_.journal_trouble = reason;
+void CallControl::set_journal_trouble(const std::string& reason, Moment now) {
+  context_.journal_trouble = reason;
   for (auto& [key, session] : sessions_) {
-    run(session, session.show_again(now), now);
+    session.show_again(now);
+    follow(session, now);
   }
-  return set_obstacle(reason, now);
+  set_obstacle(reason, now);
 }
 
-void CallControl::answer_offer(channel::ChannelSession& session, const Offer& offer, Moment now) {
-  const std::string uuid = fabric::canonical_uuid(offer.request.uuid);
+void CallControl::answer_found(channel::ChannelSession& session, Moment now) {
+  const std::string uuid = fabric::canonical_uuid(session.found().uuid);
   const Policy policy = policy_of(session.key(), uuid);
   if (!obstacle_.empty()) {
-    run(session, session.leave(obstacle_, policy, now), now);
+    session.leave(obstacle_, policy, now);
+    follow(session, now);
     return;
   }
   const auto unserved = dispatcher_.serves(uuid, session.key())
                             ? std::nullopt
-                            : dispatcher_.why_unserved(offer.request.uuid, session.key());
-  const bool settled_here =
-      unserved && offer.out_of_patience && policy.unserved && policy.unserved->response_state != 0;
+                            : dispatcher_.why_unserved(session.found().uuid, session.key());
+  const bool settled_here = unserved && session.out_of_patience() && policy.unserved &&
+                            policy.unserved->response_state != 0;
   if ((!unserved || settled_here) && last_number_ == recorded_) {
     out_of_numbers_ = true;
-    run(session,
-        session.leave("the journal has not confirmed new call numbers yet; the call waits for it",
-                      policy, now),
-        now);
+    session.leave("the journal has not confirmed new call numbers yet; the call waits for it",
+                  policy, now);
+    follow(session, now);
     return;
   }
   if (!unserved && hold_inherited(session, uuid, policy, now)) {
     return;
   }
   if (!unserved) {
-    run(session, session.claim(next_id(session.key()), policy, now), now);
+    session.claim(next_id(), policy, now);
+    follow(session, now);
     carry_out(dispatcher_.add(*session.call()), now);
   } else if (settled_here) {
-    run(session, session.claim(next_id(session.key()), policy, now), now);
+    session.claim(next_id(), policy, now);
+    follow(session, now);
     const auto answer =
         Response::in_words("millrace: served by nobody", policy.unserved->response_state);
-    run(session, session.settle({answer, "the gateway"}, now), now);
+    session.settle({answer, "the gateway"}, now);
+    follow(session, now);
   } else {
-    run(session, session.leave(*unserved, policy, now), now);
+    session.leave(*unserved, policy, now);
+    follow(session, now);
   }
 }
 
@@ -82,13 +87,13 @@ bool CallControl::hold_inherited(channel::ChannelSession& session,
   if (asked.empty() || dispatcher_.delivery_of(canonical_uuid) != fabric::Delivery::at_most_once) {
     return false;
   }
-  run(session, session.claim(next_id(session.key()), policy, now), now);
-  run(session,
-      session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
-                               "twice: an operator must answer or retry it",
-                               asked.mapped().from),
-                   now),
-      now);
+  session.claim(next_id(), policy, now);
+  follow(session, now);
+  session.hold(fmt::format("{}, which is gone, may have given this call out; it must not run "
+                           "twice: an operator must answer or retry it",
+                           asked.mapped().from),
+               now);
+  follow(session, now);
   return true;
 }
 
@@ -125,22 +130,22 @@ Policy CallControl::policy_of(const fabric::ChannelKey& key,
 
 void CallControl::reconsider(Moment now) {
   for (auto& [key, session] : sessions_) {
-    run(session, session.reconsider(now), now);
+    session.reconsider(now);
+    follow(session, now);
   }
 }
 
-fabric::CallId CallControl::next_id(const fabric::ChannelKey& key) {
+fabric::CallId CallControl::next_id() {
   assert(last_number_ < recorded_);
   ++last_number_;
-  reserve_numbers(key);
+  reserve_numbers();
   return {epoch_, last_number_};
 }
 
-void CallControl::reserve_numbers(const fabric::ChannelKey& key) {
+void CallControl::reserve_numbers() {
   if (reserved_ == recorded_ && reserved_ - last_number_ < block / 2) {
     reserved_ += block;
-    out_.push_back(
-        {key, Record{{.owner = Ticket::Owner::numbers}, NumbersEntry{epoch_, reserved_}}});
+    context_.port.record(NumbersEntry{epoch_, reserved_}, {.owner = Ticket::Owner::numbers});
   }
 }
 

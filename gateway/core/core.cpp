@@ -21,7 +21,8 @@ Core::Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledge
       ledger_(ledger),
       now_(host.now()),
       stall_(options_.lease),
-      control_({.paces = settings::paces_of(options_.machines), .policies = options_.policies},
+      control_(*this,
+               {.paces = settings::paces_of(options_.machines), .policies = options_.policies},
                ledger),
       queues_(*this, *this),
       machines_(options_.own, *this, *this) {}
@@ -75,7 +76,7 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
   enter();
   options_.machines = std::move(machines);
   options_.policies = std::move(policies);
-  carry_out(control_.change(settings::paces_of(options_.machines), options_.policies, now_));
+  control_.change(settings::paces_of(options_.machines), options_.policies, now_);
   queues_.set(settings::queues_of(options_.machines), ledger_.queues());
   machines_.set(options_.machines);
   finish();
@@ -84,13 +85,13 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
 void Core::stop() {
   enter();
   ends_at_ = now_.steady + longest_end;
-  carry_out(control_.set_obstacle("the gateway is ending", now_));
+  control_.set_obstacle("the gateway is ending", now_);
   finish();
 }
 
 void Core::end() {
   enter();
-  carry_out(control_.take_back(now_));
+  control_.take_back(now_);
   finish();
 }
 
@@ -100,7 +101,7 @@ void Core::on_time() {
   machines_.on_time();
   queues_.on_time();
   if (const auto next = control_.next_time(); next && *next <= now_.steady) {
-    carry_out(control_.on_time(now_));
+    control_.on_time(now_);
   }
   finish();
 }
@@ -140,7 +141,7 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
   if (machines_.linked(key.machine)) {
     // First, so that it is known when to look next.
     machines_.on_read(key, snapshot);
-    carry_out(control_.on_read(key, snapshot, now_));
+    control_.on_read(key, snapshot, now_);
   }
   finish();
 }
@@ -148,7 +149,7 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
 void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
   enter();
   if (machines_.linked(key.machine)) {
-    carry_out(control_.on_read_failed(key, reason, now_));
+    control_.on_read_failed(key, reason, now_);
   }
   finish();
 }
@@ -157,7 +158,7 @@ void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                     const std::string& reason) {
   enter();
   if (machines_.linked(key.machine)) {
-    carry_out(control_.on_write(key, outcome, reason, now_));
+    control_.on_write(key, outcome, reason, now_);
   }
   finish();
 }
@@ -181,7 +182,7 @@ void Core::on_recorded(const Ticket& ticket) {
   if (ticket.owner == Ticket::Owner::queue) {
     queues_.on_recorded(ticket);
   } else {
-    carry_out(control_.on_recorded(ticket, now_));
+    control_.on_recorded(ticket, now_);
   }
   finish();
 }
@@ -189,7 +190,7 @@ void Core::on_recorded(const Ticket& ticket) {
 void Core::on_journal_trouble(const std::string& trouble) {
   enter();
   if (!ends_at_) {
-    carry_out(control_.set_journal_trouble(trouble, now_));
+    control_.set_journal_trouble(trouble, now_);
   }
   host_.notice({.kind = "journal"}, trouble,
                "make room on the disk, or give it its folder back; it goes on by itself");
@@ -198,31 +199,31 @@ void Core::on_journal_trouble(const std::string& trouble) {
 
 void Core::on_instance_ready(const fabric::InstanceIdentity& instance) {
   enter();
-  carry_out(control_.on_instance_ready(instance, now_));
+  control_.on_instance_ready(instance, now_);
   finish();
 }
 
 void Core::on_instance_gone(const fabric::InstanceId& instance) {
   enter();
-  carry_out(control_.on_instance_gone(instance, now_));
+  control_.on_instance_gone(instance, now_);
   finish();
 }
 
 void Core::on_load(const fabric::InstanceLoad& load) {
   enter();
-  carry_out(control_.on_load(load, now_));
+  control_.on_load(load, now_);
   finish();
 }
 
 void Core::on_reply(const fabric::Reply& reply) {
   enter();
-  carry_out(control_.on_reply(reply, now_));
+  control_.on_reply(reply, now_);
   finish();
 }
 
 void Core::set_interest(const Interest& interest) {
   enter();
-  carry_out(control_.set_interest(interest, now_));
+  control_.set_interest(interest, now_);
   finish();
 }
 
@@ -246,18 +247,16 @@ void Core::on_channel(const fabric::ChannelStatus& status) {
 
 control::Verdict Core::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
                                  const control::OperatorAnswer& answer) {
-  control::Verdict verdict;
   enter();
-  carry_out(control_.on_answer(key, call, answer, verdict, now_));
+  control::Verdict verdict = control_.on_answer(key, call, answer, now_);
   finish();
   return verdict;
 }
 
 control::Verdict Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
                                 const std::string& by) {
-  control::Verdict verdict;
   enter();
-  carry_out(control_.on_retry(key, call, by, verdict, now_));
+  control::Verdict verdict = control_.on_retry(key, call, by, now_);
   finish();
   return verdict;
 }

@@ -38,6 +38,7 @@ class Core : public machines::LinkEvents,
              private machines::MachinesIo,
              private machines::MachinesListener,
              private queues::QueuesIo,
+             private Outputs,
              protected queues::QueueEvents {
  public:
   /// All must outlive this. `ledger` is what the journal adds up to.
@@ -142,18 +143,17 @@ class Core : public machines::LinkEvents,
   void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) override;
   void tell_queue(const fabric::DataSample& sample) override;
 
-  // What the call control decides; core_actions.cpp.
-  void carry_out(control::ChannelActions actions);
-  void carry_out(const fabric::ChannelKey& key, const Read& action);
-  void carry_out(const fabric::ChannelKey& key, const Write& action);
-  void carry_out(const fabric::ChannelKey& key, const Record& action);
-  void carry_out(const fabric::ChannelKey& key, const Publish& action);
-  void carry_out(const fabric::ChannelKey& key, const Withdraw& action);
-  void carry_out(const fabric::ChannelKey& key, const Tell& action);
-  void carry_out(const fabric::ChannelKey& key, const Show& action);
-  void carry_out(const fabric::ChannelKey& key, const Hide& action);
-  void carry_out(const fabric::ChannelKey& key, const Say& action);
-  void carry_out(const fabric::ChannelKey& key, const WriteProblem& action);
+  // What channels do; core_outputs.cpp.
+  void read(const fabric::ChannelKey& key, ReadSet look) override;
+  void write(const fabric::ChannelKey& key, const Write& write) override;
+  void record(const JournalEntry& entry, const Ticket& ticket) override;
+  void publish(const fabric::Request& request) override;
+  void publish(const fabric::Event& event) override;
+  void publish(const fabric::ChannelStatus& status) override;
+  void dispose(const fabric::RequestKey& request) override;
+  void dispose(const fabric::ChannelKey& key) override;
+  void say(const fabric::ChannelKey& key, Level level, const std::string& text) override;
+  void tell_write_problem(const fabric::ChannelKey& key, const std::string& text) override;
 
   Fabric& fabric_;
   Host& host_;

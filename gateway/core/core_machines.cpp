@@ -14,30 +14,30 @@ void Core::say(Level level, const std::string& text) {
 void Core::on_serve(const std::string& machine, const machines::Channels& channels) {
   host_.on_serve(machine, channels);
   queues_.on_up(machine, channels);
-  carry_out(control_.on_link_up(machine, channels, now_));
+  control_.on_link_up(machine, channels, now_);
 }
 
 void Core::on_lost(const std::string& machine, const std::string& reason) {
   host_.on_lost(machine, reason);
-  carry_out(control_.on_link_down(machine, reason, now_));
+  control_.on_link_down(machine, reason, now_);
   queues_.on_down(machine, reason);
 }
 
 void Core::on_link_dropped(const std::string& machine, const std::string& reason) {
   host_.on_link_dropped(machine, reason);
-  carry_out(control_.on_link_dropped(machine, reason, now_));
+  control_.on_link_dropped(machine, reason, now_);
   queues_.on_left(machine, 0, reason);
 }
 
 void Core::on_retired(const fabric::ChannelKey& key) {
   host_.on_retired(key);
-  carry_out(control_.retire(key, now_));
+  control_.retire(key, now_);
   queues_.on_left(key.machine, key.channel, "the configuration names its channel no more");
 }
 
 void Core::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
   host_.on_refused(key);
-  carry_out(control_.release(key, reason, now_));
+  control_.release(key, reason, now_);
   queues_.on_left(key.machine, key.channel, reason);
 }
 
@@ -58,11 +58,11 @@ void Core::on_contested() {
 }
 
 void Core::on_pushed(const fabric::ChannelKey& key, bool pushed) {
-  carry_out(control_.set_told(key, pushed, now_));
+  control_.set_told(key, pushed, now_);
 }
 
 void Core::on_change(const fabric::ChannelKey& key, Variable variable) {
-  carry_out(control_.on_change(key, variable, now_));
+  control_.on_change(key, variable, now_);
 }
 
 machines::Channels Core::channels_of(const std::string& machine) const {

@@ -26,21 +26,21 @@ std::unique_ptr<queues::QueueLink> Core::reach(const std::string& machine,
 }
 
 void Core::on_queue_open(const fabric::ChannelKey& key) {
-  carry_out(control_.on_link_up(key.machine, {key.channel}, now_));
+  control_.on_link_up(key.machine, {key.channel}, now_);
   // Whatever changes there, we do.
-  carry_out(control_.set_told(key, true, now_));
+  control_.set_told(key, true, now_);
 }
 
 void Core::on_queue_down(const fabric::ChannelKey& key, const std::string& reason) {
-  carry_out(control_.on_link_down(key.machine, reason, now_));
+  control_.on_link_down(key.machine, reason, now_);
 }
 
 void Core::on_queue_retired(const fabric::ChannelKey& key) {
-  carry_out(control_.retire(key, now_));
+  control_.retire(key, now_);
 }
 
 void Core::on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
-  carry_out(control_.on_read(key, snapshot, now_));
+  control_.on_read(key, snapshot, now_);
 }
 
 void Core::write_queue(const fabric::ChannelKey& key, const Write& write) {
@@ -48,11 +48,11 @@ void Core::write_queue(const fabric::ChannelKey& key, const Write& write) {
 }
 
 void Core::on_queue_write(const fabric::ChannelKey& key) {
-  carry_out(control_.on_write(key, WriteOutcome::written, "", now_));
+  control_.on_write(key, WriteOutcome::written, "", now_);
 }
 
 void Core::on_queue_change(const fabric::ChannelKey& key) {
-  carry_out(control_.on_change(key, Variable::request_state, now_));
+  control_.on_change(key, Variable::request_state, now_);
 }
 
 void Core::record_of_queue(const std::vector<JournalEntry>& entries, const Ticket& ticket) {

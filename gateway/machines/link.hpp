@@ -9,13 +9,14 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/action.hpp"
 #include "gateway/machines/machine_report.hpp"
 #include "gateway/machines/watch.hpp"
+#include "gateway/outputs.hpp"
 
 namespace millrace::gateway::machines {
 
-/// Never called from within a function of the link.
+/// Never called from within a function of the link. The link may be gone when a call returns, so
+/// what is handed in must not be a part of it.
 class LinkEvents {
  public:
   virtual ~LinkEvents() = default;

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/action.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/queue_book.hpp"
 #include "gateway/queues/queue_settings.hpp"

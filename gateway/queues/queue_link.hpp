@@ -21,7 +21,8 @@ using Answer = tl::expected<T, std::string>;
 /// of the queue.
 using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
 
-/// What a link says, never from within its functions.
+/// What a link says, never from within its functions. It may be gone when a call returns, so what
+/// is handed in must not be a part of it.
 class QueueLinkEvents {
  public:
   virtual ~QueueLinkEvents() = default;

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "gateway/action.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/queue_book.hpp"
 #include "gateway/snapshot.hpp"
 

@@ -33,11 +33,11 @@ Moment moment_now() {
 
 }  // namespace
 
-struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
+struct MemoryGateway::Impl final : fabric::ends::CallEndListener, Outputs {
   explicit Impl(const MemoryPlant& own_plant)
       : plant(own_plant),
         journal(journal::in_memory(io.get_executor())),
-        core({.paces = paces_of(plant)}, journal->ledger()),
+        core(*this, {.paces = paces_of(plant)}, journal->ledger()),
         places(plant.machines.size() * plant.channels + 1),
         timer(io),
         participant({.domain = plant.domain, .configuration = dds_configuration(plant.interface)}),
@@ -45,11 +45,14 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     std::vector<std::uint16_t> numbers(plant.channels);
     std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
     on_readers(false, false);
-    journal->on_recorded(
-        [this](const Ticket& ticket) { carry_out(core.on_recorded(ticket, moment_now())); });
+    journal->on_recorded([this](const Ticket& ticket) {
+      core.on_recorded(ticket, moment_now());
+      arm_timer();
+    });
     for (std::size_t i = 0; i < plant.machines.size(); ++i) {
       before[plant.machines[i]] = i * plant.channels;
-      carry_out(core.on_link_up(plant.machines[i], numbers, moment_now()));
+      core.on_link_up(plant.machines[i], numbers, moment_now());
+      arm_timer();
     }
   }
 
@@ -86,82 +89,80 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
 
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
     instances.insert_or_assign(instance.id, instance);
-    carry_out(core.on_instance_ready(instance, moment_now()));
+    core.on_instance_ready(instance, moment_now());
+    arm_timer();
   }
   void on_instance_changed(const fabric::InstanceIdentity& instance) override {
-    carry_out(core.on_instance_ready(instance, moment_now()));
+    core.on_instance_ready(instance, moment_now());
+    arm_timer();
   }
   void on_instance_gone(const fabric::InstanceId& instance) override {
     ++lost;
     instances.erase(instance);
-    carry_out(core.on_instance_gone(instance, moment_now()));
+    core.on_instance_gone(instance, moment_now());
+    arm_timer();
   }
   void on_load(const fabric::InstanceLoad& load) override {
-    carry_out(core.on_load(load, moment_now()));
+    core.on_load(load, moment_now());
+    arm_timer();
   }
   void on_reply(const fabric::Reply& reply) override {
     const auto now = Clock::now();
     if (reply.kind == fabric::ReplyKind::final) {
       result.replied.add(now - places[index_of(reply.key)].seen);
     }
-    carry_out(core.on_reply(reply, moment_now()));
+    core.on_reply(reply, moment_now());
+    arm_timer();
   }
 
   void on_readers(bool of_channels, bool of_events) override {
-    carry_out(core.set_interest({of_events, of_channels, Level::warn}, moment_now()));
-  }
-
-  void carry_out(control::ChannelActions actions) {
-    for (const control::ChannelAction& one : actions) {
-      std::visit([&](const auto& action) { carry_out(one.key, action); }, one.action);
-    }
-    core.recycle(std::move(actions));
+    core.set_interest({of_events, of_channels, Level::warn}, moment_now());
     arm_timer();
   }
-  void carry_out(const fabric::ChannelKey& key, const Read& action) {
-    asio::post(io, [this, key, look = action.look] {
-      carry_out(core.on_read(key, places[index_of(key)].variables.read(look), moment_now()));
+
+  void read(const fabric::ChannelKey& key, ReadSet look) override {
+    asio::post(io, [this, key, look] {
+      core.on_read(key, places[index_of(key)].variables.read(look), moment_now());
+      arm_timer();
     });
   }
-  void carry_out(const fabric::ChannelKey& key, const Write& action) {
-    asio::post(io, [this, key, action] {
+  void write(const fabric::ChannelKey& key, const Write& write) override {
+    asio::post(io, [this, key, write] {
       Place& place = places[index_of(key)];
-      place.variables.write(action.variable, action.value);
-      if (action.variable == Variable::response_state) {
+      place.variables.write(write.variable, write.value);
+      if (write.variable == Variable::response_state) {
         result.released.add(Clock::now() - place.asked);
         ++finished;
         ask(index_of(key));
       }
-      carry_out(core.on_write(key, WriteOutcome::written, "", moment_now()));
+      core.on_write(key, WriteOutcome::written, "", moment_now());
+      arm_timer();
     });
   }
-  void carry_out(const fabric::ChannelKey& key, const Record& action) {
-    if (std::holds_alternative<DispatchedEntry>(action.entry)) {
+  void record(const JournalEntry& entry, const Ticket& ticket) override {
+    if (const auto* dispatched = std::get_if<DispatchedEntry>(&entry)) {
       // In the same step as its acceptance.
-      places[index_of(key)].seen = Clock::now();
+      places[index_of(dispatched->key)].seen = Clock::now();
     }
-    journal->append(action.entry, action.ticket);
+    journal->append(entry, ticket);
   }
-  void carry_out(const fabric::ChannelKey&, const Publish& action) {
+  void publish(const fabric::Request& request) override {
     given_at = Clock::now();
-    given_to = action.request.assigned;
-    given_attempt = action.request.attempt;
-    static_cast<void>(end.publish(action.request));
+    given_to = request.assigned;
+    given_attempt = request.attempt;
+    static_cast<void>(end.publish(request));
     if (attentive) {
       spin.expect();
     }
   }
-  void carry_out(const fabric::ChannelKey& key, const Withdraw& action) {
-    end.withdraw({key, action.epoch, action.instance});
+  void publish(const fabric::Event& event) override { static_cast<void>(end.publish(event)); }
+  void publish(const fabric::ChannelStatus& status) override {
+    static_cast<void>(end.publish(status));
   }
-  void carry_out(const fabric::ChannelKey&, const Tell& action) {
-    static_cast<void>(end.publish(action.event));
-  }
-  void carry_out(const fabric::ChannelKey&, const Show& action) {
-    static_cast<void>(end.publish(action.status));
-  }
-  template <typename Other>
-  void carry_out(const fabric::ChannelKey&, const Other&) {}
+  void dispose(const fabric::RequestKey& request) override { end.withdraw(request); }
+  void dispose(const fabric::ChannelKey&) override {}
+  void say(const fabric::ChannelKey&, Level, const std::string&) override {}
+  void tell_write_problem(const fabric::ChannelKey&, const std::string&) override {}
 
   void arm_timer() {
     const auto next = core.next_time();
@@ -173,7 +174,8 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener {
     timer.async_wait([this](boost::system::error_code error) {
       if (!error) {
         armed.reset();
-        carry_out(core.on_time(moment_now()));
+        core.on_time(moment_now());
+        arm_timer();
       }
     });
   }

@@ -22,7 +22,7 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
 
   void read(std::uint16_t channel, gateway::ReadSet look) override {
     const Key key{machine_, channel};
-    if (auto made_up = process_.mistakes_.instead_of(key, {look}, process_.witness_)) {
+    if (auto made_up = process_.mistakes_.instead_of(key, look, process_.witness_)) {
       process_.process().after(Time{}, [&process = process_, key, snapshot = *std::move(made_up)] {
         process.core_->on_read(key, snapshot);
       });

@@ -42,19 +42,19 @@ bool Mistakes::forgets(const fabric::Reply& reply) const {
          !gateway::Response::of(reply.text, reply.state);
 }
 
-std::optional<Snapshot> Mistakes::instead_of(const Key& key, const gateway::Read& read,
+std::optional<Snapshot> Mistakes::instead_of(const Key& key, gateway::ReadSet look,
                                              const Witness& witness) {
   const auto seen = last_looks_.find(key);
-  if (makes(Bug::answer_without_look) && read.look == ReadSet::request && witness.answering(key) &&
+  if (makes(Bug::answer_without_look) && look == ReadSet::request && witness.answering(key) &&
       seen != last_looks_.end()) {
     return seen->second;
   }
   const auto texts = texts_read_.extract(key);
-  if (!makes(Bug::no_confirming_look) || texts.empty() || read.look != ReadSet::request) {
+  if (!makes(Bug::no_confirming_look) || texts.empty() || look != ReadSet::request) {
     return std::nullopt;
   }
   Snapshot unread = texts.mapped();
-  unread.look = read.look;
+  unread.look = look;
   unread.request_state = last_states_.at(key).request_state;
   return unread;
 }

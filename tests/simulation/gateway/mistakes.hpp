@@ -4,8 +4,8 @@
 #include <map>
 #include <optional>
 
-#include "gateway/action.hpp"
 #include "gateway/journal_entry.hpp"
+#include "gateway/outputs.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/gateway/witness.hpp"
 
@@ -23,7 +23,7 @@ class Mistakes {
   /// Nobody cares for this reply.
   [[nodiscard]] bool forgets(const fabric::Reply& reply) const;
   /// A look that is made up instead of taken.
-  std::optional<gateway::Snapshot> instead_of(const Key& key, const gateway::Read& read,
+  std::optional<gateway::Snapshot> instead_of(const Key& key, gateway::ReadSet look,
                                               const Witness& witness);
   void on_read(const Key& key, const gateway::Snapshot& snapshot);
   /// What the gateway takes it for.

@@ -27,7 +27,8 @@ void RingLink::ask(const queues::Step& step) {
   if (const auto link = link_.lock()) {
     link->ask(ring_, step, [this, alive = std::weak_ptr(life_)](queues::StepAnswer answer) {
       if (!alive.expired()) {
-        events_.on_queue_answer(queue_, std::move(answer));
+        // This may end with the event: where the gateway has stood still.
+        events_.on_queue_answer(Key(queue_), std::move(answer));
       }
     });
   }
@@ -38,7 +39,7 @@ void RingLink::watch() {
     if (!random_.chance(lost_)) {
       process_.after(random_.between(Time{}, late_), [this, alive = std::weak_ptr(life_)] {
         if (!alive.expired()) {
-          events_.on_queue_event(queue_);
+          events_.on_queue_event(Key(queue_));
         }
       });
     }

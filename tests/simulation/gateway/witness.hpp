@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/action.hpp"
 #include "gateway/call.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/policy.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 #include "tests/simulation/history/history.hpp"

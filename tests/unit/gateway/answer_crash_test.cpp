@@ -33,14 +33,16 @@ class InterruptedAnswer : public testing::TestWithParam<std::tuple<bool, bool, b
   /// again.
   static void serve(Desk& desk) {
     if (desk.sut->call() != nullptr && !desk.sut->call()->answer) {
-      desk.feed(desk.sut->on_reply(desk.reply("1.414", 1), desk.now));
+      desk.sut->on_reply(desk.reply("1.414", 1), desk.now);
+      desk.settle();
     }
   }
 
   static void begin(Desk& desk) {
     desk.dispatched_call();
     if (setting().with_interim) {
-      desk.feed(desk.sut->on_reply(desk.interim("half way", 5), desk.now));
+      desk.sut->on_reply(desk.interim("half way", 5), desk.now);
+      desk.settle();
     }
   }
 
@@ -81,9 +83,11 @@ TEST_P(InterruptedAnswer, IsFinishedAfterACrashOfTheGatewayAtAnyPoint) {
     int actions = 0;
     desk.before_action = [&] { desk.stop = desk.stop || ++actions == crash; };
     desk.wait(20ms);
-    desk.feed(desk.sut->assign(desk.assignment(), desk.now));
+    desk.sut->assign(desk.assignment(), desk.now);
+    desk.settle();
     if (setting().with_interim) {
-      desk.feed(desk.sut->on_reply(desk.interim("half way", 5), desk.now));
+      desk.sut->on_reply(desk.interim("half way", 5), desk.now);
+      desk.settle();
     }
     serve(desk);
     finished_undisturbed = !desk.stop;
@@ -92,7 +96,8 @@ TEST_P(InterruptedAnswer, IsFinishedAfterACrashOfTheGatewayAtAnyPoint) {
     desk.link_up();
     desk.wait(20ms);
     if (desk.sut->call() != nullptr && !desk.sut->call()->answer) {
-      desk.feed(desk.sut->assign(desk.assignment(), desk.now));
+      desk.sut->assign(desk.assignment(), desk.now);
+      desk.settle();
     }
     serve(desk);
     desk.wait(2s);

@@ -1,4 +1,4 @@
-#include "gateway/control/answered_requests.hpp"
+#include "gateway/channel/answered_requests.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 namespace millrace::gateway {
 namespace {
 
-using control::AnsweredRequests;
+using channel::AnsweredRequests;
 using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;

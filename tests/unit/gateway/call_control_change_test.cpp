@@ -209,7 +209,7 @@ TEST_F(CallControlTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServe
   answered_call(2);
   EXPECT_THAT(all<Withdraw>(sut->release({"cnc", 1}, "served by another gateway", now)), SizeIs(1));
   EXPECT_THAT(all<Withdraw>(sut->on_link_dropped("cnc", "stood still", now)), IsEmpty());
-  now.steady += 2 * control::AnsweredRequests::quiet;
+  now.steady += 2 * channel::AnsweredRequests::quiet;
   EXPECT_THAT(all<Withdraw>(sut->on_time(now)), SizeIs(1));
 }
 

@@ -306,7 +306,7 @@ TEST_F(CallControlTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithI
   now.steady += std::chrono::minutes(8);
   link_up();
   std::vector<Show> shown;
-  const auto take = [&](const control::ChannelActions& done) {
+  const auto take = [&](const Actions& done) {
     std::ranges::copy(all<Show>(done), std::back_inserter(shown));
     std::ranges::copy(all<Show>(confirm(done)), std::back_inserter(shown));
   };

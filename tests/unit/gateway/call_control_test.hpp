@@ -1,4 +1,4 @@
-// A core with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
+// A call control with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gateway/control/call_control.hpp"
+#include "tests/unit/gateway/recorded_control.hpp"
 
 namespace millrace::gateway {
 
@@ -30,8 +30,8 @@ class CallControlTest : public testing::Test {
   void start(control::CallControlOptions options = {}) { sut.emplace(std::move(options), ledger); }
 
   /// A request as the session finds it: state, texts, state again.
-  control::ChannelActions request(std::uint16_t channel, const std::string& wanted = uuid,
-                                  std::uint32_t state = 1) {
+  Actions request(std::uint16_t channel, const std::string& wanted = uuid,
+                  std::uint32_t state = 1) {
     const fabric::ChannelKey key{"cnc", channel};
     sut->on_read(key, {ReadSet::state, "", "", state, 0, ""}, now);
     sut->on_read(key, {ReadSet::texts, wanted, "2", 0, 0, ""}, now);
@@ -39,9 +39,9 @@ class CallControlTest : public testing::Test {
   }
 
   /// Confirms the records in `actions`; returns what comes of it.
-  control::ChannelActions confirm(const control::ChannelActions& actions) {
-    control::ChannelActions all;
-    for (const control::ChannelAction& one : actions) {
+  Actions confirm(const Actions& actions) {
+    Actions all;
+    for (const Done& one : actions) {
       if (const auto* record = std::get_if<Record>(&one.action)) {
         ledger.apply(record->entry);
         std::ranges::copy(sut->on_recorded(record->ticket, now), std::back_inserter(all));
@@ -51,13 +51,13 @@ class CallControlTest : public testing::Test {
   }
 
   /// A call from its request to the read after its answer; returns what came of all steps.
-  control::ChannelActions answered_call(std::uint16_t channel) {
+  Actions answered_call(std::uint16_t channel) {
     const fabric::ChannelKey key{"cnc", channel};
     Snapshot shown{ReadSet::all, uuid, "2", 1, 0, ""};
-    control::ChannelActions todo = request(channel);
+    Actions todo = request(channel);
     for (std::size_t next = 0; next < todo.size(); ++next) {
       const Action action = todo[next].action;
-      control::ChannelActions more;
+      Actions more;
       if (const auto* record = std::get_if<Record>(&action)) {
         ledger.apply(record->entry);
         more = sut->on_recorded(record->ticket, now);
@@ -95,9 +95,9 @@ class CallControlTest : public testing::Test {
   }
 
   template <typename Wanted>
-  static std::vector<Wanted> all(const control::ChannelActions& actions) {
+  static std::vector<Wanted> all(const Actions& actions) {
     std::vector<Wanted> found;
-    for (const control::ChannelAction& one : actions) {
+    for (const Done& one : actions) {
       if (const auto* wanted = std::get_if<Wanted>(&one.action)) {
         found.push_back(*wanted);
       }
@@ -108,7 +108,7 @@ class CallControlTest : public testing::Test {
   void link_up() { confirm(sut->on_link_up("cnc", {1, 2}, now)); }
 
   journal::Ledger ledger;
-  std::optional<control::CallControl> sut;
+  std::optional<RecordedControl> sut;
   Moment now{SteadyTime(std::chrono::hours(1)), fabric::Time(std::chrono::hours(1))};
 };
 

@@ -1,9 +1,10 @@
-// One channel session at work on a Service Interface, for tests: carries out its actions at once,
-// and remembers what it saw.
+// One channel session at work on a Service Interface, for tests: does at once what the session asks
+// for, and remembers what it saw.
 #pragma once
 
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "gateway/channel/session.hpp"
 #include "gateway/journal/ledger.hpp"
 #include "tests/support/service_interface.hpp"
+#include "tests/unit/gateway/recorded_control.hpp"
 
 namespace millrace::gateway {
 
@@ -35,7 +37,7 @@ struct Fate {
   bool executed = true;
 };
 
-class Desk {
+class Desk final : public Outputs {
  public:
   explicit Desk(tests::KernelRules rules = {}) : channel(rules) {
     ledger.apply(NumbersEntry{0x5f3a, 0});
@@ -44,26 +46,29 @@ class Desk {
     channel.advance(now.steady);
   }
 
-  /// Carries out all that can be done without waiting.
-  void feed(const SessionActions& actions) {
-    for (const SessionAction& action : actions) {
-      todo_.push_back(action);
-    }
+  /// Does all that can be done without waiting.
+  void settle() {
+    follow();
     while (!todo_.empty() && !stop) {
-      const SessionAction action = todo_.front();
+      const auto next = std::move(todo_.front());
       todo_.pop_front();
-      std::visit([this](const auto& one) { carry_out(one); }, action);
+      next();
+      follow();
     }
   }
 
-  void link_up() { feed(sut->on_link_up(now)); }
+  void link_up() {
+    sut->on_link_up(now);
+    settle();
+  }
 
   /// Lets time pass, waking the session whenever it asked for it.
   void wait(std::chrono::milliseconds time) {
     const SteadyTime end = now.steady + time;
     while (!stop && wake && *wake <= end) {
       move_to(*std::exchange(wake, std::nullopt));
-      feed(sut->on_wake(now));
+      sut->on_wake(now);
+      settle();
     }
     if (!stop) {
       move_to(end);
@@ -75,7 +80,9 @@ class Desk {
     todo_.clear();
     wake.reset();
     stop = false;
-    sut.emplace(fabric::ChannelKey{"cnc", 1});
+    sut.reset();
+    context.emplace(*this);
+    sut.emplace(fabric::ChannelKey{"cnc", 1}, *context);
     for (const Call& call : ledger.open_calls()) {
       sut->resume(call, policy);
     }
@@ -121,7 +128,17 @@ class Desk {
     link_up();
     call();
     wait(std::chrono::milliseconds(20));
-    feed(sut->assign(assignment(), now));
+    sut->assign(assignment(), now);
+    settle();
+  }
+
+  /// Instances that have answered and were not told that nobody waits any more.
+  std::vector<fabric::InstanceId> left_be() {
+    std::vector<fabric::InstanceId> instances;
+    for (const fabric::RequestKey& request : context->answered.take_all()) {
+      instances.push_back(request.instance);
+    }
+    return instances;
   }
 
   [[nodiscard]] std::vector<fabric::EventKind> event_kinds() const {
@@ -133,7 +150,8 @@ class Desk {
   }
 
   tests::ServiceInterface channel;
-  std::optional<channel::ChannelSession> sut{std::in_place, fabric::ChannelKey{"cnc", 1}};
+  std::optional<channel::ChannelContext> context{std::in_place, *this};
+  std::optional<channel::ChannelSession> sut{std::in_place, fabric::ChannelKey{"cnc", 1}, *context};
   journal::Ledger ledger;
   Moment now;
   fabric::Delivery delivery = fabric::Delivery::at_least_once;
@@ -142,6 +160,8 @@ class Desk {
   bool served = true;
   bool out_of_patience = false;
   bool journal_works = true;
+  /// Why no read works; empty: they do.
+  std::string unreadable;
   /// Nothing is carried out any more.
   bool stop = false;
   std::optional<SteadyTime> wake;
@@ -154,7 +174,6 @@ class Desk {
   std::vector<std::string> writes;
   std::vector<fabric::Request> published;
   std::vector<fabric::InstanceId> withdrawn;
-  std::vector<fabric::InstanceId> left_be;
   std::vector<fabric::CallId> declined;
   std::vector<fabric::Event> events;
   std::vector<std::string> said;
@@ -178,15 +197,44 @@ class Desk {
     return stop;
   }
 
-  void carry_out(const Action& action) {
-    std::visit([this](const auto& one) { carry_out(one); }, action);
+  void follow() {
+    const channel::ChannelNews news = sut->take_news();
+    wake = news.wake_at ? news.wake_at : wake;
+    resumed += news.resumed ? 1U : 0U;
+    freed += news.freed ? 1U : 0U;
+    if (news.declined) {
+      declined.push_back(*news.declined);
+    }
+    if (news.found) {
+      todo_.emplace_back([this] { found(); });
+    }
   }
-  void carry_out(const Read& one) {
-    if (!interrupted()) {
+  void found() {
+    ++offers;
+    out_of_patience = sut->out_of_patience();
+    if (served) {
+      sut->claim({0x5f3a, ++calls}, policy, now);
+    } else {
+      sut->leave("served by nobody", policy, now);
+    }
+  }
+
+  void read(const fabric::ChannelKey&, ReadSet look) override {
+    todo_.emplace_back([this, look] {
+      if (interrupted()) {
+        return;
+      }
+      if (!unreadable.empty()) {
+        sut->on_read_failed(unreadable, now);
+        return;
+      }
       ++reads;
       channel.advance(now.steady);
-      append(sut->on_read(channel.read(one.look), now));
-    }
+      sut->on_read(channel.read(look), now);
+    });
+  }
+  void write(const fabric::ChannelKey&, const Write& one) override {
+    todo_.emplace_back([this, one] { carry_out(one); });
   }
   void carry_out(const Write& one) {
     if (interrupted()) {
@@ -201,49 +249,49 @@ class Desk {
           state != nullptr ? std::to_string(*state) : std::get<std::string>(one.value)));
     }
     if (!interrupted()) {
-      append(sut->on_write(fate_now.outcome, "test", now));
+      sut->on_write(fate_now.outcome, "test", now);
     }
   }
-  void carry_out(const WakeAt& one) { wake = one.at; }
-  void carry_out(const Offer& one) {
-    ++offers;
-    out_of_patience = one.out_of_patience;
-    if (served) {
-      append(sut->claim({0x5f3a, ++calls}, policy, now));
-    } else {
-      append(sut->leave("served by nobody", policy, now));
-    }
+  void record(const JournalEntry& entry, const Ticket& ticket) override {
+    todo_.emplace_back([this, entry, ticket] {
+      if (interrupted()) {
+        return;
+      }
+      if (!journal_works) {
+        unconfirmed.push_back({ticket, entry});
+        return;
+      }
+      ledger.apply(entry);
+      if (!interrupted()) {
+        sut->on_recorded(ticket.number, now);
+      }
+    });
   }
-  void carry_out(const Record& one) {
-    if (interrupted()) {
-      return;
-    }
-    if (!journal_works) {
-      unconfirmed.push_back(one);
-      return;
-    }
-    ledger.apply(one.entry);
-    if (!interrupted()) {
-      append(sut->on_recorded(one.ticket.number, now));
-    }
+  void publish(const fabric::Request& request) override {
+    todo_.emplace_back([this, request] { published.push_back(request); });
   }
-  void carry_out(const Publish& one) { published.push_back(one.request); }
-  void carry_out(const Withdraw& one) { withdrawn.push_back(one.instance); }
-  void carry_out(const LeaveBe& one) { left_be.push_back(one.instance); }
-  void carry_out(const Resume&) { ++resumed; }
-  void carry_out(const Freed&) { ++freed; }
-  void carry_out(const Declined& one) { declined.push_back(one.call); }
-  void carry_out(const Tell& one) { events.push_back(one.event); }
-  void carry_out(const Show&) {}
-  void carry_out(const Hide&) {}
-  void carry_out(const Say& one) { said.push_back(one.text); }
-  void carry_out(const WriteProblem& one) { write_problems.push_back(one.text); }
-
-  void append(const SessionActions& actions) {
-    todo_.insert(todo_.end(), actions.begin(), actions.end());
+  void publish(const fabric::Event& event) override {
+    todo_.emplace_back([this, event] { events.push_back(event); });
+  }
+  void publish(const fabric::ChannelStatus&) override {}
+  void dispose(const fabric::RequestKey& request) override {
+    todo_.emplace_back([this, request] { withdrawn.push_back(request.instance); });
+  }
+  void dispose(const fabric::ChannelKey&) override {}
+  void say(const fabric::ChannelKey&, Level, const std::string& text) override {
+    todo_.emplace_back([this, text] { said.push_back(text); });
+  }
+  void tell_write_problem(const fabric::ChannelKey&, const std::string& text) override {
+    todo_.emplace_back([this, text] { write_problems.push_back(text); });
   }
 
-  std::deque<SessionAction> todo_;
+  std::deque<std::function<void()>> todo_;
 };
+
+/// Another gateway, journal and channel in its place.
+inline void renew(Desk& desk, tests::KernelRules rules = {}) {
+  std::destroy_at(&desk);
+  std::construct_at(&desk, rules);
+}
 
 }  // namespace millrace::gateway

@@ -49,7 +49,7 @@ struct RingModel {
   bool unseen = false;
 };
 
-class QueuePlant {
+class QueuePlant : public Outputs {
  public:
   inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
@@ -71,10 +71,10 @@ class QueuePlant {
     const fabric::ChannelKey key = settings.key("press");
     const auto known = ledger.queues().find(key);
     queue.emplace("press", settings, known == ledger.queues().end() ? QueueBook() : known->second);
-    control.emplace(control::CallControlOptions{}, ledger);
+    control.emplace(*this, control::CallControlOptions{}, ledger);
     queue->on_up(now);
-    carry_out(control->on_link_up(key.machine, {1}, now));
-    carry_out(control->set_told(key, true, now));
+    control->on_link_up(key.machine, {1}, now);
+    control->set_told(key, true, now);
     if (served) {
       serve();
     }
@@ -86,7 +86,7 @@ class QueuePlant {
     fabric::InstanceIdentity one;
     one.id.bytes.fill(static_cast<std::uint8_t>(service));
     one.uuid = uuid;
-    todo.push_back([this, one] { carry_out(control->on_instance_ready(one, now)); });
+    todo.push_back([this, one] { control->on_instance_ready(one, now); });
   }
 
   /// One step; false if nothing is left to do now.
@@ -121,7 +121,7 @@ class QueuePlant {
   void pass(std::chrono::milliseconds time) {
     now.steady += time;
     now.wall += time;
-    carry_out(control->on_time(now));
+    control->on_time(now);
   }
 
   /// Until nothing is left to do, and once more after a look that is due; false if that takes too
@@ -156,7 +156,7 @@ class QueuePlant {
     fabric::InstanceId old;
     old.bytes.fill(static_cast<std::uint8_t>(service++));
     todo.push_back([this, old] {
-      carry_out(control->on_instance_gone(old, now));
+      control->on_instance_gone(old, now);
       serve();
     });
   }
@@ -218,8 +218,7 @@ class QueuePlant {
       todo.push_back([this] { queue->on_journalled(now); });
     }
     if (news.shows) {
-      todo.push_back(
-          [this] { carry_out(control->on_change(queue->key(), Variable::request_state, now)); });
+      todo.push_back([this] { control->on_change(queue->key(), Variable::request_state, now); });
     }
     for (const auto& line : news.lines) {
       lines.push_back(line.text);
@@ -232,32 +231,36 @@ class QueuePlant {
     }
   }
 
-  void carry_out(const control::ChannelActions& actions) {
-    for (const auto& [key, action] : actions) {
-      if (const auto* read = std::get_if<Read>(&action)) {
-        todo.push_back([this, key = key, look = read->look] {
-          const Snapshot shown = queue->look(look);
-          queue->on_read(look);
-          carry_out(control->on_read(key, shown, now));
-        });
-      } else if (const auto* write = std::get_if<Write>(&action)) {
-        queue->write(*write, now);
-        tell_news();
-        todo.push_back([this, key = key] {
-          carry_out(control->on_write(key, WriteOutcome::written, "", now));
-          queue->on_acknowledged();
-        });
-      } else if (const auto* record = std::get_if<Record>(&action)) {
-        ledger.apply(record->entry);
-        todo.push_back(
-            [this, ticket = record->ticket] { carry_out(control->on_recorded(ticket, now)); });
-      } else if (const auto* given = std::get_if<Publish>(&action)) {
-        if (!deaf) {
-          todo.push_back([this, request = given->request] { run(request); });
-        }
-      }
+  void read(const fabric::ChannelKey& key, ReadSet look) override {
+    todo.emplace_back([this, key, look] {
+      const Snapshot shown = queue->look(look);
+      queue->on_read(look);
+      control->on_read(key, shown, now);
+    });
+  }
+  void write(const fabric::ChannelKey& key, const Write& write) override {
+    queue->write(write, now);
+    tell_news();
+    todo.emplace_back([this, key] {
+      control->on_write(key, WriteOutcome::written, "", now);
+      queue->on_acknowledged();
+    });
+  }
+  void record(const JournalEntry& entry, const Ticket& ticket) override {
+    ledger.apply(entry);
+    todo.emplace_back([this, ticket] { control->on_recorded(ticket, now); });
+  }
+  void publish(const fabric::Request& request) override {
+    if (!deaf) {
+      todo.emplace_back([this, request] { run(request); });
     }
   }
+  void publish(const fabric::Event&) override {}
+  void publish(const fabric::ChannelStatus&) override {}
+  void dispose(const fabric::RequestKey&) override {}
+  void dispose(const fabric::ChannelKey&) override {}
+  void say(const fabric::ChannelKey&, Level, const std::string&) override {}
+  void tell_write_problem(const fabric::ChannelKey&, const std::string&) override {}
 
   void run(const fabric::Request& request) {
     fabric::InstanceId alive;
@@ -278,7 +281,7 @@ class QueuePlant {
     reply.state = 1;
     reply.asked_text = request.text;
     reply.asked_state = request.state;
-    todo.push_back([this, reply] { carry_out(control->on_reply(reply, now)); });
+    todo.push_back([this, reply] { control->on_reply(reply, now); });
   }
 };
 

@@ -17,7 +17,10 @@ using namespace std::chrono_literals;
 class ChannelAnswer : public testing::Test {
  protected:
   channel::ChannelSession& sut() { return *desk.sut; }
-  void reply(const fabric::Reply& reply) { desk.feed(sut().on_reply(reply, desk.now)); }
+  void reply(const fabric::Reply& reply) {
+    sut().on_reply(reply, desk.now);
+    desk.settle();
+  }
   Desk desk;
 };
 
@@ -79,25 +82,28 @@ TEST_F(ChannelAnswer, ToAnotherRequestOfTheSameIdIsDroppedAndSaid) {
 TEST_F(ChannelAnswer, IsNotToldToTheInstanceItCameFrom) {
   desk.dispatched_call();
   reply(desk.reply("1.414", 1));
-  EXPECT_THAT(desk.left_be, ElementsAre(instance(1)));
+  EXPECT_THAT(desk.left_be(), ElementsAre(instance(1)));
   EXPECT_THAT(desk.withdrawn, IsEmpty());
 }
 
 TEST_F(ChannelAnswer, OfOneInstanceIsToldToTheOtherThatWasGivenTheCallToo) {
   desk.dispatched_call();
   const fabric::Reply first = desk.reply("1.414", 1);
-  desk.feed(sut().suspend("the instance is lost", false, desk.now));
-  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  sut().suspend("the instance is lost", false, desk.now);
+  desk.settle();
+  sut().assign(desk.assignment(2, 2), desk.now);
+  desk.settle();
   EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1))) << "it does not hear of the other's call";
   reply(first);
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1), instance(2)));
-  EXPECT_THAT(desk.left_be, IsEmpty());
+  EXPECT_THAT(desk.left_be(), IsEmpty());
 }
 
 TEST_F(ChannelAnswer, OfAnOperatorIsToldToTheInstanceThatHasTheCall) {
   desk.dispatched_call();
-  desk.feed(sut().settle({response("by hand", 7), "an operator"}, desk.now));
+  sut().settle({response("by hand", 7), "an operator"}, desk.now);
+  desk.settle();
   EXPECT_EQ(sut().status().answered, 1U);
   EXPECT_THAT(desk.withdrawn, ElementsAre(instance(1)));
 }
@@ -148,15 +154,18 @@ TEST_F(ChannelAnswer, LooksAgainWhenTheJournalTookLong) {
   // Between the polls that go on meanwhile, the program gives up and asks something else.
   desk.now.steady += 50ms;
   desk.call("3", 2);
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
+  sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now);
+  desk.settle();
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=1.414"));
   EXPECT_EQ(desk.channel.values().request_state, 2U);
 }
 
 TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
   desk.dispatched_call();
-  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
-  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  sut().suspend("instance 1 is lost", false, desk.now);
+  desk.settle();
+  sut().assign(desk.assignment(2, 2), desk.now);
+  desk.settle();
   reply(desk.reply("first", 1, 1));
   reply(desk.reply("second", 1, 2));
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=first", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
@@ -166,7 +175,8 @@ TEST_F(ChannelAnswer, OfAnEarlierInstanceCountsToo) {
 TEST_F(ChannelAnswer, OfAHeldCallIsWrittenWhenItsInstanceComesBackWithIt) {
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", true, desk.now));
+  sut().suspend("lost", true, desk.now);
+  desk.settle();
   reply(desk.reply("1.414", 1));
   EXPECT_EQ(desk.channel.values().response_state, 1U);
 }
@@ -196,8 +206,10 @@ TEST_F(ChannelAnswer, OfAnInstanceThatWasNotAskedIsSaidOnceInAWhileHoweverOftenI
 
 TEST_F(ChannelAnswer, ThatIsLateIsToldOnceOfEachInstanceThatWasAsked) {
   desk.dispatched_call();
-  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
-  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  sut().suspend("instance 1 is lost", false, desk.now);
+  desk.settle();
+  sut().assign(desk.assignment(2, 2), desk.now);
+  desk.settle();
   reply(desk.reply("second", 1, 2));
   for (int i = 0; i < 3; ++i) {
     reply(desk.reply("first", 1, 1));
@@ -225,8 +237,10 @@ TEST_F(ChannelAnswer, OfAnInstanceThatDeclinesACallThatIsOverIsNotCalledLate) {
 // It ran twice: the second attempt was taken from an instance that had begun it.
 TEST_F(ChannelAnswer, IsNotRefusedByADeclineOfTheAttemptBefore) {
   desk.dispatched_call();
-  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
-  desk.feed(sut().assign(desk.assignment(1, 2), desk.now));
+  sut().suspend("instance 1 is lost", false, desk.now);
+  desk.settle();
+  sut().assign(desk.assignment(1, 2), desk.now);
+  desk.settle();
   auto declined = desk.reply("no room", 0);
   declined.kind = fabric::ReplyKind::declined;
   declined.attempt = 1;
@@ -258,7 +272,8 @@ TEST_F(ChannelAnswer, ToACallThatIsOverIsNotWrittenToTheNextOneOfTheSameInstance
   const fabric::Reply late = desk.reply("1.414", 1);
   desk.call("3", 2);
   desk.wait(20ms);
-  desk.feed(sut().assign(desk.assignment(), desk.now));
+  sut().assign(desk.assignment(), desk.now);
+  desk.settle();
   reply(late);
   EXPECT_THAT(desk.writes, IsEmpty());
   EXPECT_EQ(sut().status().state, fabric::ChannelState::running);
@@ -272,7 +287,8 @@ TEST_F(ChannelAnswer, WhoseReleaseWasUnderWayWhenTheLinkBrokeIsFoundWritten) {
   ASSERT_THAT(desk.writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
   desk.before_action = [] {};
   desk.stop = false;
-  desk.feed(sut().on_link_dropped("cable", desk.now));
+  sut().on_link_dropped("cable", desk.now);
+  desk.settle();
   desk.link_up();
   desk.wait(20ms);
   EXPECT_EQ(sut().status().answered, 1U);
@@ -324,7 +340,7 @@ TEST_F(ChannelAnswer, MayBePrecededByInterimStatesThatLeaveTheRequestPending) {
 }
 
 TEST_F(ChannelAnswer, FollowsAnInterimStateEvenIfTheKernelClearedTheRequest) {
-  desk = Desk({.auto_clear = true});
+  renew(desk, {.auto_clear = true});
   desk.dispatched_call();
   reply(desk.interim("half way", 5));
   EXPECT_EQ(desk.channel.values().request_state, 0U);
@@ -337,7 +353,7 @@ TEST_F(ChannelAnswer, FollowsAnInterimStateEvenIfTheKernelClearedTheRequest) {
 }
 
 TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
-  desk = Desk({.auto_clear = true});
+  renew(desk, {.auto_clear = true});
   desk.dispatched_call();
   reply(desk.interim("half way", 5));
   desk.channel.set_request_state(0);
@@ -348,8 +364,10 @@ TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
 
 TEST_F(ChannelAnswer, IsNotPrecededByInterimStatesOfAnInstanceThatHasLostTheCall) {
   desk.dispatched_call();
-  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
-  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  sut().suspend("instance 1 is lost", false, desk.now);
+  desk.settle();
+  sut().assign(desk.assignment(2, 2), desk.now);
+  desk.settle();
   reply(desk.interim("half way", 5, 1));
   EXPECT_THAT(desk.writes, IsEmpty());
   reply(desk.interim("begun", 4, 2));
@@ -366,7 +384,8 @@ TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
   desk.journal_works = true;
   for (const Record& record : std::exchange(desk.unconfirmed, {})) {
     desk.ledger.apply(record.entry);
-    desk.feed(sut().on_recorded(record.ticket.number, desk.now));
+    sut().on_recorded(record.ticket.number, desk.now);
+    desk.settle();
   }
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=done", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
 }
@@ -385,7 +404,8 @@ TEST_F(ChannelAnswer, OfState0ReleasesAProgramThatWaitsForTheText) {
 TEST_F(ChannelAnswer, OfTheGatewayItselfToAProgramThatWaitsForTheTextEndsWithTheText) {
   desk.awaited = fabric::Awaited::response;
   desk.dispatched_call();
-  desk.feed(sut().settle({response("by hand", 7), "an operator"}, desk.now));
+  sut().settle({response("by hand", 7), "an operator"}, desk.now);
+  desk.settle();
   EXPECT_THAT(desk.writes, ElementsAre("REQUEST_STATE=0", "RESPONSE_STATE=7", "RESPONSE=by hand"));
 }
 
@@ -422,15 +442,18 @@ TEST_F(ChannelAnswer, TakesNoInterimStateOf0) {
 TEST_F(ChannelAnswer, WritesTheTextAgainIfTheControllerStartedAgainMeanwhile) {
   desk.dispatched_call();
   desk.before_action = [&] { desk.journal_works = desk.writes.empty(); };
-  desk.feed(desk.sut->on_reply(desk.reply("1.414", 1), desk.now));
+  desk.sut->on_reply(desk.reply("1.414", 1), desk.now);
+  desk.settle();
   ASSERT_EQ(desk.writes, std::vector<std::string>{"RESPONSE=1.414"});
   ASSERT_THAT(desk.unconfirmed, testing::SizeIs(1)) << "the journal cannot say that it will clear";
   desk.before_action = [] {};
   desk.journal_works = true;
-  desk.feed(desk.sut->on_link_down("the controller is off", desk.now));
+  desk.sut->on_link_down("the controller is off", desk.now);
+  desk.settle();
   desk.channel.reset();
   desk.call();
-  desk.feed(desk.sut->on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
+  desk.sut->on_recorded(desk.unconfirmed.front().ticket.number, desk.now);
+  desk.settle();
   desk.link_up();
   desk.wait(std::chrono::milliseconds(20));
   EXPECT_EQ(desk.channel.values().response_state, 1U);

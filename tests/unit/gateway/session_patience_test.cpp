@@ -109,7 +109,8 @@ TEST_F(Patience, WithALostAtMostOnceCallEndsWithTheConfiguredState) {
   desk.policy.lost = Rule{2s, 903};
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", true, desk.now));
+  sut().suspend("lost", true, desk.now);
+  desk.settle();
   desk.wait(1s);
   EXPECT_THAT(desk.writes, IsEmpty());
   desk.wait(2s);
@@ -121,7 +122,8 @@ TEST_F(Patience, WithALostCallIsSaidOnceWhereNoStateIsConfigured) {
   desk.policy.lost = Rule{2s, 0};
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", true, desk.now));
+  sut().suspend("lost", true, desk.now);
+  desk.settle();
   desk.wait(1min);
   EXPECT_EQ(std::ranges::count(desk.events, late, &fabric::Event::kind), 1);
 }
@@ -130,8 +132,10 @@ TEST_F(Patience, WithALostCallIsForgottenWhenItsInstanceComesBack) {
   desk.policy.lost = Rule{2s, 903};
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", true, desk.now));
-  desk.feed(sut().assign(desk.assignment(), desk.now));
+  sut().suspend("lost", true, desk.now);
+  desk.settle();
+  sut().assign(desk.assignment(), desk.now);
+  desk.settle();
   desk.wait(1min);
   EXPECT_THAT(desk.writes, IsEmpty());
 }
@@ -139,29 +143,37 @@ TEST_F(Patience, WithALostCallIsForgottenWhenItsInstanceComesBack) {
 TEST_F(Patience, IsNotNeededByAnOperatorWhoAnswers) {
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", true, desk.now));
-  desk.feed(sut().settle({response("go on", 7), "ann@hmi"}, desk.now));
+  sut().suspend("lost", true, desk.now);
+  desk.settle();
+  sut().settle({response("go on", 7), "ann@hmi"}, desk.now);
+  desk.settle();
   expect_answer("go on", 7);
-  desk.feed(sut().on_reply(desk.reply("1.414", 1), desk.now));
+  sut().on_reply(desk.reply("1.414", 1), desk.now);
+  desk.settle();
   EXPECT_EQ(sut().status().late, 1U);
 }
 
 TEST_F(Patience, LetsTheFirstOfTwoAnswersWin) {
   desk.dispatched_call();
   desk.journal_works = false;
-  desk.feed(sut().on_reply(desk.reply("1.414", 1), desk.now));
-  desk.feed(sut().settle({response("go on", 7), "ann@hmi"}, desk.now));
+  sut().on_reply(desk.reply("1.414", 1), desk.now);
+  desk.settle();
+  sut().settle({response("go on", 7), "ann@hmi"}, desk.now);
+  desk.settle();
   EXPECT_EQ(sut().call()->answer->text, "1.414");
 }
 
 TEST_F(Patience, IsGivenAnotherChanceByAnOperatorWhoRetries) {
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", true, desk.now));
-  desk.feed(sut().retry("ann@hmi", desk.now));
+  sut().suspend("lost", true, desk.now);
+  desk.settle();
+  sut().retry("ann@hmi", desk.now);
+  desk.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().reason, "given out again by ann@hmi");
-  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  sut().assign(desk.assignment(2, 2), desk.now);
+  desk.settle();
   EXPECT_EQ(desk.published.back().attempt, 2U);
 }
 

@@ -51,7 +51,7 @@ TEST_F(ChannelRequest, IsReadAgainWhenOnlyOneOfItsThreePartsChangesMeanwhile) {
   const std::string other = "11111111-2222-3333-4444-555555555555";
   for (const PendingRequest& later :
        {PendingRequest{other, "2", 1}, {square_root_uuid, "3", 1}, {square_root_uuid, "2", 4}}) {
-    desk = Desk();
+    renew(desk);
     desk.link_up();
     desk.call("2", 1);
     int actions = 0;
@@ -99,7 +99,8 @@ TEST_F(ChannelRequest, OfAForeignUuidLeavesTheChannelUntouchedAndIsReportedOnce)
 TEST_F(ChannelRequest, OfAChannelThatHasNotBeenLookedAtIsNotCalledIdle) {
   sut().on_link_up(desk.now);
   EXPECT_EQ(sut().status().state, fabric::ChannelState::link_down);
-  desk.feed(sut().on_read({ReadSet::state, "", "", 0, 0, ""}, desk.now));
+  sut().on_read({ReadSet::state, "", "", 0, 0, ""}, desk.now);
+  desk.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
 }
 
@@ -108,7 +109,8 @@ TEST_F(ChannelRequest, OfAChannelThatWasIdleBeforeItsLinkBrokeIsLookedForBeforeI
   desk.link_up();
   desk.wait(20ms);
   ASSERT_EQ(sut().status().state, fabric::ChannelState::idle);
-  desk.feed(sut().on_link_down("cable", desk.now));
+  sut().on_link_down("cable", desk.now);
+  desk.settle();
   static_cast<void>(sut().on_link_up(desk.now));
   EXPECT_NE(sut().status().state, fabric::ChannelState::idle);
 }
@@ -133,7 +135,8 @@ TEST_F(ChannelRequest, ThatWasLeftIsTakenWhenAnInstanceAppears) {
   desk.call();
   desk.wait(20ms);
   desk.served = true;
-  desk.feed(sut().reconsider(desk.now));
+  sut().reconsider(desk.now);
+  desk.settle();
   EXPECT_NE(sut().call(), nullptr);
 }
 
@@ -142,7 +145,8 @@ TEST_F(ChannelRequest, ThatIsLeftAgainForTheSameReasonIsNotReportedAgain) {
   desk.link_up();
   desk.call();
   desk.wait(20ms);
-  desk.feed(sut().reconsider(desk.now));
+  sut().reconsider(desk.now);
+  desk.settle();
   desk.wait(20ms);
   EXPECT_EQ(desk.offers, 2U);
   EXPECT_THAT(desk.event_kinds(), ElementsAre(unserved));
@@ -174,7 +178,8 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
   desk.dispatched_call();
   EXPECT_THAT(desk.published, IsEmpty());
   ASSERT_EQ(desk.unconfirmed.size(), 1U);
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
+  sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now);
+  desk.settle();
   ASSERT_EQ(desk.published.size(), 1U);
   EXPECT_EQ(desk.published.front().assigned, instance(1));
   EXPECT_EQ(desk.published.front().attempt, 1U);
@@ -184,10 +189,12 @@ TEST_F(ChannelRequest, IsJournaledBeforeItIsPublished) {
 
 TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttempt) {
   desk.dispatched_call();
-  desk.feed(sut().suspend("instance 1 is lost", false, desk.now));
+  sut().suspend("instance 1 is lost", false, desk.now);
+  desk.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::waiting);
   EXPECT_EQ(sut().status().reason, "instance 1 is lost");
-  desk.feed(sut().assign(desk.assignment(2, 2), desk.now));
+  sut().assign(desk.assignment(2, 2), desk.now);
+  desk.settle();
   ASSERT_EQ(desk.published.size(), 2U);
   EXPECT_EQ(desk.published[1].call, desk.published[0].call);
   EXPECT_EQ(desk.published[1].attempt, 2U);
@@ -198,7 +205,8 @@ TEST_F(ChannelRequest, OfALostInstanceGoesToTheNextUnderTheSameIdAndAHigherAttem
 
 TEST_F(ChannelRequest, IsPublishedAgainUnchangedToAnInstanceThatCameBack) {
   desk.dispatched_call();
-  desk.feed(sut().assign(desk.assignment(1, 1), desk.now));
+  sut().assign(desk.assignment(1, 1), desk.now);
+  desk.settle();
   ASSERT_EQ(desk.published.size(), 2U);
   EXPECT_EQ(desk.published[1].attempt, 1U);
   EXPECT_EQ(sut().status().repeated, 0U);
@@ -208,15 +216,18 @@ TEST_F(ChannelRequest, IsPublishedAgainUnchangedToAnInstanceThatCameBack) {
 TEST_F(ChannelRequest, IsNotPublishedIfItsInstanceIsLostBeforeTheJournalHasIt) {
   desk.journal_works = false;
   desk.dispatched_call();
-  desk.feed(sut().suspend("lost", false, desk.now));
-  desk.feed(sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now));
+  sut().suspend("lost", false, desk.now);
+  desk.settle();
+  sut().on_recorded(desk.unconfirmed.front().ticket.number, desk.now);
+  desk.settle();
   EXPECT_THAT(desk.published, IsEmpty());
 }
 
 TEST_F(ChannelRequest, HeldForAnOperatorSaysSo) {
   desk.delivery = fabric::Delivery::at_most_once;
   desk.dispatched_call();
-  desk.feed(sut().suspend("it must not run twice", true, desk.now));
+  sut().suspend("it must not run twice", true, desk.now);
+  desk.settle();
   EXPECT_EQ(sut().status().state, fabric::ChannelState::held);
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, lost, held));
 }
@@ -262,7 +273,8 @@ TEST_F(ChannelRequest, IsLookedForEveryTenMillisecondsWhileIdle) {
 
 TEST_F(ChannelRequest, IsNotLookedForWhileTheLinkIsDown) {
   desk.link_up();
-  desk.feed(sut().on_link_down("connection refused", desk.now));
+  sut().on_link_down("connection refused", desk.now);
+  desk.settle();
   const auto reads = desk.reads;
   desk.wait(1s);
   EXPECT_EQ(desk.reads, reads);
@@ -272,7 +284,8 @@ TEST_F(ChannelRequest, IsNotLookedForWhileTheLinkIsDown) {
 
 TEST_F(ChannelRequest, SurvivesALinkThatIsDownForAWhile) {
   desk.dispatched_call();
-  desk.feed(sut().on_link_down("gone", desk.now));
+  sut().on_link_down("gone", desk.now);
+  desk.settle();
   desk.wait(1s);
   desk.link_up();
   desk.wait(1s);
@@ -282,11 +295,11 @@ TEST_F(ChannelRequest, SurvivesALinkThatIsDownForAWhile) {
 }
 
 TEST_F(ChannelRequest, ThatCannotBeReadIsTriedAgainAndTheReasonShown) {
-  const SessionActions actions = sut().on_link_up(desk.now);
-  ASSERT_TRUE(std::holds_alternative<Read>(std::get<Action>(actions.front())));
-  desk.feed(sut().on_read_failed("0x710 symbol not found", desk.now));
+  desk.unreadable = "0x710 symbol not found";
+  desk.link_up();
   EXPECT_EQ(sut().status().reason, "0x710 symbol not found");
   EXPECT_EQ(desk.reads, 0U);
+  desk.unreadable.clear();
   desk.wait(600ms);
   EXPECT_GE(desk.reads, 1U);
   EXPECT_EQ(sut().status().reason, "");

@@ -15,13 +15,15 @@ class ToldChannel : public testing::Test {
   void be_told() {
     desk.link_up();
     desk.wait(1s);
-    desk.feed(sut().set_told(true, desk.now));
+    sut().set_told(true, desk.now);
+    desk.settle();
     // What was due before.
     desk.wait(500ms);
     desk.reads = 0;
   }
   void change(Variable variable = Variable::request_state) {
-    desk.feed(sut().on_change(variable, desk.now));
+    sut().on_change(variable, desk.now);
+    desk.settle();
   }
   channel::ChannelSession& sut() { return *desk.sut; }
   Desk desk;
@@ -94,7 +96,8 @@ TEST_F(ToldChannel, IsLookedAtOnceMoreWhenItChangesDuringALook) {
 
 TEST_F(ToldChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
   be_told();
-  desk.feed(sut().set_told(false, desk.now));
+  sut().set_told(false, desk.now);
+  desk.settle();
   desk.call();
   desk.wait(11ms);
   EXPECT_EQ(desk.offers, 1U);
@@ -102,7 +105,8 @@ TEST_F(ToldChannel, IsPolledAgainAtOnceWhenNothingIsToldAnyMore) {
 
 TEST_F(ToldChannel, IsPolledOnANewLinkUntilItIsToldAgain) {
   be_told();
-  desk.feed(sut().on_link_down("cable", desk.now));
+  sut().on_link_down("cable", desk.now);
+  desk.settle();
   desk.link_up();
   desk.wait(1s);
   EXPECT_GE(desk.reads, 100U);
@@ -112,7 +116,8 @@ TEST_F(ToldChannel, LearnsAtOnceThatAProgramHasWithdrawnItsCall) {
   be_told();
   desk.call();
   change();
-  desk.feed(sut().assign(desk.assignment(), desk.now));
+  sut().assign(desk.assignment(), desk.now);
+  desk.settle();
   desk.reads = 0;
   desk.wait(400ms);
   EXPECT_LE(desk.reads, 1U) << "a call that runs is not polled";
@@ -128,11 +133,13 @@ TEST_F(ToldChannel, ResponseStateIsOfInterestAfterAnInterimAnswerOnly) {
   EXPECT_EQ(desk.reads, 0U);
   desk.call();
   change();
-  desk.feed(sut().assign(desk.assignment(), desk.now));
+  sut().assign(desk.assignment(), desk.now);
+  desk.settle();
   desk.reads = 0;
   change(Variable::response_state);
   EXPECT_EQ(desk.reads, 0U);
-  desk.feed(sut().on_reply(desk.interim("half", 5), desk.now));
+  sut().on_reply(desk.interim("half", 5), desk.now);
+  desk.settle();
   desk.reads = 0;
   change(Variable::response_state);
   EXPECT_EQ(desk.reads, 1U);
@@ -142,8 +149,10 @@ TEST_F(ToldChannel, IsAnsweredAsEver) {
   be_told();
   desk.call();
   change();
-  desk.feed(sut().assign(desk.assignment(), desk.now));
-  desk.feed(sut().on_reply(desk.reply("4", 3), desk.now));
+  sut().assign(desk.assignment(), desk.now);
+  desk.settle();
+  sut().on_reply(desk.reply("4", 3), desk.now);
+  desk.settle();
   EXPECT_THAT(desk.writes, ElementsAre("RESPONSE=4", "REQUEST_STATE=0", "RESPONSE_STATE=3"));
 }
 

@@ -49,9 +49,11 @@ class QuickProgram {
   }
   void serve() {
     if (desk_.sut->call()->attempts.empty()) {
-      desk_.feed(desk_.sut->assign(desk_.assignment(), desk_.now));
+      desk_.sut->assign(desk_.assignment(), desk_.now);
+      desk_.settle();
     }
-    desk_.feed(desk_.sut->on_reply(desk_.reply(desk_.sut->call()->request.text, 1), desk_.now));
+    desk_.sut->on_reply(desk_.reply(desk_.sut->call()->request.text, 1), desk_.now);
+    desk_.settle();
   }
 
   Desk& desk_;
@@ -102,7 +104,10 @@ INSTANTIATE_TEST_SUITE_P(Delays, ClearingKernel,
 class Visibility : public testing::Test {
  protected:
   channel::ChannelSession& sut() { return *desk->sut; }
-  void reply(const fabric::Reply& reply) { desk->feed(sut().on_reply(reply, desk->now)); }
+  void reply(const fabric::Reply& reply) {
+    sut().on_reply(reply, desk->now);
+    desk->settle();
+  }
   std::optional<Desk> desk{std::in_place};
 };
 
@@ -131,7 +136,8 @@ TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
   sut().set_pace({.kernel_clears_request_state = true});
   desk->dispatched_call();
   reply(desk->reply("1.414", 1));
-  desk->feed(sut().retire(desk->now));
+  sut().retire(desk->now);
+  desk->settle();
   EXPECT_FALSE(sut().is_over());
   desk->wait(600ms);
   EXPECT_TRUE(sut().is_over());
@@ -181,7 +187,8 @@ TEST_F(Visibility, AChannelIsNotHandedOverWhileTheKernelMayStillClearTheRequestO
   desk->dispatched_call();
   reply(desk->interim("half way", 50));
   desk->wait(20ms);
-  desk->feed(sut().hand_over("served by another gateway", desk->now));
+  sut().hand_over("served by another gateway", desk->now);
+  desk->settle();
   desk->wait(20ms);
   desk->channel.write(Variable::request_state, std::uint32_t{0});  // as such a kernel does
   desk->wait(20ms);
@@ -193,7 +200,8 @@ TEST_F(Visibility, AChannelIsNotHandedOverWhileTheKernelMayStillClearTheRequestO
 TEST_F(Visibility, AChannelIsHandedOverOnceItsRequestOutlastsAnInterimAnswer) {
   desk->dispatched_call();
   reply(desk->interim("half way", 50));
-  desk->feed(sut().hand_over("served by another gateway", desk->now));
+  sut().hand_over("served by another gateway", desk->now);
+  desk->settle();
   desk->wait(2s);
   EXPECT_TRUE(sut().is_over());
   EXPECT_THAT(desk->withdrawn, testing::SizeIs(1));
@@ -209,11 +217,13 @@ TEST_F(Visibility, AnInterimAnswerThatIsNotVisibleIsNotForgottenWithTheConnectio
   desk->call();
   desk->wait(200ms);
   ASSERT_NE(sut().call(), nullptr);
-  desk->feed(sut().assign(desk->assignment(), desk->now));
+  sut().assign(desk->assignment(), desk->now);
+  desk->settle();
   reply(desk->interim("half way", 50));
   reply(desk->reply("1.414", 1));
   desk->wait(30ms);
-  desk->feed(sut().on_link_dropped("the configuration has changed", desk->now));
+  sut().on_link_dropped("the configuration has changed", desk->now);
+  desk->settle();
   desk->link_up();
   for (int i = 0; i < 2000 && desk->channel.values().response_state == 0; ++i) {
     desk->wait(1ms);
@@ -264,7 +274,7 @@ TEST_F(Visibility, WhatOneChannelHasFoundOfAControllerTheOthersNeedNotFindAgain)
   const auto effects = std::make_shared<WriteEffects>();
   desk.emplace(rules);
   for (const bool first : {true, false}) {
-    desk->sut.emplace(fabric::ChannelKey{"cnc", 1}, Pace{}, nullptr, effects);
+    desk->sut.emplace(fabric::ChannelKey{"cnc", 1}, *desk->context, Pace{}, effects);
     desk->dispatched_call();
     reply(desk->reply("1.414", 1));
     desk->wait(first ? 5s : 100ms);
@@ -297,7 +307,8 @@ TEST_F(Visibility, AChannelThatIsGivenUpTakesItsProblemWithIt) {
   reply(desk->reply("1.414", 1));
   desk->wait(4s);
   ASSERT_THAT(desk->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE")));
-  desk->feed(sut().retire(desk->now));
+  sut().retire(desk->now);
+  desk->settle();
   EXPECT_TRUE(sut().is_over());
   EXPECT_THAT(desk->write_problems, ElementsAre(HasSubstr("RESPONSE_STATE"), ""));
 }

@@ -1,8 +1,8 @@
-#include "gateway/control/answered_requests.hpp"
+#include "gateway/channel/answered_requests.hpp"
 
 #include <algorithm>
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::channel {
 
 void AnsweredRequests::keep(const fabric::RequestKey& request, SteadyTime now) {
   replace(request);
@@ -60,4 +60,4 @@ std::vector<fabric::RequestKey> AnsweredRequests::due(SteadyTime now) {
   return taken;
 }
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::channel

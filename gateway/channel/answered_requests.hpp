@@ -21,7 +21,7 @@
 #include "fabric/request_key.hpp"
 #include "gateway/moment.hpp"
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::channel {
 
 class AnsweredRequests {
  public:
@@ -51,4 +51,4 @@ class AnsweredRequests {
   std::optional<SteadyTime> sweep_;
 };
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::channel

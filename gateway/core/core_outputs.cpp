@@ -1,0 +1,59 @@
+// What channels do to the world: those of controllers, and those that the gateway plays for message
+// queues.
+#include <fmt/format.h>
+
+#include "gateway/core/core.hpp"
+
+namespace millrace::gateway::core {
+
+void Core::read(const fabric::ChannelKey& key, ReadSet look) {
+  queues_.has(key) ? queues_.read(key, look) : machines_.read(key, look);
+}
+
+void Core::write(const fabric::ChannelKey& key, const Write& write) {
+  if (queues_.has(key)) {
+    write_queue(key, write);
+  } else {
+    machines_.write(key, write.variable, write.value);
+  }
+}
+
+void Core::record(const JournalEntry& entry, const Ticket& ticket) {
+  host_.append(entry, ticket);
+}
+
+void Core::publish(const fabric::Request& request) {
+  fabric_.publish(request);
+}
+
+void Core::publish(const fabric::Event& event) {
+  fabric_.publish(event);
+}
+
+void Core::publish(const fabric::ChannelStatus& status) {
+  fabric_.publish(status);
+}
+
+void Core::dispose(const fabric::RequestKey& request) {
+  fabric_.dispose(request);
+}
+
+void Core::dispose(const fabric::ChannelKey& key) {
+  fabric_.dispose(key);
+  queues_.has(key) ? queues_.on_over(key) : machines_.on_over(key);
+}
+
+void Core::say(const fabric::ChannelKey& key, Level level, const std::string& text) {
+  host_.say(level, fmt::format("{}: {}", key.to_string(), text));
+}
+
+void Core::tell_write_problem(const fabric::ChannelKey& key, const std::string& text) {
+  host_.notice(
+      {.kind = "write", .subject = key.to_string()},
+      text.empty() ? "" : fmt::format("{}: {}", key.to_string(), text),
+      "the NC program waits; check whether the controller runs, and whether a PLC or another "
+      "ADS client writes V.G.SERVICE of this channel; the gateway repeats the write at least "
+      "once a minute");
+}
+
+}  // namespace millrace::gateway::core

@@ -1,0 +1,62 @@
+// What the channels of a gateway do to the world.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "fabric/messages.hpp"
+#include "fabric/request_key.hpp"
+#include "gateway/interest.hpp"
+#include "gateway/journal_entry.hpp"
+#include "gateway/snapshot.hpp"
+
+namespace millrace::gateway {
+
+/// Of one variable of a Service Interface.
+struct Write {
+  Variable variable = Variable::request_state;
+  Value value;
+  /// The last write of a final answer, which releases the program.
+  bool releases = false;
+  bool operator==(const Write&) const = default;
+};
+
+/// How a write ended.
+enum class WriteOutcome : std::uint8_t {
+  written,
+  /// The controller said no, or nothing was sent.
+  refused,
+  /// Timeout, link lost: perhaps it was written, perhaps not.
+  unknown,
+};
+
+/// No function calls back from within.
+class Outputs {
+ public:
+  virtual ~Outputs() = default;
+
+  /// A channel has at most one read or write under way, and each gets exactly one answer (on_read,
+  /// on_read_failed, on_write), also when the link ends.
+  virtual void read(const fabric::ChannelKey& key, ReadSet look) = 0;
+  virtual void write(const fabric::ChannelKey& key, const Write& write) = 0;
+
+  /// Journal this; on_recorded(ticket) follows, if anybody waits, once it is as safe as the
+  /// journal's policy promises.
+  virtual void record(const JournalEntry& entry, const Ticket& ticket) = 0;
+
+  virtual void publish(const fabric::Request& request) = 0;
+  virtual void publish(const fabric::Event& event) = 0;
+  /// Each time it changes while somebody looks.
+  virtual void publish(const fabric::ChannelStatus& status) = 0;
+  /// The instance learns that nobody waits for its answer any more.
+  virtual void dispose(const fabric::RequestKey& request) = 0;
+  /// The channel is not ours any more.
+  virtual void dispose(const fabric::ChannelKey& key) = 0;
+
+  virtual void say(const fabric::ChannelKey& key, Level level, const std::string& text) = 0;
+  /// The write that the controller acknowledged and does not show; empty once there is none. Each
+  /// time it changes.
+  virtual void tell_write_problem(const fabric::ChannelKey& key, const std::string& text) = 0;
+};
+
+}  // namespace millrace::gateway
