@@ -101,6 +101,7 @@ void DataBook::add(const DataSample& sample, fabric::Time received) {
     left_out_.erase(key);
     if (known != groups_.end()) {
       forget(known->second, plausible(sample.at, received));
+      known->second.is_silent = false;
       known->second.received = received;
     }
     return;
@@ -112,7 +113,7 @@ void DataBook::add(const DataSample& sample, fabric::Time received) {
     }
     return;
   }
-  group->is_gone = false;
+  group->is_gone = group->is_silent = false;
   group->received = received;
   group->last = sample;
   const fabric::Time told = plausible(sample.at, received);
@@ -194,7 +195,24 @@ void DataBook::silence(const std::string& machine, fabric::Time now) {
     // Also what is told of its message queues, "cnc.ALARMS".
     if (fabric::machine_of(group->first.first.machine) == machine && !group->second.is_gone) {
       forget(group->second, now);
+      group->second.is_silent = true;
       group->second.received = now;
+    }
+  }
+}
+
+void DataBook::end_silence(const std::string& machine, bool same, fabric::Time now) {
+  for (auto group = groups_.lower_bound({{machine, 0}, {}});
+       group != groups_.end() && group->first.first.machine.starts_with(machine); ++group) {
+    if (fabric::machine_of(group->first.first.machine) != machine || !group->second.is_silent) {
+      continue;
+    }
+    group->second.is_silent = false;
+    if (same) {
+      group->second.is_gone = false;
+      for (const Value& value : group->second.last.values) {
+        add(group->second.variables.at(value.name), value, now);
+      }
     }
   }
 }

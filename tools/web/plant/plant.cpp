@@ -40,8 +40,9 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
     }
     return nullptr;
   }
-  if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample);
-      machine != nullptr && has_another_gateway(*machine)) {
+  const auto* const machine = std::get_if<fabric::MachineStatus>(&entry.sample);
+  const bool begins_anew = machine != nullptr && has_another_gateway(*machine);
+  if (begins_anew) {
     programs_.begin_anew(machine->machine);
   }
   live_.add(entry);
@@ -57,8 +58,8 @@ const EndedCall* Plant::add(const recording::Entry& entry, const fabric::Moment&
       left_.insert_or_assign(event->key, *event);
       channels_changed_.insert(event->key);
     }
-  } else if (const auto* machine = std::get_if<fabric::MachineStatus>(&entry.sample)) {
-    add_link(*machine, entry.at);
+  } else if (machine != nullptr) {
+    add_link(*machine, begins_anew, entry.at);
   } else if (const auto* status = std::get_if<fabric::InstanceStatus>(&entry.sample)) {
     if (live_.instances().contains(status->instance)) {
       services_changed_.insert(status->instance);
@@ -94,11 +95,13 @@ void Plant::mark_all_of_gateway(const fabric::InstanceId& gateway) {
   }
 }
 
-void Plant::add_link(const fabric::MachineStatus& status, fabric::Time received) {
+void Plant::add_link(const fabric::MachineStatus& status, bool begins_anew, fabric::Time received) {
   mark_all_of(status.machine);
   if (link_of(status.machine) == "gone") {
     data_.silence(status.machine, received);
     programs_.silence(status.machine);
+  } else {
+    data_.end_silence(status.machine, !begins_anew, received);
   }
 }
 

@@ -88,7 +88,7 @@ class Plant {
   using MachineKey = bus::Live::Machines::key_type;
 
   void add_news(const recording::InstanceNews& news);
-  void add_link(const fabric::MachineStatus& status, fabric::Time received);
+  void add_link(const fabric::MachineStatus& status, bool begins_anew, fabric::Time received);
   void add_ended(const EndedCall& ended, const fabric::Moment& now);
   /// It is the first that a gateway tells of its machine, which another one had before.
   [[nodiscard]] bool has_another_gateway(const fabric::MachineStatus& status) const;

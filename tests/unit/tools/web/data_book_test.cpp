@@ -101,6 +101,35 @@ TEST_F(ADataBook, HasAGapFromWhenNoGatewayIsHeard) {
   EXPECT_THAT(values(), ElementsAre("1", "-", "1"));
 }
 
+// A gateway whose loop was late for a moment: what does not change it does not tell again.
+TEST_F(ADataBook, ShowsAgainWhatAGatewayToldWhenThatGatewayIsHeardAgain) {
+  tell(sample({real(1, 0)}, 0), 0);
+  sut.silence("press", at(500));
+  sut.end_silence("other", true, at(600));
+  EXPECT_EQ(line().at("gone"), true);
+  sut.end_silence("press", true, at(700));
+  EXPECT_EQ(line().at("gone"), false);
+  EXPECT_THAT(values(), ElementsAre("1", "-", "1"));
+}
+
+TEST_F(ADataBook, KeepsGoneWhatAFormerGatewayToldUntilTheNextOneTellsOfIt) {
+  tell(sample({real(1, 0)}, 0), 0);
+  sut.silence("press", at(400));
+  sut.end_silence("press", false, at(500));
+  sut.end_silence("press", true, at(600));
+  EXPECT_EQ(line().at("gone"), true);
+  tell(sample({real(2, 700)}, 700), 700);
+  EXPECT_EQ(line().at("gone"), false);
+}
+
+TEST_F(ADataBook, KeepsGoneWhatWasTakenBackWhateverGatewayIsHeard) {
+  tell(sample({real(1, 0)}, 0), 0);
+  sut.silence("press", at(400));
+  tell(sample({}, 500), 500);
+  sut.end_silence("press", true, at(700));
+  EXPECT_EQ(line().at("gone"), true);
+}
+
 TEST_F(ADataBook, ForgetsAGroupThatIsGoneWhenItsLinesAreOld) {
   tell(sample({real(1, 0)}, 0), 0);
   tell(sample({}, 500), 500);
