@@ -123,7 +123,7 @@ struct Ticket {
 
   Owner owner = Owner::nobody;
   fabric::ChannelKey key{};
-  /// Of a channel the count of its entries; of a queue which one of this key it is.
+  /// Of a channel the count of the entries of all channels; of a queue which one of this key it is.
   std::uint64_t number = 0;
 
   explicit operator bool() const { return owner != Owner::nobody; }

@@ -20,8 +20,8 @@ bool same(const fabric::ChannelStatus& a, const fabric::ChannelStatus& b) {
 }  // namespace
 
 EntryNumber ChannelOutput::record(const JournalEntry& entry) {
-  context_.port.record(entry, {Ticket::Owner::channel, key(), ++last_entry_});
-  return last_entry_;
+  context_.port.record(entry, {Ticket::Owner::channel, key(), ++context_.last_entry});
+  return context_.last_entry;
 }
 
 void ChannelOutput::publish(fabric::Request request) {

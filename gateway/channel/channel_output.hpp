@@ -45,6 +45,9 @@ struct ChannelContext {
   std::string journal_trouble{};
   AnsweredRequests answered{};
   StandingChannels standing;
+  /// Counts the entries of all channels: one may leave and come back before the journal confirms
+  /// what it was given before.
+  EntryNumber last_entry = 0;
   /// The gateway that had a channel before us, by its epoch: its calls there are over.
   std::unordered_map<fabric::ChannelKey, std::uint64_t, fabric::ChannelKeyHash> predecessors{};
 };
@@ -96,7 +99,7 @@ class ChannelOutput {
   void withdraw(const fabric::InstanceId& instance, const fabric::CallId& call);
   /// The instance has answered the call: nobody needs to be told, and the request is taken back
   /// when the channel is quiet.
-  void leave_be(const fabric::InstanceId& instance, const fabric::CallId& call, Moment now) {
+  void keep_published(const fabric::InstanceId& instance, const fabric::CallId& call, Moment now) {
     context_.answered.keep({key(), call.epoch, instance}, now.steady);
   }
 
@@ -143,7 +146,6 @@ class ChannelOutput {
   bool fresh_ = true;
   /// What was shown last, if somebody has looked since.
   std::optional<fabric::ChannelStatus> shown_;
-  EntryNumber last_entry_ = 0;
 };
 
 }  // namespace millrace::gateway::channel

@@ -277,7 +277,8 @@ EndedCall OpenCall::close(bool written, bool over, const std::string& detail, Ch
   for (const fabric::InstanceId& instance : asked_) {
     // Who else was given it may be running it still.
     const bool runs_it_no_more = written && call_.answer->instance == instance;
-    runs_it_no_more ? out.leave_be(instance, call_.id, now) : out.withdraw(instance, call_.id);
+    runs_it_no_more ? out.keep_published(instance, call_.id, now)
+                    : out.withdraw(instance, call_.id);
   }
   out.free(call_.id, written);
   ++(written ? out.counters().answered : out.counters().withdrawn);

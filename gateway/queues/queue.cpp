@@ -31,8 +31,7 @@ Queue::Queue(const std::string& machine, QueueSettings settings, QueueBook book)
     // behind it says when it is.
     settled_ = false;
     note(LastGetEntry{key_, *book_.last_get(), book_.covered()});
-    journalling_ = book_.last_number();
-    news_.wait = true;
+    wait_for_journal();
   } else {
     journalled_ = book_.last_number();
   }
@@ -127,17 +126,24 @@ void Queue::take(Reader::Findings findings, Moment now) {
                       now.wall});
   }
   if (!findings.messages.empty()) {
-    journalling_ = book_.last_number();
-    news_.wait = true;
+    wait_for_journal();
   }
   if (findings.fine) {
     watch_filling(now);
   }
 }
 
+void Queue::wait_for_journal() {
+  if (std::exchange(news_.wait, true)) {
+    journalling_.pop_back();
+  }
+  journalling_.push_back(book_.last_number());
+}
+
 void Queue::on_journalled(Moment now) {
   settled_ = true;
-  journalled_ = std::max(journalled_, journalling_);
+  journalled_ = std::max(journalled_, journalling_.front());
+  journalling_.pop_front();
   reader_.on_journalled(now);
   show_next();
 }

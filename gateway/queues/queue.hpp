@@ -15,12 +15,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "gateway/outputs.hpp"
 #include "gateway/moment.hpp"
+#include "gateway/outputs.hpp"
 #include "gateway/queue_book.hpp"
 #include "gateway/queues/queue_settings.hpp"
 #include "gateway/queues/reader.hpp"
@@ -103,6 +104,7 @@ class Queue {
  private:
   void take(Reader::Findings findings, Moment now);
   void note(JournalEntry entry);
+  void wait_for_journal();
   void show_next();
   void watch_filling(Moment now);
   [[nodiscard]] std::uint64_t writable() const;
@@ -116,8 +118,9 @@ class Queue {
   News news_;
   /// Messages up to this number are safe.
   std::uint64_t journalled_ = 0;
-  /// … and these once the journal has written what it was asked for last.
-  std::uint64_t journalling_ = 0;
+  /// … and up to each of these with the next on_journalled(): over a new link more is read while
+  /// the journal still writes what came before it.
+  std::deque<std::uint64_t> journalling_;
   /// What the book had at the beginning is in the journal: until then LastGet stays as it is.
   bool settled_ = true;
   std::string trouble_;

@@ -142,6 +142,20 @@ TEST_F(CallControlTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
   EXPECT_THAT(all<Hide>(seen), SizeIs(1));
 }
 
+// Found by the simulation: the call was given out before its entry was on a slow disk.
+TEST_F(CallControlTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChannelComesLate) {
+  start();
+  link_up();
+  sut->on_instance_ready(instance(1), now);
+  const auto before = all<Record>(request(1));
+  ASSERT_THAT(before, SizeIs(1));
+  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->on_link_up("cnc", {1}, now);
+  const auto next = request(1);
+  EXPECT_THAT(all<Publish>(sut->on_recorded(before.front().ticket, now)), IsEmpty());
+  EXPECT_THAT(all<Publish>(confirm(next)), SizeIs(1));
+}
+
 TEST_F(CallControlTest, TakesAChannelBackThatWasLeaving) {
   start();
   link_up();

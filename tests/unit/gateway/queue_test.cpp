@@ -276,6 +276,7 @@ class AQueueWithASlowJournal : public testing::Test {
         ring.last_get = std::get<queues::WriteLastGet>(*step).element;
         sut.on_written({}, now);
       }
+      sut.take_news();  // the journal has it from now on, and is slow
     }
   }
   [[nodiscard]] std::string shown() const { return sut.look(ReadSet::request).request; }
@@ -297,6 +298,21 @@ TEST_F(AQueueWithASlowJournal, LeavesAMessageInTheControllerUntilItIsJournalledA
   EXPECT_EQ(shown(), "first");
   work();
   EXPECT_EQ(ring.last_get, 2U);
+}
+
+TEST_F(AQueueWithASlowJournal, TakesNoMessageForJournalledThatWasReadOverANewLinkMeanwhile) {
+  ring.write("first");
+  work();
+  sut.on_down("cable");
+  sut.on_up(now);
+  ring.write("second");
+  work();
+  sut.on_journalled(now);
+  work();
+  EXPECT_EQ(ring.last_get, 2U);
+  sut.on_journalled(now);
+  work();
+  EXPECT_EQ(ring.last_get, 3U);
 }
 
 TEST_F(AQueueWithASlowJournal, CallsTheNextMessageOnceItIsJournalled) {
