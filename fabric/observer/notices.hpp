@@ -16,14 +16,29 @@
 
 namespace millrace::fabric::observer {
 
-/// Under which key each notice is kept: its own if its writer is the first to say it, and another
-/// one beside it where it stands in the place of what another writer says. So nobody changes or
-/// hides a notice of another.
+/// The key under which a reader keeps each notice. The first writer of a key owns it. A notice of
+/// another writer with that key gets a key of its own, so it does not replace the first one.
 class NoticeOwners {
  public:
   using Handle = std::uint64_t;
 
-  /// `writer` says the notice with this key.
+  struct Taken {
+    /// The key under which the notice is kept.
+    NoticeKey key{};
+    /// The writer has taken the notice back.
+    bool is_over = false;
+  };
+  /// What a sample of `writer` means; nothing if it has no meaning. `alive`: DDS does not say that
+  /// the instance is disposed or without a writer. While several writers have the key, DDS does not
+  /// say whose disposal that is, so a valid sample counts as a notice.
+  std::optional<Taken> take(const NoticeKey& key, Handle writer, bool valid, bool alive) {
+    if (!alive && !(valid && is_shared(key))) {
+      return Taken{over(key, writer), true};
+    }
+    return valid ? std::optional(Taken{said(key, writer)}) : std::nullopt;
+  }
+
+  /// `writer` has written this notice. Returns the key under which it is kept.
   NoticeKey said(const NoticeKey& key, Handle writer) {
     const auto known = keys_.find(key);
     if (known == keys_.end()) {
@@ -37,7 +52,7 @@ class NoticeOwners {
       return key;
     }
     if (!is_in(writers.others, writer)) {
-      if (writers.owner == nobody) {
+      if (writers.owner == no_writer) {
         writers.owner = writer;
         return key;
       }
@@ -48,14 +63,13 @@ class NoticeOwners {
     return beside(key, writer);
   }
 
-  /// Whether several writers say it, so that DDS cannot tell which of them has taken it back while
-  /// another one's sample waits.
+  /// Several writers have written this key.
   [[nodiscard]] bool is_shared(const NoticeKey& key) const {
     const auto known = keys_.find(key);
     return known != keys_.end() && !known->second.others.empty();
   }
 
-  /// `writer` says it no more; under which key it was kept.
+  /// `writer` has taken the notice back. Returns the key under which it was kept.
   NoticeKey over(const NoticeKey& key, Handle writer) {
     const auto known = keys_.find(key);
     if (known == keys_.end()) {
@@ -64,18 +78,18 @@ class NoticeOwners {
     Writers& writers = known->second;
     const bool was_owner = writers.owner == writer;
     if (was_owner) {
-      writers.owner = nobody;
+      writers.owner = no_writer;
     } else {
       std::erase(writers.others, writer);
     }
-    if (writers.owner == nobody && writers.others.empty()) {
+    if (writers.owner == no_writer && writers.others.empty()) {
       keys_.erase(known);
     }
     return was_owner ? key : beside(key, writer);
   }
 
-  /// Notices with several writers, of those that are not `there` any more: DDS says nothing of a
-  /// writer that is gone as long as there is another one for its key.
+  /// The kept keys of writers that are not matched any more (`there`: those that are). Only for
+  /// keys of several writers: DDS reports a lost writer only when the key has none left.
   std::vector<NoticeKey> gone(const std::vector<Handle>& there) {
     std::vector<std::pair<NoticeKey, Handle>> left;
     for (const auto& [key, writers] : keys_) {
@@ -85,27 +99,27 @@ class NoticeOwners {
       std::vector<Handle> all = writers.others;
       all.push_back(writers.owner);
       for (const Handle writer : all) {
-        if (writer != nobody && !is_in(there, writer)) {
+        if (writer != no_writer && !is_in(there, writer)) {
           left.emplace_back(key, writer);
         }
       }
     }
-    std::vector<NoticeKey> over_now;
-    over_now.reserve(left.size());
+    std::vector<NoticeKey> kept;
+    kept.reserve(left.size());
     for (const auto& [key, writer] : left) {
-      over_now.push_back(over(key, writer));
+      kept.push_back(over(key, writer));
     }
-    return over_now;
+    return kept;
   }
 
  private:
-  /// Far more than troubles that there are.
+  /// Far more than a fabric has.
   static constexpr std::size_t most = 16'384;
   static constexpr std::size_t most_others = 16;
-  static constexpr Handle nobody = 0;
+  static constexpr Handle no_writer = 0;
 
   struct Writers {
-    Handle owner = nobody;
+    Handle owner = no_writer;
     std::vector<Handle> others{};
   };
 

@@ -127,14 +127,14 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     return sample_of(std::move(taken));
   }
   std::optional<Sample> news_of(wire::Taken<Notice>&& taken) {
-    const NoticeKey key = taken.value.key;
-    std::optional<NoticeNews> news;
-    if (taken.presence != Presence::alive && !(taken.valid && notice_owners.is_shared(key))) {
-      news = known_notices.over(notice_owners.over(key, taken.writer));
-    } else if (taken.valid) {
-      taken.value.key = notice_owners.said(key, taken.writer);
-      news = known_notices.said(std::move(taken.value));
+    auto kept = notice_owners.take(taken.value.key, taken.writer, taken.valid,
+                                   taken.presence == Presence::alive);
+    if (!kept) {
+      return std::nullopt;
     }
+    taken.value.key = std::move(kept->key);
+    auto news = kept->is_over ? known_notices.over(taken.value.key)
+                              : known_notices.said(std::move(taken.value));
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 

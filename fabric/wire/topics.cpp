@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::int32_t last_only = 1;
 
-/// A key of which several participants write has one history in a reader: with a depth of 1 who
-/// writes often would hide what another has said before it is taken.
+/// A reader keeps one history for each key, whoever writes it. With a depth of 1, a participant
+/// that writes another's key often would replace that one's sample before the reader takes it.
 constexpr std::int32_t last_of_a_key = 32;
 
 /// Requests of one channel, and replies to it by one instance: a recorder that is slow, or finds

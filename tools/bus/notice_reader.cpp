@@ -30,14 +30,13 @@ struct NoticeReader::Impl : std::enable_shared_from_this<Impl> {
         return;
       }
       for (wire::Taken<fabric::Notice>& taken : batch) {
-        const bool is_over = taken.presence != wire::Presence::alive &&
-                             !(taken.valid && owners.is_shared(taken.value.key));
-        if (is_over) {
-          listener.on_notice_gone(owners.over(taken.value.key, taken.writer));
-        } else if (taken.valid) {
-          taken.value.key = owners.said(taken.value.key, taken.writer);
-          listener.on_notice(taken.value);
+        auto kept = owners.take(taken.value.key, taken.writer, taken.valid,
+                                taken.presence == wire::Presence::alive);
+        if (!kept) {
+          continue;
         }
+        taken.value.key = std::move(kept->key);
+        kept->is_over ? listener.on_notice_gone(taken.value.key) : listener.on_notice(taken.value);
       }
       for (const fabric::NoticeKey& key : owners.gone(reader->matched())) {
         listener.on_notice_gone(key);

@@ -53,7 +53,8 @@ TEST_F(LcmLog, OfTheMirrorReplays) {
   const std::string of = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
   const Speaker flowing(uuid);
   await_events(file, "MILLRACE_PRESENCE", 1);
-  // One that stays, on a channel each: a mirror that finds it late is told of all its calls.
+  // This caller lives on and uses one channel per call, so a mirror that discovers it late still
+  // gets all three requests.
   ASSERT_TRUE(caller().await_instance(of));
   std::uint16_t channel = 0;
   for (const char* number : {"2", "9", "x"}) {

@@ -124,6 +124,21 @@ TEST(NoticeOwners, KeepWhatAnotherWriterSaysUnderTheSameKeyBesideIt) {
   EXPECT_EQ(sut.said(archiver.key, 2), archiver.key) << "nobody says it any more";
 }
 
+TEST(NoticeOwners, TakeADisposedSampleForANoticeOnlyWhileSeveralWritersHaveItsKey) {
+  observer::NoticeOwners sut;
+  sut.said(archiver.key, 1);
+  const auto own = sut.take(archiver.key, 1, true, false);
+  ASSERT_TRUE(own);
+  EXPECT_TRUE(own->is_over);
+  sut.said(archiver.key, 1);
+  sut.said(archiver.key, 2);
+  const auto shared = sut.take(archiver.key, 1, true, false);
+  ASSERT_TRUE(shared);
+  EXPECT_FALSE(shared->is_over);
+  EXPECT_EQ(shared->key, archiver.key);
+  EXPECT_FALSE(sut.take(archiver.key, 1, false, true)) << "it says nothing";
+}
+
 TEST(NoticeOwners, GiveNoNoticeToTheOneBesideWhenItsWriterIsGone) {
   observer::NoticeOwners sut;
   sut.said(archiver.key, 1);

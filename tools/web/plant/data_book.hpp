@@ -63,8 +63,8 @@ class DataBook {
   void add(const fabric::DataSample& sample, fabric::Time received);
   /// No gateway of the machine is heard: from now on nobody knows.
   void silence(const std::string& machine, fabric::Time now);
-  /// A gateway of the machine is heard again. One tells of a group when something in it changes, so
-  /// what the `same` one told last holds; another one tells of all of its groups anew.
+  /// A gateway of the machine is heard again. A gateway sends a group only when a value changes. So
+  /// the last values hold if it is the `same` gateway; another gateway sends all of its groups.
   void end_silence(const std::string& machine, bool same, fabric::Time now);
   /// Groups that nobody has told of for as long as lines are kept.
   void forget_old(fabric::Time now);
@@ -104,7 +104,7 @@ class DataBook {
     std::size_t bytes = 0;
     /// Nobody tells of it any more.
     bool is_gone = false;
-    /// Because no gateway is heard.
+    /// It is gone because no gateway of its machine is heard.
     bool is_silent = false;
     std::map<std::string, Variable> variables{};
   };

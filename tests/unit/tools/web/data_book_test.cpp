@@ -101,7 +101,7 @@ TEST_F(ADataBook, HasAGapFromWhenNoGatewayIsHeard) {
   EXPECT_THAT(values(), ElementsAre("1", "-", "1"));
 }
 
-// A gateway whose loop was late for a moment: what does not change it does not tell again.
+// A gateway does not send again what has not changed, also after its loop was late for a moment.
 TEST_F(ADataBook, ShowsAgainWhatAGatewayToldWhenThatGatewayIsHeardAgain) {
   tell(sample({real(1, 0)}, 0), 0);
   sut.silence("press", at(500));

@@ -133,6 +133,20 @@ TEST_F(APlant, SaysWhatTheCallUnderWayAskedAndWhoHasIt) {
   EXPECT_EQ(told.at("link"), "up");
 }
 
+TEST_F(APlant, ShowsTheDataOfAGatewayAgainThatWasNotHeardForAMoment) {
+  fabric::DataSample data{.key = {"cnc", 1}, .group = "slow", .at = at(0)};
+  data.values.push_back({.name = "V.E.LABEL"});
+  const auto is_gone = [&] { return sut.data().samples({}).at(0).at("gone"); };
+  add({machine(1, "gw"), {.at = at(0), .sample = data}});
+  add({machine(1, "", false)});
+  EXPECT_EQ(is_gone(), true);
+  add({machine(1, "gw")});
+  EXPECT_EQ(is_gone(), false);
+  add({machine(1, "", false)});
+  add({machine(2, "gw")});
+  EXPECT_EQ(is_gone(), true) << "another gateway sends its groups itself";
+}
+
 TEST_F(APlant, SaysWhetherAChannelsGatewayIsThere) {
   add({channel(fabric::ChannelState::idle)});
   EXPECT_EQ(first(sut.snapshot(after(0)), "channels").at("link"), "gone");
