@@ -102,6 +102,9 @@ void Plant::add_link(const fabric::MachineStatus& status, bool begins_anew, fabr
     programs_.silence(status.machine);
   } else {
     data_.end_silence(status.machine, !begins_anew, received);
+    if (!begins_anew) {
+      programs_.end_silence(status.machine);
+    }
   }
 }
 

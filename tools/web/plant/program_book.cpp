@@ -99,23 +99,26 @@ ProgramBook::Run& ProgramBook::run_of(Channel& channel, const ProgramEvent& even
   return runs.back();
 }
 
-void ProgramBook::silence(const std::string& machine) {
+template <typename Change>
+void ProgramBook::for_last_run(const std::string& machine, const Change& change) {
   for (auto channel = channels_.lower_bound({machine, 0});
        channel != channels_.end() && channel->first.machine == machine; ++channel) {
-    std::deque<Run>& runs = channel->second.runs;
-    if (!runs.empty() && !runs.back().ended) {
-      runs.back().is_unknown = true;
+    if (!channel->second.runs.empty()) {
+      change(channel->second.runs.back());
     }
   }
 }
 
+void ProgramBook::silence(const std::string& machine) {
+  for_last_run(machine, [](Run& run) { run.is_unknown = !run.ended; });
+}
+
+void ProgramBook::end_silence(const std::string& machine) {
+  for_last_run(machine, [](Run& run) { run.is_unknown = false; });
+}
+
 void ProgramBook::begin_anew(const std::string& machine) {
-  for (auto channel = channels_.lower_bound({machine, 0});
-       channel != channels_.end() && channel->first.machine == machine; ++channel) {
-    if (!channel->second.runs.empty()) {
-      channel->second.runs.back().is_stale = true;
-    }
-  }
+  for_last_run(machine, [](Run& run) { run.is_stale = true; });
 }
 
 std::optional<ProgramBook::Condition> ProgramBook::condition(const fabric::ChannelKey& key) const {

@@ -44,6 +44,9 @@ class ProgramBook {
   void add(const fabric::ProgramEvent& event, fabric::Time received);
   /// No gateway of the machine is heard: what becomes of the runs that are under way nobody knows.
   void silence(const std::string& machine);
+  /// The gateway that told of them last is heard again. It tells of changes only, so what it told
+  /// last still holds.
+  void end_silence(const std::string& machine);
   /// Another gateway has the machine: an error that still stands it tells again.
   void begin_anew(const std::string& machine);
 
@@ -90,6 +93,9 @@ class ProgramBook {
 
   static bool is_about_an_aborted_run(Channel& channel, const fabric::ProgramEvent& event);
   Run& run_of(Channel& channel, const fabric::ProgramEvent& event) const;
+  /// Of each channel of the machine that has a run.
+  template <typename Change>
+  void for_last_run(const std::string& machine, const Change& change);
   [[nodiscard]] static bool takes(const ProgramFilter& filter, const fabric::ChannelKey& key);
   [[nodiscard]] static boost::json::object json_of(const Run& run);
 

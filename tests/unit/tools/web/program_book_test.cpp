@@ -89,6 +89,16 @@ TEST_F(AProgramBook, DoesNotKnowWhatBecameOfARunThatNobodyTellsOf) {
   EXPECT_THAT(states(), ElementsAre("running", "unknown", "unknown"));
 }
 
+TEST_F(AProgramBook, KnowsARunAgainWhenTheGatewayThatToldOfItIsHeardAgain) {
+  tell(ProgramEventKind::started, 0, 0);
+  tell(ProgramEventKind::started, 100, 100);
+  sut.silence("press");
+  sut.end_silence("other");
+  EXPECT_THAT(states(), ElementsAre("unknown", "unknown"));
+  sut.end_silence("press");
+  EXPECT_THAT(states(), ElementsAre("running", "unknown"));
+}
+
 TEST_F(AProgramBook, KnowsThatAProgramWasAbortedUntilTheNextStartOrReset) {
   using Kind = ProgramBook::Condition::Kind;
   const auto condition = [this] { return sut.condition({"press", 1}); };
