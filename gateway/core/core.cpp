@@ -44,6 +44,11 @@ void Core::finish() {
   do {
     machines_.finish();
   } while (queues_.finish());
+  for (auto& [machine, values] : values_) {
+    if (values.is_due(now_)) {
+      values.go_on(machines_.link_of(machine), machines_.rests_since(machine), now_);
+    }
+  }
   if (ends_at_ && !may_end_ && (!control_.answering() || *ends_at_ <= now_.steady)) {
     may_end_ = true;
     host_.may_end(control_.answering());
@@ -62,11 +67,24 @@ std::optional<SteadyTime> Core::next_time() const {
       first = one;
     }
   }
+  for (const auto& [machine, values] : values_) {
+    if (const auto one = values.next_time(); one && (!first || *one < *first)) {
+      first = one;
+    }
+  }
   return first;
+}
+
+void Core::set_values() {
+  for (const settings::MachineSettings& machine : options_.machines) {
+    values_.try_emplace(machine.name, machine.name, fabric_, host_, options_.own.id)
+        .first->second.set(machine, now_);
+  }
 }
 
 void Core::start() {
   enter();
+  set_values();
   queues_.set(settings::queues_of(options_.machines), ledger_.queues());
   machines_.set(options_.machines);
   finish();
@@ -77,6 +95,7 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
   options_.machines = std::move(machines);
   options_.policies = std::move(policies);
   control_.change(settings::paces_of(options_.machines), options_.policies, now_);
+  set_values();
   queues_.set(settings::queues_of(options_.machines), ledger_.queues());
   machines_.set(options_.machines);
   finish();
@@ -141,6 +160,7 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
   if (machines_.linked(key.machine)) {
     // First, so that it is known when to look next.
     machines_.on_read(key, snapshot);
+    machines_.on_call_answered(key.machine);
     control_.on_read(key, snapshot, now_);
   }
   finish();
@@ -149,6 +169,7 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
 void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
   enter();
   if (machines_.linked(key.machine)) {
+    machines_.on_call_answered(key.machine);
     control_.on_read_failed(key, reason, now_);
   }
   finish();
@@ -158,6 +179,7 @@ void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                     const std::string& reason) {
   enter();
   if (machines_.linked(key.machine)) {
+    machines_.on_call_answered(key.machine);
     control_.on_write(key, outcome, reason, now_);
   }
   finish();
@@ -174,6 +196,22 @@ void Core::on_told(const fabric::ChannelKey& key, Variable variable,
                    std::optional<std::uint32_t> value) {
   enter();
   machines_.on_told(key, variable, value);
+  finish();
+}
+
+void Core::on_answer(const std::string& machine, const machines::Answer& answer) {
+  enter();
+  if (const auto found = values_.find(machine); found != values_.end()) {
+    found->second.on_answer(answer, now_);
+  }
+  finish();
+}
+
+void Core::on_variable_request(const fabric::VariableRequest& request) {
+  enter();
+  if (const auto found = values_.find(request.key.machine); found != values_.end()) {
+    found->second.on_request(request, now_);
+  }
   finish();
 }
 

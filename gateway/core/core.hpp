@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "gateway/control/call_control.hpp"
+#include "gateway/core/machine_values.hpp"
 #include "gateway/core/ports.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
@@ -34,9 +35,8 @@ struct CoreOptions {
 };
 
 class Core : public machines::LinkEvents,
-             public queues::QueueLinkEvents,
              private machines::MachinesIo,
-             private machines::MachinesListener,
+             protected machines::MachinesListener,
              private queues::QueuesIo,
              private Outputs,
              protected queues::QueueEvents {
@@ -57,7 +57,7 @@ class Core : public machines::LinkEvents,
   SteadyTime beat();
   /// About once a second: tells how busy links and queues are.
   void tell_load();
-  /// Something else has happened than the inputs here: notices that this gateway stood still.
+  /// Nothing else than that an event begins: notices that this gateway stood still.
   void on_other_event();
 
   // What the links say.
@@ -71,6 +71,7 @@ class Core : public machines::LinkEvents,
                   const std::vector<machines::WatchOutcome>& outcomes) override;
   void on_told(const fabric::ChannelKey& key, Variable variable,
                std::optional<std::uint32_t> value) override;
+  void on_answer(const std::string& machine, const machines::Answer& answer) override;
   void on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) override;
   void on_queue_event(const fabric::ChannelKey& queue) override;
 
@@ -89,6 +90,8 @@ class Core : public machines::LinkEvents,
   void on_machine(const fabric::MachineStatus& status);
   void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway);
   void on_channel(const fabric::ChannelStatus& status);
+  /// Left to other gateways if the channel is not ours.
+  void on_variable_request(const fabric::VariableRequest& request);
 
   // What an operator wants.
   control::Verdict on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
@@ -100,7 +103,13 @@ class Core : public machines::LinkEvents,
   [[nodiscard]] control::CallCounts counts() const { return control_.counts(); }
 
  protected:
-  // The simulation sees through these what the gateway shows its own calls of a message queue.
+  // The simulation sees through these what becomes of machines, and what the gateway shows its own
+  // calls of a message queue.
+  void on_serve(const std::string& machine, const machines::Channels& channels) override;
+  void on_lost(const std::string& machine, const std::string& reason) override;
+  void on_link_dropped(const std::string& machine, const std::string& reason) override;
+  void on_retired(const fabric::ChannelKey& key) override;
+  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
   virtual void write_queue(const fabric::ChannelKey& key, const Write& write);
   [[nodiscard]] Snapshot look_at_queue(const fabric::ChannelKey& key) const {
@@ -110,21 +119,19 @@ class Core : public machines::LinkEvents,
  private:
   void enter();
   void finish();
+  void set_values();
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
   // What machines and message queues need. The time is that of the event at hand.
   [[nodiscard]] Moment now() const override { return now_; }
   std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) override;
   void say(Level level, const std::string& text) override;
-  std::unique_ptr<queues::QueueLink> reach(const std::string& machine,
-                                           const queues::QueueSettings& queue) override;
+  void open(const std::string& machine, const queues::QueueSettings& queue) override;
+  void ask(const std::string& machine, const fabric::ChannelKey& queue,
+           const queues::Step& step) override;
+  void watch(const std::string& machine, const fabric::ChannelKey& queue) override;
 
   // What becomes of machines.
-  void on_serve(const std::string& machine, const machines::Channels& channels) override;
-  void on_lost(const std::string& machine, const std::string& reason) override;
-  void on_link_dropped(const std::string& machine, const std::string& reason) override;
-  void on_retired(const fabric::ChannelKey& key) override;
-  void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
   void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
   void on_machine_status(const fabric::MachineStatus& status) override;
   void on_machine_left(const fabric::MachineStatus& status) override;
@@ -165,6 +172,8 @@ class Core : public machines::LinkEvents,
   machines::StallDetector stall_;
   control::CallControl control_;
   queues::PlantQueues queues_;
+  /// By machine.
+  std::map<std::string, MachineValues> values_;
   machines::Machines machines_;
   /// What was asked of the host last.
   std::optional<SteadyTime> wakes_at_;

@@ -12,31 +12,31 @@ void Core::say(Level level, const std::string& text) {
 }
 
 void Core::on_serve(const std::string& machine, const machines::Channels& channels) {
-  host_.on_serve(machine, channels);
+  values_.at(machine).on_up(channels, now_);
   queues_.on_up(machine, channels);
   control_.on_link_up(machine, channels, now_);
 }
 
 void Core::on_lost(const std::string& machine, const std::string& reason) {
-  host_.on_lost(machine, reason);
+  values_.at(machine).on_down(reason, now_);
   control_.on_link_down(machine, reason, now_);
   queues_.on_down(machine, reason);
 }
 
 void Core::on_link_dropped(const std::string& machine, const std::string& reason) {
-  host_.on_link_dropped(machine, reason);
+  values_.at(machine).on_dropped(now_);
   control_.on_link_dropped(machine, reason, now_);
   queues_.on_left(machine, 0, reason);
 }
 
 void Core::on_retired(const fabric::ChannelKey& key) {
-  host_.on_retired(key);
+  values_.at(key.machine).on_over(key.channel, now_);
   control_.retire(key, now_);
   queues_.on_left(key.machine, key.channel, "the configuration names its channel no more");
 }
 
 void Core::on_refused(const fabric::ChannelKey& key, const std::string& reason) {
-  host_.on_refused(key);
+  values_.at(key.machine).on_over(key.channel, now_);
   control_.release(key, reason, now_);
   queues_.on_left(key.machine, key.channel, reason);
 }
@@ -50,6 +50,7 @@ void Core::on_machine_status(const fabric::MachineStatus& status) {
 }
 
 void Core::on_machine_left(const fabric::MachineStatus& status) {
+  values_.erase(status.machine);
   fabric_.dispose(status);
 }
 

@@ -20,9 +20,23 @@ void Core::on_queue_event(const fabric::ChannelKey& queue) {
   finish();
 }
 
-std::unique_ptr<queues::QueueLink> Core::reach(const std::string& machine,
-                                               const queues::QueueSettings& queue) {
-  return host_.reach(machine, queue);
+void Core::open(const std::string& machine, const queues::QueueSettings& queue) {
+  if (machines::Link* const link = machines_.link_of(machine)) {
+    link->open(queue.key(machine), queue);
+  }
+}
+
+void Core::ask(const std::string& machine, const fabric::ChannelKey& queue,
+               const queues::Step& step) {
+  if (machines::Link* const link = machines_.link_of(machine)) {
+    link->ask(queue, step);
+  }
+}
+
+void Core::watch(const std::string& machine, const fabric::ChannelKey& queue) {
+  if (machines::Link* const link = machines_.link_of(machine)) {
+    link->watch(queue);
+  }
 }
 
 void Core::on_queue_open(const fabric::ChannelKey& key) {
@@ -76,7 +90,7 @@ void Core::say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News
 }
 
 void Core::tell_queue(const fabric::DataSample& sample) {
-  fabric_.publish(sample);
+  sample.values.empty() ? fabric_.dispose(sample) : fabric_.publish(sample);
 }
 
 }  // namespace millrace::gateway::core

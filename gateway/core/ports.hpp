@@ -7,16 +7,16 @@
 #include <optional>
 #include <string>
 
+#include "fabric/command.hpp"
 #include "fabric/data.hpp"
 #include "fabric/messages.hpp"
 #include "fabric/notice.hpp"
+#include "fabric/variables.hpp"
 #include "gateway/interest.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/machines/link.hpp"
 #include "gateway/machines/machines.hpp"
 #include "gateway/moment.hpp"
-#include "gateway/queues/queue_link.hpp"
-#include "gateway/queues/queue_settings.hpp"
 #include "gateway/settings/settings.hpp"
 
 namespace millrace::gateway::core {
@@ -30,11 +30,17 @@ class Fabric {
   virtual void publish(const fabric::Event& event) = 0;
   virtual void publish(const fabric::ChannelStatus& status) = 0;
   virtual void publish(const fabric::MachineStatus& status) = 0;
-  /// The numbers of a message queue; without values that the queue is gone.
+  /// Machine data, and the numbers of a message queue.
   virtual void publish(const fabric::DataSample& sample) = 0;
+  virtual void publish(const fabric::ProgramEvent& event) = 0;
+  virtual void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) = 0;
+  /// What became of a variable that somebody wanted written.
+  virtual void publish(const fabric::Outcome& outcome) = 0;
   virtual void dispose(const fabric::RequestKey& request) = 0;
   virtual void dispose(const fabric::ChannelKey& status) = 0;
   virtual void dispose(const fabric::MachineStatus& status) = 0;
+  /// There is nothing more to tell of the group.
+  virtual void dispose(const fabric::DataSample& sample) = 0;
   /// What other gateways say of their channels comes to Core::on_channel() from now on.
   virtual void watch_channels() = 0;
 };
@@ -48,9 +54,6 @@ class Host {
   virtual void wake_at(std::optional<SteadyTime> time) = 0;
   /// Begins to connect; what the link says comes to the core.
   virtual std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) = 0;
-  /// Over the machine's link; null if it is gone already. What it says comes to the core.
-  virtual std::unique_ptr<queues::QueueLink> reach(const std::string& machine,
-                                                   const queues::QueueSettings& queue) = 0;
   /// Journal this; Core::on_recorded(ticket) once it is as safe as the journal's policy promises,
   /// if anybody waits.
   virtual void append(const JournalEntry& entry, const Ticket& ticket) = 0;
@@ -58,16 +61,6 @@ class Host {
   /// Raises what the gateway has to say of itself, or clears it if `text` is empty.
   virtual void notice(const fabric::NoticeKey& key, const std::string& text,
                       const std::string& advice) = 0;
-
-  // What else a controller is asked than about calls depends on these. Told before the core goes
-  // on.
-  /// These channels are ours and can be reached; again when their number changes.
-  virtual void on_serve(const std::string& machine, const machines::Channels& channels) = 0;
-  virtual void on_lost(const std::string& machine, const std::string& reason) = 0;
-  virtual void on_link_dropped(const std::string& machine, const std::string& reason) = 0;
-  /// The configuration names the channel no more; another gateway has it.
-  virtual void on_retired(const fabric::ChannelKey& key) = 0;
-  virtual void on_refused(const fabric::ChannelKey& key) = 0;
 
   /// After Core::stop(): no answer is half written any more, or it took too long (`half_written`).
   /// Core::end() comes next.

@@ -56,19 +56,14 @@ Gateway::Impl::Impl(const asio::any_io_executor& the_executor, SpinAfterPublish&
           participant, executor,
           {.key = {.responder = own.id}, .program = "gateway", .host = own.host, .pid = own.pid}),
       watch(participant, executor, *this),
-      data(
-          executor, participant, [this] { return now(); }, log),
-      variables(
-          executor, participant, [this] { return now(); },
-          {.begin_event = [this] { core.on_other_event(); },
-           .written = [this](const auto& written) { tell(written); }},
-          log),
       core(*this, *this,
            {.own = own,
             .lease = settings.join.lease,
             .machines = settings.machines,
             .policies = settings.policies},
-           journal->ledger()) {
+           journal->ledger()),
+      variables(participant, executor,
+                [this](const auto& request) { core.on_variable_request(request); }) {
   core.set_interest({.events = false, .statuses = false, .least = least_of(log)});
   journal->on_recorded([this](const Ticket& ticket) { core.on_recorded(ticket); });
   journal->on_trouble([this](const std::string& trouble) { core.on_journal_trouble(trouble); });
@@ -162,8 +157,6 @@ void Gateway::Impl::start() {
                 call.id.to_string(), call.key.to_string());
     }
   }
-  data.set(settings.machines);
-  variables.set(settings.machines);
   core.start();
   warn_of_queues();
   beat();
@@ -201,8 +194,6 @@ void Gateway::Impl::change(const settings::Settings& wanted) {
   }
   settings.machines = wanted.machines;
   settings.policies = wanted.policies;
-  data.set(settings.machines);
-  variables.set(settings.machines);
   core.change(settings.machines, settings.policies);
   tell_certificates();
 }

@@ -120,7 +120,7 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
   }
   if (const fabric::Outcome* done = done_commands.find(command.id)) {
     // Said again, because the outcome was not heard.
-    tell(*done);
+    publish(*done);
     return;
   }
   const control::Verdict verdict = obey(command);
@@ -139,17 +139,7 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
   if (command.kind != fabric::CommandKind::ping) {
     done_commands.note(outcome, now().steady);
   }
-  tell(outcome);
-}
-
-void Gateway::Impl::tell(const fabric::Outcome& outcome) {
-  if (const auto published = command_end.publish(outcome); !published) {
-    log->warn("the outcome of a command cannot be told: {}", published.error());
-  }
-}
-
-void Gateway::Impl::tell(const variables::News::Written& written) {
-  tell(fabric::Outcome{own.id, written.token, written.done, written.detail, now().wall});
+  publish(outcome);
 }
 
 control::Verdict Gateway::Impl::obey(const fabric::Command& command) {

@@ -15,15 +15,15 @@
 #include "fabric/dds/participant.hpp"
 #include "fabric/ends/call_end.hpp"
 #include "fabric/ends/command_end.hpp"
+#include "fabric/ends/data_end.hpp"
 #include "fabric/ends/gateway_watch.hpp"
 #include "fabric/ends/notice_end.hpp"
+#include "fabric/ends/variable_end.hpp"
 #include "gateway/control/lost_services.hpp"
 #include "gateway/core/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
-#include "gateway/live/plant_data.hpp"
-#include "gateway/live/plant_variables.hpp"
 
 namespace millrace::gateway::live {
 
@@ -60,9 +60,13 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   void publish(const fabric::ChannelStatus& status) override;
   void publish(const fabric::MachineStatus& status) override;
   void publish(const fabric::DataSample& sample) override;
+  void publish(const fabric::ProgramEvent& event) override;
+  void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) override;
+  void publish(const fabric::Outcome& outcome) override;
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const fabric::ChannelKey& status) override;
   void dispose(const fabric::MachineStatus& status) override;
+  void dispose(const fabric::DataSample& sample) override;
   void watch_channels() override;
 
   // Host; gateway_ports.cpp.
@@ -70,17 +74,10 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   [[nodiscard]] Moment now() const override;
   void wake_at(std::optional<SteadyTime> time) override;
   std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) override;
-  std::unique_ptr<queues::QueueLink> reach(const std::string& machine,
-                                           const queues::QueueSettings& queue) override;
   void append(const JournalEntry& entry, const Ticket& ticket) override;
   void say(Level level, const std::string& text) override;
   void notice(const fabric::NoticeKey& key, const std::string& text,
               const std::string& advice) override;
-  void on_serve(const std::string& machine, const machines::Channels& channels) override;
-  void on_lost(const std::string& machine, const std::string& reason) override;
-  void on_link_dropped(const std::string& machine, const std::string& reason) override;
-  void on_retired(const fabric::ChannelKey& key) override;
-  void on_refused(const fabric::ChannelKey& key) override;
   void may_end(bool half_written) override;
 
   // What other gateways say.
@@ -100,9 +97,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   // What an operator wants. Commands for channels of others are theirs.
   void on_command(const fabric::Command& command) override;
   control::Verdict obey(const fabric::Command& command);
-  void tell(const fabric::Outcome& outcome);
-  /// What became of a variable that somebody wanted written.
-  void tell(const variables::News::Written& written);
+  fabric::ends::DataEnd& data_end();
 
   boost::asio::any_io_executor executor;
   SpinAfterPublish& spin;
@@ -131,12 +126,11 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   fabric::Complaints complaints;
   fabric::Throttle instance_lines{1000, std::chrono::seconds(10)};
   fabric::ends::GatewayWatch watch;
-  /// Before the core, whose links they use.
-  PlantData data;
-  PlantVariables variables;
-  /// Of each machine, for its queues.
-  std::map<std::string, std::weak_ptr<cnc::ads::Client>> clients;
+  /// Once there is something to tell: until then nobody on the fabric hears of these writers.
+  std::optional<fabric::ends::DataEnd> data;
   core::Core core;
+  /// The last, so that nobody asks a core that is half made or half gone.
+  fabric::ends::VariableAnswerEnd variables;
 };
 
 }  // namespace millrace::gateway::live

@@ -3,8 +3,7 @@
 
 #include "gateway/live/gateway_impl.hpp"
 #include "gateway/live/machine_link.hpp"
-#include "gateway/live/port_link.hpp"
-#include "gateway/live/symbol_queue.hpp"
+#include "gateway/words.hpp"
 
 namespace millrace::gateway::live {
 
@@ -57,8 +56,34 @@ void Gateway::Impl::publish(const fabric::MachineStatus& status) {
   }
 }
 
+fabric::ends::DataEnd& Gateway::Impl::data_end() {
+  return data ? *data : data.emplace(participant);
+}
+
 void Gateway::Impl::publish(const fabric::DataSample& sample) {
-  data.publish_also(sample);
+  if (const auto published = data_end().publish(sample); !published) {
+    log->warn("{}: data {} cannot be told: {}", sample.key.to_string(), sample.group,
+              published.error());
+  }
+}
+
+void Gateway::Impl::publish(const fabric::ProgramEvent& event) {
+  if (const auto published = data_end().publish(event); !published) {
+    log->warn("{}: an event of its program cannot be told: {}", event.key.to_string(),
+              published.error());
+  }
+}
+
+void Gateway::Impl::publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) {
+  if (const auto published = variables.publish(asker, reply); !published) {
+    log->warn("an answer about variables cannot be told: {}", printable(published.error()));
+  }
+}
+
+void Gateway::Impl::publish(const fabric::Outcome& outcome) {
+  if (const auto published = command_end.publish(outcome); !published) {
+    log->warn("the outcome of a command cannot be told: {}", published.error());
+  }
 }
 
 void Gateway::Impl::dispose(const fabric::RequestKey& request) {
@@ -71,6 +96,10 @@ void Gateway::Impl::dispose(const fabric::ChannelKey& status) {
 
 void Gateway::Impl::dispose(const fabric::MachineStatus& status) {
   call_end.let_go(status);
+}
+
+void Gateway::Impl::dispose(const fabric::DataSample& sample) {
+  data_end().let_go(sample);
 }
 
 void Gateway::Impl::watch_channels() {
@@ -99,21 +128,8 @@ void Gateway::Impl::wake_at(std::optional<SteadyTime> time) {
 
 std::unique_ptr<machines::Link> Gateway::Impl::connect(const settings::MachineSettings& machine) {
   auto link = std::make_unique<MachineLink>(executor, machine, core, log);
-  clients[machine.name] = link->client();
-  data.connect(machine.name, link->client(), link->location());
-  variables.connect(machine.name, link->client(), link->location());
   link->start();
   return link;
-}
-
-std::unique_ptr<queues::QueueLink> Gateway::Impl::reach(const std::string& machine,
-                                                        const queues::QueueSettings& queue) {
-  auto client = clients[machine].lock();
-  if (!client) {
-    return nullptr;
-  }
-  return std::make_unique<PortLink>(executor, queue.key(machine),
-                                    std::make_unique<SymbolQueue>(std::move(client), queue), core);
 }
 
 void Gateway::Impl::append(const JournalEntry& entry, const Ticket& ticket) {
@@ -134,30 +150,6 @@ void Gateway::Impl::notice(const fabric::NoticeKey& key, const std::string& text
   if (!told) {
     log->warn("nobody but this log is told of it: {}", told.error());
   }
-}
-
-void Gateway::Impl::on_serve(const std::string& machine, const machines::Channels& channels) {
-  data.on_up(machine, channels);
-  variables.on_up(machine, channels);
-}
-
-void Gateway::Impl::on_lost(const std::string& machine, const std::string& reason) {
-  data.on_down(machine);
-  variables.on_down(machine, reason);
-}
-
-void Gateway::Impl::on_link_dropped(const std::string& machine, const std::string&) {
-  data.on_dropped(machine);
-  variables.on_dropped(machine);
-}
-
-void Gateway::Impl::on_retired(const fabric::ChannelKey& key) {
-  data.on_over(key);
-  variables.on_over(key);
-}
-
-void Gateway::Impl::on_refused(const fabric::ChannelKey& key) {
-  on_retired(key);
 }
 
 void Gateway::Impl::may_end(bool half_written) {

@@ -1,11 +1,14 @@
 #include "gateway/live/machine_link.hpp"
 
+#include <array>
 #include <deque>
+#include <map>
 #include <optional>
 #include <random>
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
@@ -15,7 +18,9 @@
 #include "cnc/ads/client.hpp"
 #include "cnc/variables/state_notices.hpp"
 #include "cnc/variables/survey.hpp"
+#include "gateway/live/ask_values.hpp"
 #include "gateway/live/service_interfaces.hpp"
+#include "gateway/live/symbol_queue.hpp"
 #include "gateway/machines/back_off.hpp"
 #include "gateway/settings/client_options.hpp"
 
@@ -142,7 +147,11 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
       co_return std::chrono::nanoseconds(0);
     }
     interfaces.begin(location, *channels);
+    for (auto& source : sources) {
+      source = std::make_shared<ValueSource>(client, location);
+    }
     notices.forget();
+    queues.clear();
     ++connections;
     complaint.clear();
     log->info("{}: link up, {}", settings.to_string(), list_of(*channels));
@@ -210,6 +219,40 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
     self->working = false;
   }
 
+  static asio::awaitable<void> ask(std::shared_ptr<Impl> self, machines::Question question) {
+    const std::uint64_t connection = self->connections;
+    const auto& source = self->sources.at(static_cast<std::size_t>(question.asker));
+    const machines::Answer answer = co_await ask_values(source, std::move(question));
+    if (!self->stopped && connection == self->connections) {
+      self->events.on_answer(self->settings.name, answer);
+    }
+  }
+
+  /// Nothing was opened in its place since, and its connection is still there.
+  [[nodiscard]] bool is_open(const fabric::ChannelKey& key,
+                             const std::shared_ptr<SymbolQueue>& queue) const {
+    const auto open = queues.find(key);
+    return !stopped && open != queues.end() && open->second == queue;
+  }
+
+  static asio::awaitable<void> ask(std::shared_ptr<Impl> self, fabric::ChannelKey key,
+                                   std::shared_ptr<SymbolQueue> queue, queues::Step step) {
+    queues::StepAnswer answer = co_await queue->ask(step);
+    if (self->is_open(key, queue)) {
+      self->events.on_queue_answer(key, std::move(answer));
+    }
+  }
+
+  static asio::awaitable<void> watch(std::shared_ptr<Impl> self, fabric::ChannelKey key,
+                                     std::shared_ptr<SymbolQueue> queue) {
+    std::function<void()> told = [weak = std::weak_ptr(self), key, of = std::weak_ptr(queue)] {
+      if (const auto link = weak.lock(); link && link->is_open(key, of.lock())) {
+        link->events.on_queue_event(key);
+      }
+    };
+    co_await queue->watch(std::move(told));
+  }
+
   void tell(const std::vector<cnc::variables::NoticeOutcome>& outcomes) {
     std::vector<machines::WatchOutcome> all;
     all.reserve(outcomes.size());
@@ -234,6 +277,10 @@ struct MachineLink::Impl : std::enable_shared_from_this<Impl> {
   /// Where the controller keeps its variables.
   cnc::variables::Location location;
   cnc::variables::StateNotices notices;
+  /// Of this connection, one for each machines::Asker.
+  std::array<std::shared_ptr<ValueSource>, 2> sources;
+  /// Message queues, of this connection.
+  std::map<fabric::ChannelKey, std::shared_ptr<SymbolQueue>> queues;
   std::deque<WatchJob> jobs;
   bool working = false;
   /// Counts the links that came up.
@@ -279,12 +326,27 @@ void MachineLink::unwatch(const std::vector<std::uint16_t>& channels) {
   impl_->add_job(channels, false);
 }
 
-std::weak_ptr<cnc::ads::Client> MachineLink::client() const {
-  return std::shared_ptr<cnc::ads::Client>(impl_, &impl_->client);
+void MachineLink::ask(const machines::Question& question) {
+  // A connection that is gone answers at once.
+  asio::post(impl_->executor, [impl = impl_, question] {
+    asio::co_spawn(impl->executor, Impl::ask(impl, question), base::program::rethrow_from_loop);
+  });
 }
 
-std::weak_ptr<const cnc::variables::Location> MachineLink::location() const {
-  return std::shared_ptr<const cnc::variables::Location>(impl_, &impl_->location);
+void MachineLink::open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) {
+  impl_->queues.insert_or_assign(queue, std::make_shared<SymbolQueue>(impl_->client, settings));
+}
+
+void MachineLink::ask(const fabric::ChannelKey& queue, const queues::Step& step) {
+  asio::post(impl_->executor, [impl = impl_, queue, open = impl_->queues.at(queue), step] {
+    asio::co_spawn(impl->executor, Impl::ask(impl, queue, open, step),
+                   base::program::rethrow_from_loop);
+  });
+}
+
+void MachineLink::watch(const fabric::ChannelKey& queue) {
+  asio::co_spawn(impl_->executor, Impl::watch(impl_, queue, impl_->queues.at(queue)),
+                 base::program::rethrow_from_loop);
 }
 
 machines::LinkLoad MachineLink::load() const {

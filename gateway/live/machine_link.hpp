@@ -11,8 +11,6 @@
 #include <boost/asio/any_io_executor.hpp>
 
 #include "base/program/log.hpp"
-#include "cnc/ads/client.hpp"
-#include "cnc/variables/channel.hpp"
 #include "gateway/machines/link.hpp"
 #include "gateway/settings/settings.hpp"
 
@@ -32,11 +30,11 @@ class MachineLink final : public machines::Link {
   void write(std::uint16_t channel, Variable variable, const Value& value) override;
   void watch(const std::vector<std::uint16_t>& channels) override;
   void unwatch(const std::vector<std::uint16_t>& channels) override;
+  void ask(const machines::Question& question) override;
+  void open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) override;
+  void ask(const fabric::ChannelKey& queue, const queues::Step& step) override;
+  void watch(const fabric::ChannelKey& queue) override;
   [[nodiscard]] machines::LinkLoad load() const override;
-  /// For what else is asked of the controller, while the link is there.
-  [[nodiscard]] std::weak_ptr<cnc::ads::Client> client() const;
-  /// Where this controller keeps its variables; known once the link is up.
-  [[nodiscard]] std::weak_ptr<const cnc::variables::Location> location() const;
 
  private:
   struct Impl;

@@ -64,11 +64,11 @@ std::int64_t number_in(BytesView bytes, ElementType type) {
 
 }  // namespace
 
-QueuePort::Answer<SymbolQueue::Place> SymbolQueue::find(std::string name, bool single) {
+SymbolQueue::Found<SymbolQueue::Place> SymbolQueue::find(std::string name, bool single) {
   constexpr std::uint32_t longest_entry = 1024;
   const cnc::ads::Index where{cnc::ads::symbol::info_by_name, 0};
   Bytes question = cnc::variables::encode_name(name);
-  const auto answer = co_await client_->read_write(port, where, longest_entry, std::move(question));
+  const auto answer = co_await client_.read_write(port, where, longest_entry, std::move(question));
   if (!answer) {
     std::string reason =
         fmt::format("cannot be read: {}: {}", name, cnc::ads::describe(answer.error()));
@@ -107,7 +107,7 @@ QueuePort::Answer<SymbolQueue::Place> SymbolQueue::find(std::string name, bool s
   co_return place;
 }
 
-QueuePort::Answer<SymbolQueue::Layout> SymbolQueue::find_all() {
+SymbolQueue::Found<SymbolQueue::Layout> SymbolQueue::find_all() {
   Layout layout;
   std::string element_name = settings_.array + "[1]";
   auto element = co_await find(std::move(element_name), true);
@@ -154,7 +154,7 @@ QueuePort::Answer<SymbolQueue::Layout> SymbolQueue::find_all() {
   co_return layout;
 }
 
-QueuePort::Answer<queues::Control> SymbolQueue::read_control() {
+SymbolQueue::Found<queues::Control> SymbolQueue::read_control() {
   if (!layout_) {
     auto found = co_await find_all();
     if (!found) {
@@ -163,7 +163,7 @@ QueuePort::Answer<queues::Control> SymbolQueue::read_control() {
     layout_ = *found;
   }
   const Layout layout = *layout_;
-  const auto answer = co_await client_->read(port, layout.control.index, layout.control.size);
+  const auto answer = co_await client_.read(port, layout.control.index, layout.control.size);
   if (!answer || answer->size() != layout.control.size) {
     // It may be laid out anew.
     layout_.reset();
@@ -180,13 +180,13 @@ QueuePort::Answer<queues::Control> SymbolQueue::read_control() {
   co_return control;
 }
 
-QueuePort::Answer<std::vector<std::string>> SymbolQueue::read_queue() {
+SymbolQueue::Found<std::vector<std::string>> SymbolQueue::read_queue() {
   if (!layout_) {
     std::string reason = "was not found yet";
     co_return unexpected(std::move(reason));
   }
   const Layout layout = *layout_;
-  const auto answer = co_await client_->read(port, layout.array.index, layout.array.size);
+  const auto answer = co_await client_.read(port, layout.array.index, layout.array.size);
   if (!answer || answer->size() != layout.array.size) {
     layout_.reset();
     std::string reason =
@@ -204,7 +204,7 @@ QueuePort::Answer<std::vector<std::string>> SymbolQueue::read_queue() {
   co_return texts;
 }
 
-QueuePort::Answer<void> SymbolQueue::write_last_get(std::uint32_t element) {
+SymbolQueue::Found<void> SymbolQueue::write_last_get(std::uint32_t element) {
   if (!layout_) {
     std::string reason = "was not found yet";
     co_return unexpected(std::move(reason));
@@ -215,13 +215,24 @@ QueuePort::Answer<void> SymbolQueue::write_last_get(std::uint32_t element) {
     std::string reason = fmt::format("LastGet cannot be {}: {}", element, bytes.error());
     co_return unexpected(std::move(reason));
   }
-  const auto written = co_await client_->write(port, place.index, std::move(*bytes));
+  const auto written = co_await client_.write(port, place.index, std::move(*bytes));
   if (!written) {
     std::string reason =
         fmt::format("LastGet cannot be written: {}", cnc::ads::describe(written.error()));
     co_return unexpected(std::move(reason));
   }
   co_return tl::expected<void, std::string>();
+}
+
+asio::awaitable<queues::StepAnswer> SymbolQueue::ask(queues::Step step) {
+  if (std::holds_alternative<queues::ReadControl>(step)) {
+    co_return co_await read_control();
+  }
+  if (std::holds_alternative<queues::ReadQueue>(step)) {
+    co_return co_await read_queue();
+  }
+  const std::uint32_t element = std::get<queues::WriteLastGet>(step).element;
+  co_return co_await write_last_get(element);
 }
 
 asio::awaitable<bool> SymbolQueue::watch(std::function<void()> told) {
@@ -235,7 +246,7 @@ asio::awaitable<bool> SymbolQueue::watch(std::function<void()> told) {
   cnc::ads::Told tell = [told = std::move(told)](std::size_t /*item*/, BytesView /*value*/) {
     told();
   };
-  const auto granted = co_await client_->subscribe(port, std::move(wanted), std::move(tell));
+  const auto granted = co_await client_.subscribe(port, std::move(wanted), std::move(tell));
   co_return !granted.empty() && granted.front().has_value();
 }
 

@@ -12,8 +12,34 @@
 #include "gateway/machines/machine_report.hpp"
 #include "gateway/machines/watch.hpp"
 #include "gateway/outputs.hpp"
+#include "gateway/queues/queue_settings.hpp"
+#include "gateway/queues/step_answer.hpp"
+#include "gateway/variables/desk.hpp"
 
 namespace millrace::gateway::machines {
+
+/// Who asks for values of a controller, beside calls.
+enum class Asker : std::uint8_t { data, variables };
+
+struct Question {
+  Asker asker = Asker::data;
+  /// The answer has it too.
+  std::uint64_t number = 0;
+  variables::Step step;
+};
+
+/// What came of a question: what variables are, their values, that one is written, or a list.
+struct Answer {
+  Asker asker = Asker::data;
+  std::uint64_t number = 0;
+  std::variant<std::vector<data::Sampler::Known>, std::vector<data::Sampler::Answer>,
+               cnc::ads::Result<void>, cnc::ads::Result<variables::Page>>
+      found;
+  /// That it took at the controller.
+  std::uint64_t requests = 0;
+  /// The controller reads many values in one request.
+  bool sums = true;
+};
 
 /// Never called from within a function of the link. The link may be gone when a call returns, so
 /// what is handed in must not be a part of it.
@@ -37,6 +63,12 @@ class LinkEvents {
   /// changed; without value that it tells no more. May come before on_watched().
   virtual void on_told(const fabric::ChannelKey& key, Variable variable,
                        std::optional<std::uint32_t> value) = 0;
+  /// What came of ask(); nothing if the link is gone.
+  virtual void on_answer(const std::string& machine, const Answer& answer) = 0;
+  /// What came of ask() for a queue, unless it was opened anew; nothing if the link is gone.
+  virtual void on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) = 0;
+  /// The controller tells of a change in the queue.
+  virtual void on_queue_event(const fabric::ChannelKey& queue) = 0;
 };
 
 /// Its end closes the connection, and leaves nothing at the controller that it was asked to tell;
@@ -51,6 +83,15 @@ class Link {
   /// answered.
   virtual void watch(const std::vector<std::uint16_t>& channels) = 0;
   virtual void unwatch(const std::vector<std::uint16_t>& channels) = 0;
+  /// One question of each asker at a time.
+  virtual void ask(const Question& question) = 0;
+  /// A message queue of this controller is to be read: what was asked for it before is not answered
+  /// any more.
+  virtual void open(const fabric::ChannelKey& queue, const queues::QueueSettings& settings) = 0;
+  /// Of a queue that is open, one question at a time.
+  virtual void ask(const fabric::ChannelKey& queue, const queues::Step& step) = 0;
+  /// Asks the controller to tell of changes in it: late, for nothing, or never.
+  virtual void watch(const fabric::ChannelKey& queue) = 0;
   [[nodiscard]] virtual LinkLoad load() const = 0;
 };
 

@@ -103,6 +103,7 @@ void Machines::change(Machine& one, const settings::MachineSettings& settings) {
 
 void Machines::connect(Machine& one) {
   one.link = io_.connect(one.settings);
+  one.calls_under_way = 0;
   if (one.refusal.empty()) {
     one.report.on_down("connecting", io_.now());
   }
@@ -234,6 +235,7 @@ void Machines::tell_load() {
 void Machines::read(const fabric::ChannelKey& key, ReadSet look) {
   Machine& one = machines_.at(key.machine);
   one.watch.looking(key.channel);
+  ++one.calls_under_way;
   one.link->read(key.channel, look);
 }
 
@@ -242,7 +244,27 @@ void Machines::write(const fabric::ChannelKey& key, Variable variable, const Val
   if (variable == Variable::request_state) {
     one.watch.on_cleared(key.channel);
   }
+  ++one.calls_under_way;
   one.link->write(key.channel, variable, value);
+}
+
+void Machines::on_call_answered(const std::string& machine) {
+  Machine& one = machines_.at(machine);
+  if (one.calls_under_way > 0 && --one.calls_under_way == 0) {
+    one.rests_since = io_.now().steady;
+  }
+}
+
+std::optional<SteadyTime> Machines::rests_since(const std::string& machine) const {
+  const auto one = machines_.find(machine);
+  return one == machines_.end() || one->second.calls_under_way > 0
+             ? std::nullopt
+             : std::optional(one->second.rests_since);
+}
+
+Link* Machines::link_of(const std::string& machine) const {
+  const auto one = machines_.find(machine);
+  return one == machines_.end() ? nullptr : one->second.link.get();
 }
 
 void Machines::finish() {

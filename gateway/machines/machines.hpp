@@ -122,12 +122,17 @@ class Machines {
 
   void read(const fabric::ChannelKey& key, ReadSet look);
   void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
+  /// The link has answered a read or write of a call.
+  void on_call_answered(const std::string& machine);
+  /// Since when none of them is under way; nothing while one is.
+  [[nodiscard]] std::optional<SteadyTime> rests_since(const std::string& machine) const;
+  /// Null if it was taken away, or the machine is not ours.
+  [[nodiscard]] Link* link_of(const std::string& machine) const;
 
   /// Where each event ends: does what the event has left to do.
   void finish();
   void on_time();
   /// When on_time() has something to do, or before.
-  /// When on_time() has something to do, or a little before; a time in the past where that is what
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
 
  private:
@@ -141,6 +146,10 @@ class Machines {
     /// It may have served already; then its claim is not moved behind those of others.
     bool has_served = false;
     std::unique_ptr<Link> link{};
+    /// Reads and writes of calls that the link has not answered.
+    std::size_t calls_under_way = 0;
+    /// Since when there are none.
+    SteadyTime rests_since{};
     bool up = false;
     /// What the controller has, while the link is up.
     Channels found{};

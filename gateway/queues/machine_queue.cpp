@@ -9,10 +9,14 @@ namespace millrace::gateway::queues {
 
 MachineQueue::MachineQueue(const std::string& machine, QueueSettings settings, QueueBook book,
                            QueuesIo& io, QueueOutlet outlet)
-    : queue_(machine, std::move(settings), std::move(book)), io_(io), outlet_(std::move(outlet)) {}
+    : machine_(machine),
+      queue_(machine, std::move(settings), std::move(book)),
+      io_(io),
+      outlet_(std::move(outlet)) {}
 
-void MachineQueue::on_up(std::unique_ptr<QueueLink> link) {
-  link_ = std::move(link);
+void MachineQueue::on_up() {
+  up_ = true;
+  io_.open(machine_, queue_.settings());
   asking_ = false;
   watched_ = false;
   queue_.on_up(io_.now());
@@ -20,7 +24,7 @@ void MachineQueue::on_up(std::unique_ptr<QueueLink> link) {
 }
 
 void MachineQueue::on_down(const std::string& reason) {
-  link_.reset();
+  up_ = false;
   asking_ = false;
   queue_.on_down(reason);
   tell();
@@ -59,10 +63,10 @@ void MachineQueue::tell() {
 }
 
 void MachineQueue::go_on() {
-  if (link_ && !asking_) {
+  if (up_ && !asking_) {
     if (const auto step = queue_.next(io_.now())) {
       asking_ = true;
-      link_->ask(*step);
+      io_.ask(machine_, queue_.key(), *step);
     }
   }
   tell();
@@ -76,7 +80,7 @@ void MachineQueue::on_time() {
 }
 
 std::optional<SteadyTime> MachineQueue::next_time() const {
-  return link_ && !asking_ ? queue_.next_time() : std::nullopt;
+  return up_ && !asking_ ? queue_.next_time() : std::nullopt;
 }
 
 void MachineQueue::on_answer(StepAnswer answer) {
@@ -90,7 +94,7 @@ void MachineQueue::on_answer(StepAnswer answer) {
                                // The queue is looked at all the same, whatever the controller
                                // tells.
                                watched_ = true;
-                               link_->watch();
+                               io_.watch(machine_, queue_.key());
                              }
                            },
                            [&](Answer<std::vector<std::string>>& texts) {
@@ -103,7 +107,7 @@ void MachineQueue::on_answer(StepAnswer answer) {
 }
 
 void MachineQueue::on_event() {
-  if (link_) {
+  if (up_) {
     queue_.on_event(io_.now());
     go_on();
   }

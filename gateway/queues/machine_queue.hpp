@@ -1,20 +1,19 @@
 // Has done what one message queue wants: its questions to the controller one after the other, and
-// what it tells. Decides when; its link carries.
+// what it tells. Decides when; the link of its machine carries.
 //
 //   MachineQueue queue("press", settings, book, io, outlet);
-//   queue.on_up(std::move(link));                 → outlet.record(entries), outlet.shows()
-//   queue.on_answer(answer);                        // what link.ask() was answered with
+//   queue.on_up();                                → io.open(…), io.ask(…)
+//   queue.on_answer(answer);                      → outlet.record(entries), outlet.shows()
 //   queue.write({Variable::response_state, 1, true});
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "gateway/queues/queue.hpp"
-#include "gateway/queues/queue_link.hpp"
+#include "gateway/queues/step_answer.hpp"
 
 namespace millrace::gateway::queues {
 
@@ -23,10 +22,11 @@ class QueuesIo {
  public:
   virtual ~QueuesIo() = default;
   [[nodiscard]] virtual Moment now() const = 0;
-  /// Over the link that is up; null if it is gone already. What it says comes to on_answer() and
-  /// on_event().
-  virtual std::unique_ptr<QueueLink> reach(const std::string& machine,
-                                           const QueueSettings& settings) = 0;
+  // As machines::Link has them; answered by on_answer() and on_event().
+  virtual void open(const std::string& machine, const QueueSettings& settings) = 0;
+  virtual void ask(const std::string& machine, const fabric::ChannelKey& queue,
+                   const Step& step) = 0;
+  virtual void watch(const std::string& machine, const fabric::ChannelKey& queue) = 0;
 };
 
 /// What a queue tells, never from within the one that is told.
@@ -45,14 +45,14 @@ class MachineQueue {
                QueueOutlet outlet);
 
   /// The link of its machine is up.
-  void on_up(std::unique_ptr<QueueLink> link);
+  void on_up();
   void on_down(const std::string& reason);
-  /// The configuration has changed: it has no link then.
+  /// The configuration has changed: it is not asked before it is up again.
   void change(QueueSettings settings);
   /// Of its link.
   void on_answer(StepAnswer answer);
   void on_event();
-  [[nodiscard]] bool up() const { return link_ != nullptr; }
+  [[nodiscard]] bool up() const { return up_; }
 
   [[nodiscard]] const Queue& queue() const { return queue_; }
   [[nodiscard]] Snapshot look(ReadSet what) const { return queue_.look(what); }
@@ -69,10 +69,11 @@ class MachineQueue {
  private:
   void go_on();
 
+  std::string machine_;
   Queue queue_;
   QueuesIo& io_;
   QueueOutlet outlet_;
-  std::unique_ptr<QueueLink> link_;
+  bool up_ = false;
   bool asking_ = false;
   bool watched_ = false;
 };

@@ -153,9 +153,7 @@ void PlantQueues::reach(const fabric::ChannelKey& key, One& one) {
   one.ours = true;
   open(key, one);
   if (!one.queue->up()) {
-    if (auto link = io_.reach(one.machine, one.settings)) {
-      one.queue->on_up(std::move(link));
-    }
+    one.queue->on_up();
   }
 }
 

@@ -1,5 +1,5 @@
 // The message queues of all machines: which are read, and whose calls are there. Decides only;
-// `QueuesIo` has the links.
+// `QueuesIo` carries.
 //
 //   PlantQueues queues(io, events);
 //   queues.set(settings::queues_of(machines), journal.ledger().queues());
@@ -65,7 +65,7 @@ class PlantQueues {
   void on_over(const fabric::ChannelKey& key);
   /// Of a queue.
   void on_recorded(const Ticket& ticket);
-  // Of a queue's link.
+  // Of the link of its machine.
   void on_answer(const fabric::ChannelKey& key, StepAnswer answer);
   void on_event(const fabric::ChannelKey& key);
 

@@ -256,6 +256,12 @@ gateway::settings::MachineSettings Plant::settings_of(const Controller& controll
   settings.watch = random.pick(modes);
   settings.pace.idle = std::chrono::milliseconds(10 + random_.below(40));
   settings.pace.kernel_clears_request_state = controller.kernel_clears() && random.chance(70);
+  settings.variables.writable = {{"V.E.*"}};
+  if (random.chance(30)) {
+    settings.data.groups = {{.name = "clock",
+                             .names = {"V.E.TIME"},
+                             .period = std::chrono::milliseconds(10 + random.below(200))}};
+  }
   for (const auto& ring : controller.queues()) {
     settings.queues.push_back(ring->plan().settings);
   }

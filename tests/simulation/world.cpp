@@ -48,6 +48,11 @@ World::World(std::uint64_t seed, Options options)
       history_(agenda_, std::move(options.trace)),
       plant_(agenda_, history_, random_.fork(), options.bug, options.limits) {
   storm_ = std::make_unique<Storm>(plant_, random_.fork());
+  // From a source of its own: what else a seed means stays what it was.
+  Random random(~seed ^ 0x7a1e5ab1e0000001U);
+  if (random.chance(40)) {
+    value_user_.emplace(plant_, random.fork());
+  }
 }
 
 World::~World() = default;
@@ -208,6 +213,9 @@ Outcome World::run() {
   agenda_.after(400ms, {}, [this] { supervise(); });
   operate();
   watch_the_serving();
+  if (value_user_) {
+    value_user_->start();
+  }
 
   const Time drawn = random_.between(1s, 8s);
   const Time storm = limits_.faults_for.value_or(drawn);
@@ -222,6 +230,9 @@ Outcome World::run() {
     calm_ = true;
     for (auto& service : plant_.services()) {
       service->calm_down();
+    }
+    if (value_user_) {
+      value_user_->calm_down();
     }
     const Time latest = agenda_.now() + recovery;
     agenda_.after(recovery / 2, {}, [this] { rescue(); });

@@ -8,11 +8,13 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/simulation/faults/storm.hpp"
 #include "tests/simulation/plant.hpp"
+#include "tests/simulation/values/value_user.hpp"
 
 namespace millrace::tests::simulation {
 
@@ -63,6 +65,7 @@ class World {
   History history_;
   Plant plant_;
   std::unique_ptr<Storm> storm_;
+  std::optional<ValueUser> value_user_;
   bool calm_ = false;
   /// Since when two gateways serve a channel although they hear each other.
   std::map<Key, Time> both_since_;

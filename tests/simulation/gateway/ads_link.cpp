@@ -186,12 +186,9 @@ void AdsLink::write(std::uint16_t channel, Variable variable, const gateway::Val
   send(request);
 }
 
-void AdsLink::ask(MessageRing& ring, const gateway::queues::Step& step,
-                  std::function<void(gateway::queues::StepAnswer)> answered) {
+void AdsLink::ask(Work work) {
   auto request = std::make_shared<Request>();
-  request->ring = &ring;
-  request->step = step;
-  request->told = std::move(answered);
+  request->work = std::move(work);
   if (up_) {
     send(request);
   } else {

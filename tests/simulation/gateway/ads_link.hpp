@@ -14,7 +14,6 @@
 
 #include "gateway/machines/back_off.hpp"
 #include "gateway/machines/link.hpp"
-#include "gateway/queues/queue_link.hpp"
 #include "tests/simulation/machine/controller.hpp"
 #include "tests/simulation/time/process.hpp"
 
@@ -104,9 +103,15 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   [[nodiscard]] bool abandoned() const { return abandoned_; }
   void read(std::uint16_t channel, gateway::ReadSet look);
   void write(std::uint16_t channel, gateway::Variable variable, const gateway::Value& value);
-  /// `answered` never comes from within, and never if the connection ends.
-  void ask(MessageRing& ring, const gateway::queues::Step& step,
-           std::function<void(gateway::queues::StepAnswer)> answered);
+  /// What else is asked of the controller than its Service Interfaces.
+  struct Work {
+    /// At the controller, whole.
+    std::function<void()> carry_out;
+    /// At the gateway, never from within ask(), and never if the link is taken away. `failure` is
+    /// empty if it is carried out.
+    std::function<void(const std::string& failure)> told;
+  };
+  void ask(Work work);
   void watch(const std::vector<std::uint16_t>& channels);
   void unwatch(const std::vector<std::uint16_t>& channels);
   /// The cable or the controller ends the connection.
@@ -129,7 +134,6 @@ class AdsLink : public std::enable_shared_from_this<AdsLink> {
   void answer(const RequestPointer& request, Time delay);
   void answered(const RequestPointer& request);
   void timed_out(const RequestPointer& request);
-  static void carry_out(Request& request, GatewayNumber gateway);
   void fail(const Request& request, bool timeout);
   // ads_link_notices.cpp
   void begin_telling(std::uint16_t channel);

@@ -36,17 +36,6 @@ void put(gateway::Snapshot& snapshot, Variable variable, gateway::Value value) {
   }
 }
 
-gateway::queues::StepAnswer refusal_of(const gateway::queues::Step& step,
-                                       const std::string& reason) {
-  if (std::holds_alternative<gateway::queues::ReadControl>(step)) {
-    return gateway::queues::Answer<gateway::queues::Control>(tl::unexpected(reason));
-  }
-  if (std::holds_alternative<gateway::queues::ReadQueue>(step)) {
-    return gateway::queues::Answer<std::vector<std::string>>(tl::unexpected(reason));
-  }
-  return gateway::queues::Answer<void>(tl::unexpected(reason));
-}
-
 std::string words_for(const gateway::Value& value) {
   return std::visit([](const auto& one) { return fmt::format("{}", one); }, value);
 }
@@ -89,9 +78,9 @@ void AdsLink::execute(const RequestPointer& request) {
     answer(request, delay());
     return;
   }
-  if (request->ring != nullptr) {
+  if (request->work) {
     request->executed = true;
-    carry_out(*request, gateway_);
+    request->work->carry_out();
     answer(request, delay());
     return;
   }
@@ -145,20 +134,6 @@ void AdsLink::apply(const RequestPointer& request) {
   }
 }
 
-/// Each is done whole.
-void AdsLink::carry_out(Request& request, GatewayNumber gateway) {
-  MessageRing& ring = *request.ring;
-  if (std::holds_alternative<gateway::queues::ReadControl>(request.step)) {
-    request.found = gateway::queues::Answer<gateway::queues::Control>(ring.control());
-    request.sight = ring.sight(gateway);
-  } else if (std::holds_alternative<gateway::queues::ReadQueue>(request.step)) {
-    request.found = gateway::queues::Answer<std::vector<std::string>>(ring.texts());
-  } else {
-    ring.write_last_get(std::get<gateway::queues::WriteLastGet>(request.step).element, gateway);
-    request.found = gateway::queues::Answer<void>();
-  }
-}
-
 void AdsLink::sample(const RequestPointer& request, std::size_t next) {
   const bool there = controller_.powered() && controller_.life() == request->controller_life;
   if (!there) {
@@ -188,15 +163,8 @@ void AdsLink::answered(const RequestPointer& request) {
   request->settled = true;
   silent_timeouts_ = 0;
   std::erase(pending_, request);
-  if (request->ring != nullptr) {
-    if (request->refused) {
-      request->told(refusal_of(request->step, "the controller refuses it"));
-      return;
-    }
-    if (std::holds_alternative<gateway::queues::ReadControl>(request->step)) {
-      request->ring->seen(gateway_, request->sight);
-    }
-    request->told(std::move(request->found));
+  if (request->work) {
+    request->work->told(request->refused ? "the controller refuses it" : "");
     return;
   }
   const Key key{controller_.name(), request->channel};
@@ -229,8 +197,8 @@ void AdsLink::fail(const Request& request, bool timed_out) {
   if (abandoned_) {
     return;
   }
-  if (request.ring != nullptr) {
-    request.told(refusal_of(request.step, timed_out ? "timeout" : "link lost"));
+  if (request.work) {
+    request.work->told(timed_out ? "timeout" : "link lost");
     return;
   }
   const Key key{controller_.name(), request.channel};

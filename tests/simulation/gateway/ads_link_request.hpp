@@ -12,12 +12,7 @@ namespace millrace::tests::simulation {
 
 struct AdsLink::Request {
   std::uint16_t channel = 0;
-  /// A question to a message queue, and who waits for its answer.
-  MessageRing* ring = nullptr;
-  gateway::queues::Step step;
-  gateway::queues::StepAnswer found;
-  MessageRing::Sight sight;
-  std::function<void(gateway::queues::StepAnswer)> told;
+  std::optional<Work> work;
   std::optional<AdsWrite> write;
   gateway::Snapshot snapshot;
   std::vector<gateway::Variable> variables;

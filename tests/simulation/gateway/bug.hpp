@@ -33,6 +33,8 @@ enum class Bug : std::uint8_t {
   refused_answer_forgotten,
   message_not_journalled,
   message_end_not_journalled,
+  old_value_answered,
+  value_written_twice,
 };
 
 struct BugName {
@@ -64,6 +66,8 @@ inline constexpr std::array bug_names{
     BugName{Bug::refused_answer_forgotten, "refused-answer-forgotten"},
     BugName{Bug::message_not_journalled, "message-not-journalled"},
     BugName{Bug::message_end_not_journalled, "message-end-not-journalled"},
+    BugName{Bug::old_value_answered, "old-value-answered"},
+    BugName{Bug::value_written_twice, "value-written-twice"},
 };
 
 }  // namespace millrace::tests::simulation

@@ -117,4 +117,21 @@ void GatewayProcess::on_told(const Key& key, gateway::Variable variable,
   core_->on_told(key, variable, value);
 }
 
+void GatewayProcess::ask(const fabric::VariableRequest& request) {
+  core_->on_variable_request(request);
+}
+
+void GatewayProcess::on_answer(const std::string& machine,
+                               const gateway::machines::Answer& answer) {
+  core_->on_answer(machine, answer);
+}
+
+void GatewayProcess::on_queue_answer(const Key& queue, gateway::queues::StepAnswer answer) {
+  core_->on_queue_answer(queue, std::move(answer));
+}
+
+void GatewayProcess::on_queue_event(const Key& queue) {
+  core_->on_queue_event(queue);
+}
+
 }  // namespace millrace::tests::simulation

@@ -43,12 +43,50 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
   }
   void watch(const std::vector<std::uint16_t>& channels) override { link_->watch(channels); }
   void unwatch(const std::vector<std::uint16_t>& channels) override { link_->unwatch(channels); }
+  void ask(const gateway::machines::Question& question) override {
+    ValueStore& values = process_.plugged_.at(machine_).controller->values();
+    struct Made {
+      gateway::machines::Answer answer;
+      Time at{};
+    };
+    const auto made = std::make_shared<Made>();
+    const bool twice = process_.mistakes_.makes(Bug::value_written_twice);
+    link_->ask({.carry_out =
+                    [&values, &process = process_, question, made, twice] {
+                      made->at = process.process().agenda().now();
+                      made->answer = values.answer(question);
+                      if (twice) {
+                        made->answer = values.answer(question);
+                      }
+                    },
+                .told =
+                    [&values, &process = process_, machine = machine_, question,
+                     made](const std::string& failure) {
+                      if (failure.empty()) {
+                        values.on_told(made->at);
+                      } else {
+                        made->answer = ValueStore::failure(question, cnc::ads::ErrorCode::timeout);
+                      }
+                      process.on_answer(machine, process.mistakes_.taken_for(machine, made->answer));
+                    }});
+  }
+  void open(const Key& queue, const gateway::queues::QueueSettings& settings) override {
+    queues_.erase(queue);
+    queues_.try_emplace(queue, process_.process(), process_.plan_.number, link_,
+                        process_.plugged_.at(machine_).controller->queue(settings.name), queue,
+                        process_, process_.random_.fork());
+  }
+  void ask(const Key& queue, const gateway::queues::Step& step) override {
+    queues_.at(queue).ask(step);
+  }
+  void watch(const Key& queue) override { queues_.at(queue).watch(); }
   [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
 
  private:
   GatewayProcess& process_;
   std::string machine_;
   std::shared_ptr<AdsLink> link_;
+  std::map<Key, RingLink> queues_;
 };
 
 /// The core, and what the gateway shows its own calls of message queues.
@@ -71,6 +109,34 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     witness.on_write(key, write.variable, write.value);
     Core::write_queue(key, write);
     witness.on_window_written(key, write.variable, write.value, look_at_queue(key));
+  }
+
+  void on_serve(const std::string& machine,
+                const std::vector<std::uint16_t>& channels) override {
+    process_.served_no_more(machine);
+    for (const std::uint16_t channel : channels) {
+      process_.served_.insert({machine, channel});
+    }
+    process_.note(fmt::format("serves {} channels of {}", channels.size(), machine));
+    Core::on_serve(machine, channels);
+  }
+  void on_lost(const std::string& machine, const std::string& reason) override {
+    process_.served_no_more(machine);
+    Core::on_lost(machine, reason);
+  }
+  void on_link_dropped(const std::string& machine, const std::string& reason) override {
+    process_.served_no_more(machine);
+    process_.note(fmt::format("drops its link to {}: {}", machine, reason));
+    Core::on_link_dropped(machine, reason);
+  }
+  void on_retired(const Key& key) override {
+    process_.served_.erase(key);
+    Core::on_retired(key);
+  }
+  void on_refused(const Key& key, const std::string& reason) override {
+    process_.served_.erase(key);
+    process_.witness_.on_refused(key);
+    Core::on_refused(key, reason);
   }
 
   GatewayProcess& process_;
@@ -103,6 +169,18 @@ void GatewayProcess::publish(const fabric::ChannelStatus& status) {
 
 void GatewayProcess::publish(const fabric::MachineStatus& status) {
   fabric().talk().publish(*end(), status);
+}
+
+void GatewayProcess::publish(const fabric::DataSample& sample) {
+  if (on_sample && fabric::queue_of(sample.key.machine).empty()) {
+    on_sample(sample);
+  }
+}
+
+void GatewayProcess::publish(const fabric::InstanceId&, const fabric::VariableReply& reply) {
+  if (on_variable_reply) {
+    on_variable_reply(reply);
+  }
 }
 
 void GatewayProcess::dispose(const fabric::RequestKey& request) {
@@ -147,17 +225,6 @@ std::unique_ptr<gateway::machines::Link> GatewayProcess::connect(
   return std::make_unique<WatchedLink>(*this, machine.name, std::move(link));
 }
 
-std::unique_ptr<gateway::queues::QueueLink> GatewayProcess::reach(
-    const std::string& machine, const gateway::queues::QueueSettings& queue) {
-  const auto link = links_.find(machine);
-  if (link == links_.end() || link->second.expired()) {
-    return nullptr;
-  }
-  return std::make_unique<RingLink>(process(), plan_.number, link->second,
-                                    plugged_.at(machine).controller->queue(queue.name),
-                                    queue.key(machine), *core_, random_.fork());
-}
-
 void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) {
   witness_.on_record(entry);
   if (mistakes_.skips(entry)) {
@@ -189,35 +256,8 @@ void GatewayProcess::notice(const fabric::NoticeKey& key, const std::string& tex
   note(fmt::format("notice {} {}: {}", key.kind, key.subject, text));
 }
 
-void GatewayProcess::on_serve(const std::string& machine,
-                              const std::vector<std::uint16_t>& channels) {
-  served_no_more(machine);
-  for (const std::uint16_t channel : channels) {
-    served_.insert({machine, channel});
-  }
-  note(fmt::format("serves {} channels of {}", channels.size(), machine));
-}
-
-void GatewayProcess::on_lost(const std::string& machine, const std::string&) {
-  served_no_more(machine);
-}
-
-void GatewayProcess::on_link_dropped(const std::string& machine, const std::string& reason) {
-  served_no_more(machine);
-  note(fmt::format("drops its link to {}: {}", machine, reason));
-}
-
 void GatewayProcess::served_no_more(const std::string& machine) {
   std::erase_if(served_, [&](const Key& key) { return key.machine == machine; });
-}
-
-void GatewayProcess::on_retired(const Key& key) {
-  served_.erase(key);
-}
-
-void GatewayProcess::on_refused(const Key& key) {
-  served_.erase(key);
-  witness_.on_refused(key);
 }
 
 void GatewayProcess::may_end(bool half_written) {

@@ -1,6 +1,7 @@
 // A gateway: the real core and the real journal keeper between simulated ports.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -65,6 +66,11 @@ class GatewayProcess final : public Member,
   /// What has come to it over the fabric. For who tries all orders.
   [[nodiscard]] std::string hearing() const { return end() ? fabric().place_of(*end()) : ""; }
 
+  /// Somebody asks about variables; it runs.
+  void ask(const fabric::VariableRequest& request);
+  std::function<void(const fabric::VariableReply&)> on_variable_reply;
+  std::function<void(const fabric::DataSample&)> on_sample;
+
   /// What an operator sees and can do.
   [[nodiscard]] const std::map<Key, fabric::ChannelStatus>& statuses() const { return statuses_; }
   void answer(const Key& key, const fabric::CallId& call);
@@ -104,6 +110,9 @@ class GatewayProcess final : public Member,
                   const std::vector<gateway::machines::WatchOutcome>& outcomes) override;
   void on_told(const Key& key, gateway::Variable variable,
                std::optional<std::uint32_t> value) override;
+  void on_answer(const std::string& machine, const gateway::machines::Answer& answer) override;
+  void on_queue_answer(const Key& queue, gateway::queues::StepAnswer answer) override;
+  void on_queue_event(const Key& queue) override;
   // What is seen of a link.
   void on_looked(Time first) override { looked_from_ = first; }
   AdsWrite describe(const Key& key, gateway::Variable variable,
@@ -116,7 +125,11 @@ class GatewayProcess final : public Member,
   void publish(const fabric::Event& event) override;
   void publish(const fabric::ChannelStatus& status) override;
   void publish(const fabric::MachineStatus& status) override;
-  void publish(const fabric::DataSample&) override {}
+  void publish(const fabric::DataSample& sample) override;
+  void publish(const fabric::ProgramEvent&) override {}
+  void publish(const fabric::InstanceId& asker, const fabric::VariableReply& reply) override;
+  void publish(const fabric::Outcome&) override {}
+  void dispose(const fabric::DataSample&) override {}
   void dispose(const fabric::RequestKey& request) override;
   void dispose(const Key& status) override;
   void dispose(const fabric::MachineStatus& status) override;
@@ -125,17 +138,10 @@ class GatewayProcess final : public Member,
   void wake_at(std::optional<gateway::SteadyTime> time) override;
   std::unique_ptr<gateway::machines::Link> connect(
       const gateway::settings::MachineSettings& machine) override;
-  std::unique_ptr<gateway::queues::QueueLink> reach(
-      const std::string& machine, const gateway::queues::QueueSettings& queue) override;
   void append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) override;
   void say(gateway::Level level, const std::string& text) override;
   void notice(const fabric::NoticeKey& key, const std::string& text,
               const std::string& advice) override;
-  void on_serve(const std::string& machine, const std::vector<std::uint16_t>& channels) override;
-  void on_lost(const std::string& machine, const std::string& reason) override;
-  void on_link_dropped(const std::string& machine, const std::string& reason) override;
-  void on_retired(const Key& key) override;
-  void on_refused(const Key& key) override;
   void may_end(bool half_written) override;
 
   std::unique_ptr<gateway::core::Core> make_core(const gateway::machines::GatewayIdentity& own);

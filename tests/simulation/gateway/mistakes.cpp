@@ -15,6 +15,7 @@ void Mistakes::forget() {
   texts_read_.clear();
   last_writes_.clear();
   acknowledged_.clear();
+  last_values_.clear();
 }
 
 fabric::InstanceIdentity Mistakes::seen(const fabric::InstanceIdentity& instance) const {
@@ -40,6 +41,21 @@ fabric::Reply Mistakes::heard(const fabric::Reply& reply, const Witness& witness
 bool Mistakes::forgets(const fabric::Reply& reply) const {
   return makes(Bug::refused_answer_forgotten) && reply.kind == fabric::ReplyKind::final &&
          !gateway::Response::of(reply.text, reply.state);
+}
+
+gateway::machines::Answer Mistakes::taken_for(const std::string& machine,
+                                              gateway::machines::Answer answer) {
+  using Values = std::vector<gateway::data::Sampler::Answer>;
+  auto* const values = std::get_if<Values>(&answer.found);
+  if (makes(Bug::old_value_answered) && values != nullptr) {
+    Values& last = last_values_[machine];
+    if (last.size() == values->size()) {
+      std::swap(last, *values);
+    } else {
+      last = *values;
+    }
+  }
+  return answer;
 }
 
 std::optional<Snapshot> Mistakes::instead_of(const Key& key, gateway::ReadSet look,

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gateway/journal_entry.hpp"
+#include "gateway/machines/link.hpp"
 #include "gateway/outputs.hpp"
 #include "tests/simulation/gateway/bug.hpp"
 #include "tests/simulation/gateway/witness.hpp"
@@ -28,6 +29,8 @@ class Mistakes {
   void on_read(const Key& key, const gateway::Snapshot& snapshot);
   /// What the gateway takes it for.
   [[nodiscard]] gateway::Snapshot taken_for(const Key& key, gateway::Snapshot snapshot);
+  [[nodiscard]] gateway::machines::Answer taken_for(const std::string& machine,
+                                                    gateway::machines::Answer answer);
   void on_write(const Key& key, gateway::WriteOutcome outcome);
   /// The write is not done, and nobody notices.
   bool keeps(const Key& key, const gateway::Write& write, const Witness& witness);
@@ -43,6 +46,7 @@ class Mistakes {
   std::map<Key, gateway::Snapshot> last_states_;
   std::map<Key, gateway::Snapshot> texts_read_;
   std::map<Key, gateway::Write> last_writes_;
+  std::map<std::string, std::vector<gateway::data::Sampler::Answer>> last_values_;
   std::map<Key, std::map<gateway::Variable, gateway::Value>> acknowledged_;
 };
 

@@ -3,29 +3,30 @@
 
 #include <memory>
 
-#include "gateway/queues/queue_link.hpp"
+#include "gateway/machines/link.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
 
 namespace millrace::tests::simulation {
 
-class RingLink final : public gateway::queues::QueueLink {
+class RingLink {
  public:
   /// `events` outlives it.
   RingLink(Process& process, GatewayNumber gateway, std::weak_ptr<AdsLink> link, MessageRing& ring,
-           Key queue, gateway::queues::QueueLinkEvents& events, Random random);
-  ~RingLink() override;
+           Key queue, gateway::machines::LinkEvents& events, Random random);
+  ~RingLink();
   RingLink(const RingLink&) = delete;
   RingLink& operator=(const RingLink&) = delete;
 
-  void ask(const gateway::queues::Step& step) override;
-  void watch() override;
+  void ask(const gateway::queues::Step& step);
+  void watch();
 
  private:
   Process& process_;
+  GatewayNumber gateway_;
   std::weak_ptr<AdsLink> link_;
   MessageRing& ring_;
   Key queue_;
-  gateway::queues::QueueLinkEvents& events_;
+  gateway::machines::LinkEvents& events_;
   Random random_;
   /// How late the controller tells; some changes it does not tell at all.
   Time late_;

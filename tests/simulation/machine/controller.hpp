@@ -9,13 +9,14 @@
 
 #include "tests/simulation/machine/message_ring.hpp"
 #include "tests/simulation/machine/program.hpp"
+#include "tests/simulation/values/value_store.hpp"
 
 namespace millrace::tests::simulation {
 
 class Controller {
  public:
   Controller(std::string name, Party party, Agenda& agenda, History& history)
-      : name_(std::move(name)), party_(party), agenda_(agenda), history_(history) {}
+      : name_(std::move(name)), party_(party), agenda_(agenda), history_(history), values_(agenda) {}
 
   void add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random);
   void add_queue(RingPlan plan, Random random);
@@ -36,6 +37,7 @@ class Controller {
   }
   [[nodiscard]] const std::vector<std::unique_ptr<MessageRing>>& queues() const { return rings_; }
   [[nodiscard]] MessageRing& queue(const std::string& name) const;
+  [[nodiscard]] ValueStore& values() { return values_; }
 
   void start_programs();
   /// NC reset of one channel; its program starts again after `pause`.
@@ -64,6 +66,7 @@ class Controller {
   Party party_;
   Agenda& agenda_;
   History& history_;
+  ValueStore values_;
   std::vector<Line> lines_;
   std::vector<std::unique_ptr<MessageRing>> rings_;
   bool powered_ = true;

@@ -7,29 +7,32 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/unit/gateway/machines.hpp"
+#include "tests/unit/gateway/ports.hpp"
 
 namespace millrace::gateway::core {
 namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 constexpr auto lease = 2s;
 
-/// Counts what it is asked, and answers nothing.
-class AskedLink final : public queues::QueueLink {
+/// Counts what it is asked for queues, and answers nothing.
+class CountedLink final : public SilentLink {
  public:
-  explicit AskedLink(int& asked) : asked_(asked) {}
-  void ask(const queues::Step&) override { ++asked_; }
-  void watch() override {}
+  CountedLink(int& links, int& asked) : links_(links), asked_(asked) { ++links_; }
+  ~CountedLink() override { --links_; }
+  CountedLink(const CountedLink&) = delete;
+  CountedLink& operator=(const CountedLink&) = delete;
+  using SilentLink::ask;
+  void ask(const fabric::ChannelKey&, const queues::Step&) override { ++asked_; }
 
  private:
+  int& links_;
   int& asked_;
 };
 
-class CoreTest : public testing::Test, public Fabric, public Host {
+class CoreTest : public testing::Test, public RecordedPorts {
  protected:
   CoreTest() {
     ledger.apply(NumbersEntry{own_epoch, 1000});
@@ -43,44 +46,9 @@ class CoreTest : public testing::Test, public Fabric, public Host {
     sut->start();
   }
 
-  // Fabric.
-  void publish(const fabric::Request& request) override { given = request; }
-  void publish(const fabric::Event&) override {}
-  void publish(const fabric::ChannelStatus& status) override { channel = status; }
-  void publish(const fabric::MachineStatus&) override {}
-  void publish(const fabric::DataSample&) override {}
-  void dispose(const fabric::RequestKey&) override {}
-  void dispose(const fabric::ChannelKey&) override {}
-  void dispose(const fabric::MachineStatus&) override {}
-  void watch_channels() override {}
-  // Host.
-  [[nodiscard]] Moment now() const override { return time; }
-  void wake_at(std::optional<SteadyTime> at) override { wakes_at = at; }
   std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
-    linked = true;
-    return std::make_unique<NoLink>(watched, unwatched);
+    return std::make_unique<CountedLink>(links, queue_asked);
   }
-  std::unique_ptr<queues::QueueLink> reach(const std::string&,
-                                           const queues::QueueSettings&) override {
-    return std::make_unique<AskedLink>(queue_asked);
-  }
-  void append(const JournalEntry&, const Ticket& ticket) override {
-    if (ticket) {
-      tickets.push_back(ticket);
-    }
-  }
-  void say(Level, const std::string& text) override { said.push_back(text); }
-  void notice(const fabric::NoticeKey& key, const std::string& text, const std::string&) override {
-    notices[key.kind] = text;
-  }
-  void on_serve(const std::string&, const machines::Channels& channels) override {
-    served = channels;
-  }
-  void on_lost(const std::string&, const std::string&) override {}
-  void on_link_dropped(const std::string&, const std::string&) override { linked = false; }
-  void on_retired(const fabric::ChannelKey&) override {}
-  void on_refused(const fabric::ChannelKey&) override {}
-  void may_end(bool half_written) override { ended = half_written; }
 
   void time_comes() {
     ASSERT_TRUE(wakes_at);
@@ -125,28 +93,18 @@ class CoreTest : public testing::Test, public Fabric, public Host {
 
   const fabric::InstanceIdentity service{.id = gateway_id(7),
                                          .uuid = "b0ad2ab8-5e5c-4c8c-9b0b-0f6f0a1c2d3e"};
-  Moment time{SteadyTime(1h), machines::Claims::earliest + 1h};
   journal::Ledger ledger;
-  std::unique_ptr<Core> sut;
-  std::optional<SteadyTime> wakes_at;
-  bool linked = false;
-  machines::Channels served;
-  std::vector<machines::Channels> watched;
-  std::vector<machines::Channels> unwatched;
-  std::vector<std::string> said;
-  std::map<std::string, std::string> notices;
+  int links = 0;
   int queue_asked = 0;
-  std::vector<Ticket> tickets;
-  fabric::Request given;
-  fabric::ChannelStatus channel;
-  std::optional<bool> ended;
+  std::unique_ptr<Core> sut;
 };
 
 TEST_F(CoreTest, ConnectsOnceItHasListened) {
-  EXPECT_FALSE(linked);
+  EXPECT_EQ(links, 0);
   serve();
-  EXPECT_TRUE(linked);
-  EXPECT_THAT(served, testing::ElementsAre(1, 2));
+  EXPECT_EQ(links, 1);
+  EXPECT_TRUE(sut->serves({"cnc", 1}));
+  EXPECT_TRUE(sut->serves({"cnc", 2}));
 }
 
 TEST_F(CoreTest, AsksToBeWokenForWhatIsDueNext) {
@@ -154,7 +112,7 @@ TEST_F(CoreTest, AsksToBeWokenForWhatIsDueNext) {
   EXPECT_GT(*wakes_at, time.steady);
   const auto listens_until = *wakes_at;
   sut->on_time();
-  EXPECT_FALSE(linked) << "sooner does no harm";
+  EXPECT_EQ(links, 0) << "sooner does no harm";
   EXPECT_EQ(wakes_at, listens_until);
 }
 
@@ -234,14 +192,12 @@ TEST_P(EachInput, NoticesFirstThatTheGatewayStoodStill) {
   other.gateway = gateway_id(9);
   other.claimed = machines::Claims::earliest + 2h;
   sut->on_machine(other);
-  ASSERT_TRUE(linked);
+  ASSERT_EQ(links, 1);
   said.clear();
-  served.clear();
   time.steady += lease * 2;
   GetParam().happens(*sut);
-  EXPECT_FALSE(linked);
+  EXPECT_EQ(links, 0);
   EXPECT_THAT(said, Contains(HasSubstr("this gateway stood still for 4.0 s")));
-  EXPECT_THAT(served, IsEmpty());
 }
 
 const fabric::ChannelKey first{"cnc", 1};
@@ -267,6 +223,8 @@ INSTANTIATE_TEST_SUITE_P(
                 core.on_watched("cnc", {{1, "", false}});
               }},
         Input{"on_told", [](Core& core) { core.on_told(first, Variable::request_state, 1); }},
+        Input{"on_answer_of_the_link", [](Core& core) { core.on_answer("cnc", {}); }},
+        Input{"on_variable_request", [](Core& core) { core.on_variable_request({.key = first}); }},
         Input{"on_queue_answer", [](Core& core) { core.on_queue_answer(first, {}); }},
         Input{"on_queue_event", [](Core& core) { core.on_queue_event(first); }},
         Input{"on_recorded",

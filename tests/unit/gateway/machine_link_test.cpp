@@ -95,6 +95,13 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
                std::optional<std::uint32_t> value) override {
     told.emplace_back(key.channel, variable, value);
   }
+  void on_answer(const std::string&, const machines::Answer& answer) override {
+    answers.push_back(answer);
+  }
+  void on_queue_answer(const fabric::ChannelKey&, queues::StepAnswer answer) override {
+    queue_answers.push_back(std::move(answer));
+  }
+  void on_queue_event(const fabric::ChannelKey&) override {}
 
   void serve() {
     server.reset();
@@ -137,6 +144,8 @@ class MachineLinkTest : public testing::Test, public machines::LinkEvents {
   std::vector<std::string> failures;
   std::vector<WriteOutcome> outcomes;
   std::vector<machines::WatchOutcome> watched;
+  std::vector<machines::Answer> answers;
+  std::vector<queues::StepAnswer> queue_answers;
   std::vector<std::tuple<std::uint16_t, Variable, std::optional<std::uint32_t>>> told;
 };
 
@@ -274,6 +283,34 @@ TEST_F(MachineLinkTest, AnswersNothingFromWithinAlsoWhereTheConnectionIsGone) {
   });
   ASSERT_TRUE(run([&] { return failures.size() == 2; }));
   EXPECT_FALSE(within);
+}
+
+TEST_F(MachineLinkTest, TellsWhatCameOfAQuestionForValues) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  sut->ask({machines::Asker::variables, 7, data::LookUp{1, {"V.E.A"}}});
+  EXPECT_TRUE(answers.empty()) << "not from within";
+  ASSERT_TRUE(run([&] { return !answers.empty(); }));
+  EXPECT_EQ(answers[0].asker, machines::Asker::variables);
+  EXPECT_EQ(answers[0].number, 7U);
+}
+
+TEST_F(MachineLinkTest, TellsNothingOfAMessageQueueThatWasOpenedAnewSinceItWasAsked) {
+  serve();
+  connect();
+  ASSERT_TRUE(run([&] { return !up.empty(); }));
+  const queues::QueueSettings settings{.name = "Q", .array = "SD.Q", .control = "SD.C"};
+  const fabric::ChannelKey queue = settings.key("cnc");
+  sut->open(queue, settings);
+  sut->ask(queue, queues::ReadControl{});
+  sut->open(queue, settings);
+  sut->ask(queue, queues::ReadControl{});
+  ASSERT_TRUE(run([&] { return !queue_answers.empty(); }));
+  // Whatever is asked after it is answered after it.
+  sut->read(1, ReadSet::state);
+  ASSERT_TRUE(run([&] { return !snapshots.empty(); }));
+  EXPECT_EQ(queue_answers.size(), 1U);
 }
 
 TEST_F(MachineLinkTest, SaysThatAControllerHasNoServiceInterface) {

@@ -19,16 +19,28 @@ namespace millrace::gateway {
 using namespace std::chrono_literals;
 using Channels = std::vector<std::uint16_t>;
 
-/// Of a link that is up at once and answers nothing.
-class NoLink final : public machines::Link {
+/// A link that answers nothing.
+class SilentLink : public machines::Link {
  public:
+  void read(std::uint16_t, ReadSet) override {}
+  void write(std::uint16_t, Variable, const Value&) override {}
+  void watch(const Channels&) override {}
+  void unwatch(const Channels&) override {}
+  void ask(const machines::Question&) override {}
+  void open(const fabric::ChannelKey&, const queues::QueueSettings&) override {}
+  void ask(const fabric::ChannelKey&, const queues::Step&) override {}
+  void watch(const fabric::ChannelKey&) override {}
+  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
+};
+
+/// Of a link that is up at once and answers nothing.
+class NoLink final : public SilentLink {
+ public:
+  using SilentLink::watch;
   NoLink(std::vector<Channels>& watched, std::vector<Channels>& unwatched)
       : watched_(watched), unwatched_(unwatched) {}
   void watch(const Channels& channels) override { watched_.push_back(channels); }
   void unwatch(const Channels& channels) override { unwatched_.push_back(channels); }
-  void read(std::uint16_t, ReadSet) override {}
-  void write(std::uint16_t, Variable, const Value&) override {}
-  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
 
  private:
   std::vector<Channels>& watched_;

@@ -8,13 +8,6 @@ namespace {
 
 using Wanted = std::map<std::string, std::vector<QueueSettings>>;
 
-/// Answers nothing.
-class SilentLink final : public QueueLink {
- public:
-  void ask(const Step&) override {}
-  void watch() override {}
-};
-
 class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
  protected:
   PlantQueuesTest() {
@@ -27,10 +20,9 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
   }
 
   Moment now() const override { return {SteadyTime(std::chrono::hours(1)), {}}; }
-  std::unique_ptr<QueueLink> reach(const std::string&, const QueueSettings&) override {
-    ++links;
-    return std::make_unique<SilentLink>();
-  }
+  void open(const std::string&, const QueueSettings&) override { ++read; }
+  void ask(const std::string&, const fabric::ChannelKey&, const Step&) override {}
+  void watch(const std::string&, const fabric::ChannelKey&) override {}
   void on_queue_open(const fabric::ChannelKey&) override {
     ++opened;
     heard += "open ";
@@ -59,7 +51,7 @@ class PlantQueuesTest : public testing::Test, QueuesIo, QueueEvents {
   QueueSettings settings;
   Wanted wanted;
   fabric::ChannelKey key;
-  int links = 0;
+  int read = 0;
   int opened = 0;
   int retired = 0;
   std::string heard;
@@ -70,18 +62,18 @@ TEST_F(PlantQueuesTest, ReadAQueueOnceItsChannelIsOurs) {
   sut.set(wanted, {});
   sut.on_up("press", {2});
   sut.finish();
-  EXPECT_EQ(links, 0);
+  EXPECT_EQ(read, 0);
   EXPECT_EQ(opened, 0);
   sut.on_up("press", {1});
   sut.finish();
-  EXPECT_EQ(links, 1);
+  EXPECT_EQ(read, 1);
   EXPECT_GT(opened, 0);
 }
 
 TEST_F(PlantQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
   sut.set(wanted, one_waits());
   sut.finish();
-  EXPECT_EQ(links, 0);
+  EXPECT_EQ(read, 0);
   EXPECT_GT(opened, 0);
 }
 
@@ -116,7 +108,7 @@ TEST_F(PlantQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCall
   sut.set(wanted, one_waits());
   sut.on_up("press", {1});
   sut.finish();
-  ASSERT_EQ(links, 1);
+  ASSERT_EQ(read, 1);
   sut.set({}, {});
   sut.finish();
   EXPECT_EQ(retired, 1);
@@ -124,10 +116,10 @@ TEST_F(PlantQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCall
   sut.on_left("press", 0, "the configuration has changed");
   sut.on_up("press", {1});
   sut.finish();
-  EXPECT_EQ(links, 1);
+  EXPECT_EQ(read, 1);
   sut.set(wanted, {});
   sut.finish();
-  EXPECT_EQ(links, 2);
+  EXPECT_EQ(read, 2);
 }
 
 TEST_F(PlantQueuesTest, FollowAChangedConfigurationOverALinkOfItsOwn) {
@@ -137,10 +129,10 @@ TEST_F(PlantQueuesTest, FollowAChangedConfigurationOverALinkOfItsOwn) {
   wanted["press"].front().array = "SD.OTHERS";
   sut.set(wanted, {});
   sut.finish();
-  EXPECT_EQ(links, 2);
+  EXPECT_EQ(read, 2);
   sut.set(wanted, {});
   sut.finish();
-  EXPECT_EQ(links, 2);
+  EXPECT_EQ(read, 2);
 }
 
 }  // namespace

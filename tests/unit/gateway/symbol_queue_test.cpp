@@ -95,7 +95,20 @@ class SymbolQueueTest : public testing::Test {
     queues::QueueSettings queue;
     queue.array = "SD.QUEUE";
     queue.control = "SD.CONTROL";
-    sut.emplace(client, queue);
+    sut.emplace(*client, queue);
+  }
+  template <typename T>
+  queues::Answer<T> ask(const queues::Step& step) {
+    return std::get<queues::Answer<T>>(tests::wait_for(io, sut->ask(step)));
+  }
+  queues::Answer<queues::Control> read_control() {
+    return ask<queues::Control>(queues::ReadControl{});
+  }
+  queues::Answer<std::vector<std::string>> read_queue() {
+    return ask<std::vector<std::string>>(queues::ReadQueue{});
+  }
+  queues::Answer<void> write_last_get(std::uint32_t element) {
+    return ask<void>(queues::WriteLastGet{element});
   }
 
   boost::asio::io_context io;
@@ -117,10 +130,10 @@ TEST_F(SymbolQueueTest, ReadsTheControlStructureAndTheArrayEachInOneQuestion) {
   ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[3]", std::string(127, 'x')));
   ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastFilled", 3.0));
   ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastGet", 1.0));
-  EXPECT_EQ(tests::wait_for(io, sut->read_control()).value(), (queues::Control{3, 1, 3}));
+  EXPECT_EQ(read_control().value(), (queues::Control{3, 1, 3}));
   const auto before = client->counters().requests;
-  EXPECT_EQ(tests::wait_for(io, sut->read_control()).value(), (queues::Control{3, 1, 3}));
-  EXPECT_THAT(tests::wait_for(io, sut->read_queue()).value(),
+  EXPECT_EQ(read_control().value(), (queues::Control{3, 1, 3}));
+  EXPECT_THAT(read_queue().value(),
               ElementsAre("", "one", std::string(127, 'x')));
   EXPECT_EQ(client->counters().requests, before + 2);
 }
@@ -129,9 +142,9 @@ TEST_F(SymbolQueueTest, WritesLastGetAndNothingElse) {
   serve({array("QUEUE", ElementType::text(10), 3),
          structure("CONTROL", ElementType::number(Type::uns16))});
   ASSERT_TRUE(machine->system_data().assign("SD.CONTROL.LastFilled", 3.0));
-  ASSERT_TRUE(tests::wait_for(io, sut->read_control()));
-  EXPECT_TRUE(tests::wait_for(io, sut->write_last_get(2)));
-  EXPECT_EQ(tests::wait_for(io, sut->read_control()).value(), (queues::Control{3, 2, 3}));
+  ASSERT_TRUE(read_control());
+  EXPECT_TRUE(write_last_get(2));
+  EXPECT_EQ(read_control().value(), (queues::Control{3, 2, 3}));
 }
 
 TEST_F(SymbolQueueTest, HasNumbersAsPeopleWriteThem) {
@@ -139,24 +152,24 @@ TEST_F(SymbolQueueTest, HasNumbersAsPeopleWriteThem) {
          structure("CONTROL", ElementType::number(Type::sgn32))});
   ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[1]", -0.5));
   ASSERT_TRUE(machine->system_data().assign("SD.QUEUE[2]", 7.0));
-  ASSERT_TRUE(tests::wait_for(io, sut->read_control()));
-  EXPECT_THAT(tests::wait_for(io, sut->read_queue()).value(), ElementsAre("-0.5", "7", "0"));
+  ASSERT_TRUE(read_control());
+  EXPECT_THAT(read_queue().value(), ElementsAre("-0.5", "7", "0"));
 }
 
 TEST_F(SymbolQueueTest, NamesWhatTheControllerDoesNotHave) {
   serve({array("QUEUE", ElementType::text(127), 3)});
-  const auto control = tests::wait_for(io, sut->read_control());
+  const auto control = read_control();
   ASSERT_FALSE(control);
   EXPECT_THAT(control.error(), HasSubstr("cannot be read: SD.CONTROL: "));
-  EXPECT_FALSE(tests::wait_for(io, sut->read_queue()));
-  EXPECT_FALSE(tests::wait_for(io, sut->write_last_get(1)));
+  EXPECT_FALSE(read_queue());
+  EXPECT_FALSE(write_last_get(1));
 }
 
 TEST_F(SymbolQueueTest, TakesNoElementsThatARequestCannotHold) {
   DataDeclaration tools{
       "QUEUE", {{"ID", ElementType::number(Type::sgn32)}, {"NAME", ElementType::text(9)}}, 3};
   serve({tools, structure("CONTROL", ElementType::number(Type::sgn32))});
-  const auto control = tests::wait_for(io, sut->read_control());
+  const auto control = read_control();
   ASSERT_FALSE(control);
   EXPECT_THAT(control.error(), HasSubstr("is of a type that is no message"));
 }
@@ -164,7 +177,7 @@ TEST_F(SymbolQueueTest, TakesNoElementsThatARequestCannotHold) {
 TEST_F(SymbolQueueTest, TakesNoIndicesThatAreNoWholeNumbers) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::real64))});
-  const auto control = tests::wait_for(io, sut->read_control());
+  const auto control = read_control();
   ASSERT_FALSE(control);
   EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
 }
@@ -174,12 +187,12 @@ TEST_F(SymbolQueueTest, TakesNoNumberOfMoreBytesThanItsTypeHas) {
          structure("CONTROL", ElementType::number(Type::uns32))});
   for (const char* name : {"SD.QUEUE[1]", "SD.CONTROL.LastFilled", "SD.CONTROL.LastGet"}) {
     liar->lies = {{name, {.number = 3, .value = 8}}};
-    const auto control = tests::wait_for(io, sut->read_control());
+    const auto control = read_control();
     ASSERT_FALSE(control) << name;
     EXPECT_THAT(control.error(), HasSubstr(std::string(name) + " is of 8 bytes, a"));
   }
   liar->lies.clear();
-  EXPECT_TRUE(tests::wait_for(io, sut->read_control()));
+  EXPECT_TRUE(read_control());
 }
 
 TEST_F(SymbolQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
@@ -189,7 +202,7 @@ TEST_F(SymbolQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
   liar->lies = {{"SD.CONTROL", {.number = 2, .value = 0}},
                 {"SD.CONTROL.LastFilled", {.number = 2, .value = 0}},
                 {"SD.CONTROL.LastGet", {.number = 2, .value = 0xFFFFFFFC}}};
-  const auto control = tests::wait_for(io, sut->read_control());
+  const auto control = read_control();
   ASSERT_FALSE(control);
   EXPECT_THAT(control.error(), HasSubstr("no whole numbers within SD.CONTROL"));
 }
@@ -197,7 +210,7 @@ TEST_F(SymbolQueueTest, TakesNoIndicesThatBeginBeyondTheControlStructure) {
 TEST_F(SymbolQueueTest, IsToldOfChanges) {
   serve({array("QUEUE", ElementType::text(127), 3),
          structure("CONTROL", ElementType::number(Type::sgn32))});
-  ASSERT_TRUE(tests::wait_for(io, sut->read_control()));
+  ASSERT_TRUE(read_control());
   int told = 0;
   EXPECT_TRUE(tests::wait_for(io, sut->watch([&] { ++told; })));
   ASSERT_TRUE(tests::run_until(io, [&] { return told >= 1; }));

@@ -1,0 +1,103 @@
+// What is asked of one controller beside calls: its sampled data, the states of its programs, and
+// what others want to know of its variables. Decides what is asked when, and tells what came of it;
+// calls go before. Pure.
+//
+//   MachineValues values("press", fabric, host, own);
+//   values.set(settings, now);                        // again when the configuration changes
+//   values.on_up({1, 2}, now);
+//   values.on_request(request, now);
+//   if (values.is_due(now)) values.go_on(link, rests_since, now);    → link.ask(question)
+//   values.on_answer(answer, now);
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gateway/core/ports.hpp"
+#include "gateway/data/sampler.hpp"
+#include "gateway/programs/program_watch.hpp"
+#include "gateway/variables/desk.hpp"
+
+namespace millrace::gateway::core {
+
+class MachineValues {
+ public:
+  /// Both ports must outlive this. `own` is this gateway.
+  MachineValues(std::string machine, Fabric& fabric, Host& host, const fabric::InstanceId& own);
+
+  void set(const settings::MachineSettings& settings, Moment now);
+  /// The link is up and these of its channels are served; also when there are more.
+  void on_up(const machines::Channels& channels, Moment now);
+  /// What was asked is not answered any more.
+  void on_down(const std::string& reason, Moment now);
+  /// The link was taken away: no channel is ours any more.
+  void on_dropped(Moment now);
+  /// The channel is not ours any more.
+  void on_over(std::uint16_t channel, Moment now);
+  /// Left to another gateway if the channel is not ours.
+  void on_request(const fabric::VariableRequest& request, Moment now);
+  void on_answer(const machines::Answer& answer, Moment now);
+
+  /// Tells what there is to tell and asks what is due, of `link` if there is one. `rests_since`: since when no request of a
+  /// call is under way; nothing while one is.
+  void go_on(machines::Link* link, std::optional<SteadyTime> rests_since, Moment now);
+  /// go_on() has something to do.
+  [[nodiscard]] bool is_due(Moment now) const {
+    return changed_ || gives_way_ || (next_ && *next_ <= now.steady);
+  }
+  /// When it has if nothing else happens.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
+ private:
+  /// Of data or of variables.
+  struct Turn {
+    /// The question that is under way; 0 = none.
+    std::uint64_t asked = 0;
+    /// Something is to be asked since then.
+    std::optional<SteadyTime> wanted_since{};
+  };
+  /// How long a question waits after the last request of a call, and for a link that never rests.
+  struct Patience {
+    std::chrono::microseconds rest;
+    std::chrono::milliseconds longest;
+  };
+
+  void begin(Moment now);
+  void stop_asking();
+  /// When the question may be asked: now, or later.
+  SteadyTime time_for(Turn& turn, const Patience& patience, std::optional<SteadyTime> rests_since,
+                      Moment now);
+  void ask(machines::Link& link, Turn& turn, machines::Asker asker, variables::Step step);
+  void note(std::optional<SteadyTime> time);
+  void ask_variables(machines::Link& link, std::optional<SteadyTime> rests_since, Moment now);
+  void ask_data(machines::Link& link, std::optional<SteadyTime> rests_since, Moment now);
+  void tell(Moment now);
+  void publish(const fabric::DataSample& sample);
+
+  std::string machine_;
+  Fabric& fabric_;
+  Host& host_;
+  fabric::InstanceId own_;
+  settings::MachineSettings settings_;
+  /// None where there is nothing to sample.
+  std::optional<data::Sampler> sampler_;
+  std::map<std::uint16_t, programs::ProgramWatch> programs_;
+  variables::Desk desk_;
+  Turn data_turn_;
+  Turn variables_turn_;
+  std::uint64_t last_question_ = 0;
+  bool up_ = false;
+  /// The link that is ours is down; of one that never was up it is not known which channels there
+  /// are.
+  bool down_ = false;
+  /// Those that are ours, also while the link is down.
+  std::set<std::uint16_t> channels_;
+  bool changed_ = false;
+  /// A question waits for calls.
+  bool gives_way_ = false;
+  std::optional<SteadyTime> next_;
+};
+
+}  // namespace millrace::gateway::core

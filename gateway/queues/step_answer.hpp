@@ -1,0 +1,22 @@
+// What a controller answers to the questions of a message queue.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <tl/expected.hpp>
+
+#include "gateway/queues/reader.hpp"
+#include "gateway/queues/ring.hpp"
+
+namespace millrace::gateway::queues {
+
+template <typename T>
+using Answer = tl::expected<T, std::string>;
+
+/// What has come of a Step, in the order of their types; errors are words that go behind the name
+/// of the queue.
+using StepAnswer = std::variant<Answer<Control>, Answer<std::vector<std::string>>, Answer<void>>;
+
+}  // namespace millrace::gateway::queues

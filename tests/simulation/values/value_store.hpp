@@ -1,0 +1,48 @@
+// The variables of a simulated controller: V.E.TIME counts milliseconds, so a value tells when it
+// was read; V.E.NUMBER has what was written last.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "gateway/machines/link.hpp"
+#include "tests/simulation/time/agenda.hpp"
+
+namespace millrace::tests::simulation {
+
+class ValueStore {
+ public:
+  explicit ValueStore(Agenda& agenda) : agenda_(agenda) {}
+
+  /// What the controller answers.
+  gateway::machines::Answer answer(const gateway::machines::Question& question);
+  /// What a gateway takes it for that the question is not answered.
+  static gateway::machines::Answer failure(const gateway::machines::Question& question,
+                                           cnc::ads::ErrorCode code);
+  /// An answer has come that was made at this time.
+  void on_told(Time made);
+  /// How long an answer has taken that came then or later.
+  [[nodiscard]] Time longest_way_since(Time then) const;
+  [[nodiscard]] unsigned times_written(std::int32_t number) const {
+    const auto found = written_.find(number);
+    return found == written_.end() ? 0 : found->second;
+  }
+
+ private:
+  [[nodiscard]] std::optional<std::int32_t> value_of(const std::string& name) const;
+
+  Agenda& agenda_;
+  std::int32_t number_ = 0;
+  std::map<std::int32_t, unsigned> written_;
+  struct Told {
+    Time at{};
+    Time way{};
+  };
+  /// The last ones.
+  std::deque<Told> told_;
+};
+
+}  // namespace millrace::tests::simulation

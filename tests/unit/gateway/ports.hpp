@@ -1,0 +1,64 @@
+// Ports of a core that a test looks into; what a test does not look at is ignored.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gateway/core/ports.hpp"
+#include "gateway/machines/claims.hpp"
+#include "tests/unit/gateway/machines.hpp"
+
+namespace millrace::gateway::core {
+
+class RecordedPorts : public Fabric, public Host {
+ public:
+  void publish(const fabric::Request& request) override { given = request; }
+  void publish(const fabric::Event&) override {}
+  void publish(const fabric::ChannelStatus& status) override { channel = status; }
+  void publish(const fabric::MachineStatus&) override {}
+  void publish(const fabric::DataSample& sample) override { samples.push_back(sample); }
+  void publish(const fabric::ProgramEvent& event) override { programs.push_back(event); }
+  void publish(const fabric::InstanceId&, const fabric::VariableReply& reply) override {
+    replies.push_back(reply);
+  }
+  void publish(const fabric::Outcome& outcome) override { outcomes.push_back(outcome); }
+  void dispose(const fabric::RequestKey&) override {}
+  void dispose(const fabric::ChannelKey&) override {}
+  void dispose(const fabric::MachineStatus&) override {}
+  void dispose(const fabric::DataSample& sample) override { disposed.push_back(sample.group); }
+  void watch_channels() override {}
+
+  [[nodiscard]] Moment now() const override { return time; }
+  void wake_at(std::optional<SteadyTime> at) override { wakes_at = at; }
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+    return nullptr;
+  }
+  void append(const JournalEntry&, const Ticket& ticket) override {
+    if (ticket) {
+      tickets.push_back(ticket);
+    }
+  }
+  void say(Level, const std::string& text) override { said.push_back(text); }
+  void notice(const fabric::NoticeKey& key, const std::string& text, const std::string&) override {
+    notices[key.kind] = text;
+  }
+  void may_end(bool half_written) override { ended = half_written; }
+
+  Moment time{SteadyTime(std::chrono::hours(1)),
+              machines::Claims::earliest + std::chrono::hours(1)};
+  std::optional<SteadyTime> wakes_at;
+  fabric::Request given;
+  fabric::ChannelStatus channel;
+  std::vector<fabric::DataSample> samples;
+  std::vector<std::string> disposed;
+  std::vector<fabric::ProgramEvent> programs;
+  std::vector<fabric::VariableReply> replies;
+  std::vector<fabric::Outcome> outcomes;
+  std::vector<Ticket> tickets;
+  std::vector<std::string> said;
+  std::map<std::string, std::string> notices;
+  std::optional<bool> ended;
+};
+
+}  // namespace millrace::gateway::core
