@@ -233,7 +233,18 @@ class AsioTlsStream final : public TlsStream {
     co_return error;
   }
   asio::awaitable<Moved> read_some(asio::mutable_buffer buffer) override {
-    return stream_.async_read_some(buffer, quietly);
+    auto [error, size] = co_await stream_.async_read_some(buffer, quietly);
+    // That was one record; more may have come with it, and a peer may send each frame in its own.
+    while (!error && size < buffer.size()) {
+      auto* const rest = static_cast<std::uint8_t*>(buffer.data()) + size;
+      const int more =
+          SSL_read(stream_.native_handle(), rest, static_cast<int>(buffer.size() - size));
+      if (more <= 0) {
+        break;  // the next read says why
+      }
+      size += static_cast<std::size_t>(more);
+    }
+    co_return Moved{error, size};
   }
   asio::awaitable<Moved> write_some(asio::const_buffer bytes) override {
     return stream_.async_write_some(bytes, quietly);

@@ -13,7 +13,9 @@
 namespace millrace::tests {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::Not;
 
 std::string config(const std::string& name) {
   return std::string(MILLRACE_TEST_DATA) + "/config/" + name + ".gateway.textproto";
@@ -95,6 +97,14 @@ TEST_F(MillraceGateway, BringsACallOverSecureAdsOnceItsPasswordIsRight) {
   sut.await_error("cnc \\(127\\.0\\.0\\.1:" + port +
                   ", 127\\.0\\.0\\.1\\.1\\.1, Secure ADS\\): link up");
   EXPECT_EQ(controller.wait(), 0) << controller.error_output();
+}
+
+TEST_F(MillraceGateway, WarnsOfPlainAdsOverANetwork) {
+  // 0.0.0.0 leads to this host alone, but does not look like it.
+  Process sut = gateway(
+      {"--machine", "saw=127.0.0.1:1/10.0.0.6.1.1", "--machine", "press=0.0.0.0:1/10.0.0.5.1.1"});
+  sut.await_error("press \\(0\\.0\\.0\\.0:1, .*\\): plain ADS: everybody on its network");
+  EXPECT_THAT(sut.error_output(), Not(ContainsRegex("saw [^\n]*: plain ADS")));
 }
 
 TEST_F(MillraceGateway, EndsWithExitCode2ForAMachineItCannotUnderstand) {

@@ -163,6 +163,37 @@ test('the command adds a route for plain ADS, and says that the password can be 
   assert.match(refused.errors, /no route was added: 0x704/);
 });
 
+test('the command asks a controller for a route that it forgets', async () => {
+  const socket = createSocket('udp4');
+  let asked;
+  socket.on('message', (question, peer) => {
+    asked = question;
+    socket.send(datagram(0x80000006, controller, [[1, Buffer.alloc(4)]], question.readUInt32LE(4)), peer.port, peer.address);
+  });
+  socket.bind(0, '127.0.0.1');
+  await once(socket, 'listening');
+  const added = await addRoute('--plain', '--temporary', '--name', 'gateway', '--port', `${socket.address().port}`);
+  socket.close();
+  assert.match(added.output, /until it is restarted/, added.errors);
+  const tags = tagsOf(asked);
+  assert.equal(tags.get(9).readUInt32LE(), 1, 'temporary');
+  assert.deepEqual([tags.get(12), tags.get(13), tags.get(2)], ['gateway', 'Administrator', '1'].map(text));
+  const safe = await addRoute('--self-signed', folder, '--temporary');
+  assert.equal(safe.code, 2);
+  assert.match(safe.errors, /--temporary goes with --plain/);
+});
+
+test('the password is asked for where no file has it', async () => {
+  const asks = (typed) => {
+    const child = spawn(join(process.env.MILLRACE_BIN, 'millrace'), ['controller', 'add-route', '127.0.0.1', '--net-id', '10.0.0.8.1.1',
+      '--user', 'Administrator', '--plain', '--port', `${cnc.discoveryPort}`], { stdio: ['pipe', 'ignore', 'ignore'] });
+    child.stdin.end(typed);
+    return new Promise((resolve) => child.once('close', resolve));
+  };
+  assert.equal(await asks('2\n'), 1);
+  assert.equal(await asks('1\n'), 0);
+});
+
 test('the command adds a route over Secure ADS, and prints what the gateway needs', async () => {
   const [{ fingerprint }] = JSON.parse((await millrace('controller', 'find', '--address', '127.0.0.1', '--port',
     `${cnc.discoveryPort}`, '--json')).output);

@@ -172,6 +172,13 @@ test('an unknown identity gets an alert', async () => {
   assert.match(sut.errors, /unknown psk identity/);
 });
 
+test('no session is resumed', () => {
+  const said = execFileSync('openssl', ['s_client', '-connect', `127.0.0.1:${cnc.securePort}`, '-tls1_2', '-reconnect',
+    ...withKey('millrace', 'secret')], { input: '', stdio: ['pipe', 'pipe', 'ignore'] }).toString();
+  assert.ok(said.match(/^New, TLSv1\.\d, Cipher is PSK/mg)?.length > 1, said);
+  assert.doesNotMatch(said, /^Reused/m);
+});
+
 test('another version of TlsConnectInfo gets error 1, and the connection ends', async () => {
   const sut = new Client(cnc.securePort, ...withKey('millrace', 'secret'));
   sut.send(hello({ version: 2 }));

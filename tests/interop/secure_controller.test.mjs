@@ -149,6 +149,44 @@ test('a controller without these suites', async () => {
   await controller.stop();
 });
 
+/** The hello of a TLS client: its session, and the numbers of its suites and of its extensions. */
+function readHello(record) {
+  const take = (at, width) => [at + width + record.readUIntBE(at, width), record.subarray(at + width, at + width + record.readUIntBE(at, width))];
+  const numbers = (bytes) => Array.from({ length: bytes.length / 2 }, (_, i) => bytes.readUInt16BE(2 * i));
+  const [suitesAt, session] = take(5 + 4 + 2 + 32, 1);
+  const [compressionAt, suites] = take(suitesAt, 2);
+  const [extensionsAt] = take(compressionAt, 1);
+  const extensions = [];
+  let [, rest] = take(extensionsAt, 2);
+  for (; rest.length > 0; rest = rest.subarray(4 + rest.readUInt16BE(2))) {
+    extensions.push(rest.readUInt16BE(0));
+  }
+  return { session, suites: numbers(suites), extensions };
+}
+
+test('a client asks for no session of before, and for nothing that a TwinCAT refuses', async () => {
+  secret('press.psk', 'secret\n');
+  const hellos = [];
+  const server = createServer((socket) => {
+    socket.once('data', (record) => {
+      hellos.push(readHello(record));
+      socket.destroy();
+    });
+    socket.on('error', () => {});
+  });
+  const port = await freePort();
+  await new Promise((resolve) => server.listen(port, '127.0.0.1', resolve));
+  await readVariable(port, psk);
+  server.close();
+  const [{ session, suites, extensions }] = hellos;
+  assert.equal(session.length, 0);
+  const renegotiation = 0xff;
+  assert.deepEqual(suites.filter((suite) => suite !== renegotiation).sort(), [0x008c, 0x008d, 0x00ae, 0x00af], 'PSK with CBC alone');
+  for (const [name, number] of Object.entries({ serverName: 0, encryptThenMac: 22, extendedMasterSecret: 23, sessionTicket: 35 })) {
+    assert.ok(!extensions.includes(number), name);
+  }
+});
+
 test('certificates that sign themselves', async () => {
   const [theirs, ours] = ['CX-123456', 'gateway'].map(certificate);
   const fingerprint = execFileSync('openssl', ['x509', '-in', theirs.certificate, '-noout', '-fingerprint', '-sha256'])

@@ -27,6 +27,9 @@ constexpr std::chrono::seconds long_patience{120};
 /// A virtual CNC, and what serves it.
 class Bench {
  public:
+  /// The gateway reaches it over plain ADS, or over Secure ADS with a pre-shared key.
+  explicit Bench(bool secure = false) : secure_(secure) {}
+
   /// With `pauses` a program waits 20 to 40 ms after each answer, so that each request comes at
   /// another moment of whoever polls.
   Process cnc(std::size_t channels, std::size_t calls, bool pauses = false) {
@@ -48,24 +51,32 @@ class Bench {
     if (calls > 0) {
       command.insert(command.end(), {"--exit-when-idle", "--timings"});
     }
+    if (secure_) {
+      command.insert(command.end(), {"--config", write("cnc.textproto",
+                                                       "secure_ads { listen: '127.0.0.1:0' psk { "
+                                                       "identity: 'millrace' password: 'secret' "
+                                                       "} }")});
+    }
     Process process(command);
-    port_ = process.await("^ready: .* on 127\\.0\\.0\\.1:(\\d+)", long_patience).at(1);
+    const std::string place = secure_ ? "Secure ADS at" : "on";
+    port_ = process.await("^ready: .* " + place + " 127\\.0\\.0\\.1:(\\d+)", long_patience).at(1);
     return process;
   }
 
   Process gateway(const std::string& configuration) {
-    const auto file = folder_.path() / "gateway.textproto";
-    std::ofstream(file) << configuration;
+    write("cnc.psk", "secret");
     Process process({tests::binary("millrace-gateway"), "--domain",
-                     std::to_string(domain_.number()), "--config", file, "--log-level", "warn"});
+                     std::to_string(domain_.number()), "--config",
+                     write("gateway.textproto", configuration), "--log-level", "warn"});
     process.await("^ready", long_patience);
     return process;
   }
 
   [[nodiscard]] std::string machine(const std::string& name, const std::string& rest) const {
     return fmt::format(
-        "machine {{ name: \"{}\" host: \"127.0.0.1\" port: {} net_id: \"127.0.0.1.1.1\" {} }}\n",
-        name, port_, rest);
+        "machine {{ name: \"{}\" host: \"127.0.0.1\" port: {} net_id: \"127.0.0.1.1.1\" {} {} }}\n",
+        name, port_, rest,
+        secure_ ? "secure { psk { identity: 'millrace' password_file: 'cnc.psk' } }" : "");
   }
 
   [[nodiscard]] PeerOptions peer(const std::string& kind) const {
@@ -77,6 +88,14 @@ class Bench {
   }
 
  private:
+  std::string write(const std::string& name, const std::string& text) {
+    const auto file = folder_.path() / name;
+    std::ofstream(file) << text;
+    std::filesystem::permissions(file, std::filesystem::perms(0640));
+    return file;
+  }
+
+  bool secure_;
   tests::Domain domain_;
   tests::TemporaryFolder folder_;
   std::string port_ = "1";
@@ -125,8 +144,9 @@ double requests_per_second(const Bench& bench) {
   return std::regex_search(output, found, pattern) ? std::stod(found.str(1)) : 0;
 }
 
-Series program_with_gateway(std::size_t calls, const std::string& machine, bool pauses = false) {
-  Bench bench;
+Series program_with_gateway(std::size_t calls, const std::string& machine, bool pauses = false,
+                            bool secure = false) {
+  Bench bench(secure);
   const Process service = start_peer(bench.peer("prompt"));
   Process cnc = bench.cnc(1, calls, pauses);
   const Process gateway = bench.gateway(bench.machine("cnc", machine));
@@ -292,6 +312,47 @@ bool measure_idle() {
   fmt::print("gateway, 10 idle channels, pushed: {:.1f} % of a core; the virtual CNC {:.1f} %\n",
              pushed.first, pushed.second);
   return memory <= memory_goal && percent <= processor_goal;
+}
+
+/// A gateway's memory with so many machines of one controller, which are connected.
+double memory_with_machines(std::size_t machines, bool secure) {
+  Bench bench(secure);
+  const Process cnc = bench.cnc(1, 0);
+  std::string configuration;
+  for (std::size_t number = 1; number <= machines; ++number) {
+    configuration +=
+        bench.machine(fmt::format("cnc{}", number),
+                      fmt::format("channel: 1 source_net_id: \"127.0.0.2.{}.1\"", number));
+  }
+  const Process gateway = bench.gateway(configuration);
+  std::this_thread::sleep_for(std::chrono::seconds(5));
+  return resident_mib(gateway.pid());
+}
+
+bool measure_secure_gateway() {
+  constexpr std::size_t calls = 300;
+  constexpr std::size_t rounds = 3;
+  constexpr double call_goal = 1.15;
+  constexpr std::size_t machines = 100;
+  constexpr double memory_goal = 150;
+  Series plain;
+  Series secure;
+  for (std::size_t round = 0; round < rounds; ++round) {
+    plain.add(program_with_gateway(calls, "", true));
+    secure.add(program_with_gateway(calls, "", true, true));
+  }
+  const double ratio = secure.median() / plain.median();
+  fmt::print(
+      "call, push from idle, ms: plain ADS {:.2f} (p99 {:.2f})   Secure ADS {:.2f} (p99 {:.2f})   "
+      "ratio {:.2f}   {}\n",
+      plain.median() / 1000, plain.p99() / 1000, secure.median() / 1000, secure.p99() / 1000, ratio,
+      verdict(ratio, call_goal, true));
+  const double more =
+      (memory_with_machines(machines, true) - memory_with_machines(machines, false)) * 1024 /
+      static_cast<double>(machines);
+  fmt::print("memory of a gateway for each secured machine, of {}: {:.0f} KiB more   {}\n",
+             machines, more, verdict(more, memory_goal, true));
+  return ratio <= call_goal && more <= memory_goal;
 }
 
 void measure_over_ads(std::size_t channels) {

@@ -6,6 +6,7 @@
 //   gateway_bench program      what an NC program sees, against a service that polls by itself
 //   gateway_bench load         ADS requests per second, against services that poll by themselves
 //   gateway_bench idle         memory with 1,000 channels, processor time of 10 idle ones
+//   gateway_bench secure       Secure ADS against plain ADS: reads, calls, handshakes, memory
 //   gateway_bench takeover     kill -9 of an instance until its call runs on another
 //   gateway_bench alarm [SECONDS]   instances lost by mistake while both cores are loaded
 //   gateway_bench scaling      1, 4, 16 and 64 instances of one UUID, against raw Cyclone
@@ -34,6 +35,7 @@
 #include "tests/bench/gateway/rows.hpp"
 #include "tests/bench/gateway/scale.hpp"
 #include "tests/bench/gateway/scaling.hpp"
+#include "tests/bench/gateway/secure.hpp"
 
 namespace millrace::bench {
 
@@ -78,9 +80,9 @@ int run(int argc, char** argv) {
   ScaleOptions scale;
   bool row = false;
   PeerOptions peer;
-  app.add_option(
-      "what", what,
-      "call, throughput, cost, program, load, idle, takeover, alarm, scaling, presence or scale");
+  app.add_option("what", what,
+                 "call, throughput, cost, program, load, idle, secure, takeover, alarm, scaling, "
+                 "presence or scale");
   app.add_option("seconds", seconds, "of alarm");
   app.add_option("--instances", instances, "scaling, presence: one row for each number, N,N,…")
       ->delimiter(',')
@@ -150,6 +152,7 @@ int run(int argc, char** argv) {
       {"program", measure_program},
       {"load", measure_controller_load},
       {"idle", measure_idle},
+      {"secure", [] { return measure_secure_links() && measure_secure_gateway(); }},
       {"takeover", measure_takeover},
       {"alarm", [&] { return measure_alarms(std::chrono::seconds(seconds)); }},
       {"scaling", [&] { return measure_scaling(scaling); }},
