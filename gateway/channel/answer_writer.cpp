@@ -68,6 +68,7 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
   response_stands_ = snapshot.has(Variable::response) && snapshot.response == text();
   request_state_zero_ = snapshot.request_state == 0;
   state_stands_ = snapshot.response_state == state();
+  state_before_ = snapshot.response_state;
   if (kind_ == Kind::final) {
     note_shown(response_sent_, snapshot.has(Variable::response) && response_stands_, time);
     note_shown(clear_sent_, request_state_zero_, time);

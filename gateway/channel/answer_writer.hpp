@@ -166,6 +166,8 @@ class AnswerWriter {
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
   /// A read has shown the state of the answer after it was written.
   [[nodiscard]] bool state_seen() const { return state_seen_; }
+  /// RESPONSE_STATE as the last read has shown it: once it is done, what stood before the release.
+  [[nodiscard]] std::uint32_t state_before() const { return state_before_; }
   /// Why the answer is not in yet; empty while nothing is wrong.
   [[nodiscard]] std::string_view problem() const { return problem_; }
   /// How long after its acknowledgement the last read showed a write that no read had shown before.
@@ -220,6 +222,7 @@ class AnswerWriter {
 
   bool zero_seen_ = false;
   bool state_seen_ = false;
+  std::uint32_t state_before_ = 0;
   /// A read has shown that a release of unknown outcome did not take place; the next must, too.
   bool unreleased_ = false;
   bool at_once_ = false;

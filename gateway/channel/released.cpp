@@ -10,6 +10,7 @@ Released::Released(PendingRequest request, const AnswerWriter& writer)
     : request_(std::move(request)),
       text_(writer.text()),
       state_(writer.state()),
+      stood_(writer.state_before()),
       text_last_(writer.text_last()),
       zero_seen_(writer.zero_seen()),
       state_seen_(writer.state_seen() && state_ != 0),
@@ -34,7 +35,8 @@ Released::Found Released::decide(const Snapshot& snapshot, const ReadTime& time)
   if (snapshot.request_state != 0) {
     return Found::request;
   }
-  if (!text_last_ && snapshot.response_state != 0) {
+  if (!text_last_ && snapshot.response_state != 0 &&
+      (snapshot.response_state == state_ || snapshot.response_state != stood_)) {
     return Found::idle;
   }
   if (!snapshot.has(Variable::response)) {

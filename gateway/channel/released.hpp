@@ -65,6 +65,9 @@ class Released {
   PendingRequest request_;
   std::string text_;
   std::uint32_t state_ = 0;
+  /// RESPONSE_STATE before the release: of an interim answer. As long as it stands, the release is
+  /// not shown.
+  std::uint32_t stood_ = 0;
   bool text_last_ = false;
   bool zero_seen_ = false;
   /// A read has shown what releases the program; and the state, which its next write of

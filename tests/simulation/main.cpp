@@ -13,7 +13,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "fabric/words.hpp"
 #include "tests/simulation/exhaustive/walk.hpp"
 #include "tests/simulation/shrink.hpp"
 #include "tests/simulation/world.hpp"
@@ -101,19 +100,17 @@ void print_small(std::uint64_t seed, Options options, const Outcome& failed) {
   std::fflush(stdout);
 }
 
-/// How often each kind of fault met a channel in each state.
+/// How often each kind of fault befell a channel that had come so far.
 void print(const Storm::Reach& reach) {
-  using enum fabric::ChannelState;
-  constexpr std::array states{link_down, idle, unserved, waiting, running, answering, held};
-  fmt::print("{:<24}", "");
-  for (const fabric::ChannelState state : states) {
-    fmt::print("{:>11}", fabric::name_of(state));
+  fmt::print("{:<24}", "fault");
+  for (const std::string_view step : Storm::steps) {
+    fmt::print("{:>12}", step);
   }
   for (const std::string& fault : Storm::names()) {
     fmt::print("\n{:<24}", fault);
-    for (const fabric::ChannelState state : states) {
-      const auto found = reach.find({fault, state});
-      fmt::print("{:>11}", found == reach.end() ? 0 : found->second);
+    for (const std::string_view step : Storm::steps) {
+      const auto found = reach.find({fault, step});
+      fmt::print("{:>12}", found == reach.end() ? 0 : found->second);
     }
   }
   fmt::print("\n");

@@ -235,6 +235,7 @@ WriteHabits Plant::draw_writes() const {
     habits.request_state = all_alike ? habits.response : random.between(Time{}, 50ms);
     habits.response_state = all_alike ? habits.response : random.between(Time{}, 50ms);
   }
+  habits.lost = random.chance(10) ? 1 + static_cast<unsigned>(random.below(10)) : 0;
   return habits;
 }
 

@@ -126,7 +126,8 @@ void World::watch_the_serving() {
 
 /// A journal that lost its end may leave a program waiting that asks nothing any more, and so may
 /// an interim answer that crossed its next request, or the end of an answer that a program did not
-/// wait for: whoever stands at the machine resets it.
+/// wait for, or a write that the controller lost of a gateway that left before it had seen that:
+/// whoever stands at the machine resets it.
 void World::rescue() {
   for (auto& controller : plant_.controllers()) {
     const auto gateways = plant_.gateways_of(*controller);
@@ -139,6 +140,7 @@ void World::rescue() {
                 status->second.state == fabric::ChannelState::answering);
       });
       const bool excused = lost_memory || controller->channel(number).crossed ||
+                           controller->channel(number).orphaned() ||
                            controller->channel(number).writers.size() > 1 ||
                            controller->program(number).may_be_stuck();
       if (excused && idle && !controller->program(number).done()) {

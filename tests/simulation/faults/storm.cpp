@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "fabric/channel_scope.hpp"
+
 namespace millrace::tests::simulation {
 
 const std::vector<Storm::Fault>& Storm::all() {
@@ -83,14 +85,53 @@ void Storm::strike() {
   }
   const Fault& fault = random_.pick(kinds_);
   if (!plant_.limits().without.contains(std::string(fault.name))) {
-    for (const auto& gateway : plant_.gateways()) {
-      for (const auto& [key, status] : gateway->statuses()) {
-        ++reach_[{std::string(fault.name), status.state}];
-      }
-    }
+    fault_ = fault.name;
     (this->*fault.begin)();
   }
   soon(random_.between(Time{}, 2 * pause_), [this] { strike(); });
+}
+
+void Storm::befalls(const Befallen& befallen) {
+  for (const auto& gateway : plant_.gateways()) {
+    for (const auto& [key, status] : gateway->statuses()) {
+      if (befallen(*gateway, status)) {
+        ++reach_[{fault_, gateway->witness().step_of(key, status.state)}];
+        if (status.state == fabric::ChannelState::running && gateway->witness().at_most_once(key)) {
+          ++reach_[{fault_, "once"}];
+        }
+        if (status.call != fabric::CallId{} && !fabric::queue_of(key.machine).empty()) {
+          ++reach_[{fault_, "queue"}];
+        }
+      }
+    }
+  }
+}
+
+void Storm::befalls_all() {
+  befalls([](const auto&, const auto&) { return true; });
+}
+
+GatewayProcess& Storm::some_gateway() {
+  GatewayProcess& picked = *random_.pick(plant_.gateways());
+  befalls([&](const GatewayProcess& one, const auto&) { return &one == &picked; });
+  return picked;
+}
+
+Controller& Storm::some_controller() {
+  Controller& picked = *random_.pick(plant_.controllers());
+  befalls([&](const auto&, const fabric::ChannelStatus& status) {
+    return fabric::machine_of(status.key.machine) == picked.name();
+  });
+  return picked;
+}
+
+/// Its calls, and what may be given to it.
+ServiceProcess& Storm::some_service() {
+  ServiceProcess& picked = *random_.pick(plant_.services());
+  befalls([&](const auto&, const fabric::ChannelStatus& status) {
+    return status.instance == picked.instance() || status.instance == fabric::InstanceId{};
+  });
+  return picked;
 }
 
 void Storm::end() {

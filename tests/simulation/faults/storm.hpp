@@ -2,6 +2,8 @@
 // that rare ones are not drowned by frequent ones.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,9 +27,18 @@ class Storm {
   [[nodiscard]] bool over() const { return over_; }
   /// Of all kinds of faults.
   static std::vector<std::string> names();
-  /// How often each kind came about while a channel was in each state, as its gateways say:
-  /// "cut-link", "running".
-  using Reach = std::map<std::pair<std::string, fabric::ChannelState>, std::uint64_t>;
+  /// How often each kind befell a channel that had come so far, as its gateways say: "cut-link",
+  /// "running".
+  using Reach = std::map<std::pair<std::string_view, std::string_view>, std::uint64_t>;
+  /// The states of a channel; of answering also what is on its way or written: its first variable,
+  /// REQUEST_STATE = 0, what releases the program. Beside these: a call that runs at most once, and
+  /// one of a message queue.
+  static constexpr std::array steps{
+      std::string_view("link down"), std::string_view("idle"),    std::string_view("unserved"),
+      std::string_view("waiting"),   std::string_view("running"), std::string_view("interim"),
+      std::string_view("answering"), std::string_view("begun"),   std::string_view("cleared"),
+      std::string_view("released"),  std::string_view("held"),    std::string_view("once"),
+      std::string_view("queue")};
   [[nodiscard]] const Reach& reach() const { return reach_; }
 
  private:
@@ -37,6 +48,13 @@ class Storm {
   };
   static const std::vector<Fault>& all();
   void strike();
+  /// The fault that has come about befalls these.
+  using Befallen = std::function<bool(const GatewayProcess&, const fabric::ChannelStatus&)>;
+  void befalls(const Befallen& befallen);
+  void befalls_all();
+  GatewayProcess& some_gateway();
+  Controller& some_controller();
+  ServiceProcess& some_service();
   void soon(Time delay, std::function<void()> act);
   /// Undone at the end at the latest.
   void for_a_while(std::function<void()> undo);
@@ -77,6 +95,7 @@ class Storm {
   Time pause_ = 200ms;
   Time end_{};
   bool over_ = false;
+  std::string_view fault_;
   Reach reach_;
 };
 

@@ -18,6 +18,7 @@ void Storm::cut_path() {
       plant_.fabric().set_path(to, from, open);
     }
   };
+  befalls_all();
   plant_.history().note("network", "a path is cut");
   set(false);
   for_a_while([this, set] {
@@ -39,6 +40,7 @@ void Storm::cut_off() {
       plant_.fabric().set_path(other, one, open);
     }
   };
+  befalls_all();
   plant_.history().note("network", "an end is cut off");
   set(false);
   for_a_while([this, set] {
@@ -58,6 +60,9 @@ void Storm::part_gateways() {
   if (!one || !other || one == other) {
     return;
   }
+  befalls([&](const GatewayProcess& gateway, const auto&) {
+    return gateway.end() == one || gateway.end() == other;
+  });
   const auto set = [this, from = *one, to = *other](bool open) {
     plant_.fabric().set_path(from, to, open);
     plant_.fabric().set_path(to, from, open);
@@ -71,6 +76,7 @@ void Storm::part_gateways() {
 }
 
 void Storm::lose_samples() {
+  befalls_all();
   FabricWeather& weather = plant_.fabric().weather;
   weather.lost = static_cast<unsigned>(1 + random_.below(60));
   weather.delay_most = random_.mostly(1ms, 20ms, 300ms, 30);

@@ -4,12 +4,12 @@
 namespace millrace::tests::simulation {
 
 void Storm::cut_link() {
-  Controller& controller = *random_.pick(plant_.controllers());
+  Controller& controller = some_controller();
   plant_.cut_links(controller, "connection reset");
 }
 
 void Storm::silence_link() {
-  Controller& controller = *random_.pick(plant_.controllers());
+  Controller& controller = some_controller();
   Cable& cable = plant_.cable_of(controller);
   plant_.history().note(controller.name(), "nothing comes through");
   cable.silent = true;
@@ -20,7 +20,7 @@ void Storm::silence_link() {
 }
 
 void Storm::slow_link() {
-  Controller& controller = *random_.pick(plant_.controllers());
+  Controller& controller = some_controller();
   Cable& cable = plant_.cable_of(controller);
   cable.delay_most = random_.mostly(5ms, 200ms, 2500ms, 30);
   cable.delay_least = random_.between(Time{}, cable.delay_most);
@@ -32,25 +32,29 @@ void Storm::slow_link() {
 }
 
 void Storm::refuse_requests() {
-  Cable& cable = plant_.cable_of(*random_.pick(plant_.controllers()));
+  Cable& cable = plant_.cable_of(some_controller());
   cable.refused = static_cast<unsigned>(1 + random_.below(50));
   for_a_while([&cable] { cable.refused = 0; });
 }
 
 void Storm::lose_requests() {
-  Cable& cable = plant_.cable_of(*random_.pick(plant_.controllers()));
+  Cable& cable = plant_.cable_of(some_controller());
   cable.lost = static_cast<unsigned>(1 + random_.below(30));
   for_a_while([&cable] { cable.lost = 0; });
 }
 
 void Storm::reset_channel() {
   Controller& controller = *random_.pick(plant_.controllers());
-  controller.reset(static_cast<std::uint16_t>(1 + random_.below(controller.size())),
-                   random_.mostly(Time{}, 20ms, 500ms, 50));
+  const Time pause = random_.mostly(Time{}, 20ms, 500ms, 50);
+  const auto channel = static_cast<std::uint16_t>(1 + random_.below(controller.size()));
+  befalls([&](const auto&, const fabric::ChannelStatus& status) {
+    return status.key == Key{controller.name(), channel};
+  });
+  controller.reset(channel, pause);
 }
 
 void Storm::switch_controller_off() {
-  Controller& controller = *random_.pick(plant_.controllers());
+  Controller& controller = some_controller();
   if (!controller.powered()) {
     return;
   }

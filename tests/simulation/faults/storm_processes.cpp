@@ -4,39 +4,39 @@
 namespace millrace::tests::simulation {
 
 void Storm::kill_gateway() {
-  random_.pick(plant_.gateways())->kill(false);
+  some_gateway().kill(false);
 }
 
 void Storm::cut_gateway_power() {
-  random_.pick(plant_.gateways())->kill(true);
+  some_gateway().kill(true);
 }
 
 void Storm::stop_gateway() {
-  random_.pick(plant_.gateways())->stop();
+  some_gateway().stop();
 }
 
 void Storm::freeze_gateway() {
-  GatewayProcess& gateway = *random_.pick(plant_.gateways());
+  GatewayProcess& gateway = some_gateway();
   gateway.freeze();
   for_a_while([&gateway] { gateway.thaw(); });
 }
 
 void Storm::kill_service() {
-  random_.pick(plant_.services())->kill();
+  some_service().kill();
 }
 
 void Storm::drain_service() {
-  random_.pick(plant_.services())->drain();
+  some_service().drain();
 }
 
 void Storm::freeze_service() {
-  ServiceProcess& service = *random_.pick(plant_.services());
+  ServiceProcess& service = some_service();
   service.freeze();
   for_a_while([&service] { service.thaw(); });
 }
 
 void Storm::fill_disk() {
-  GatewayProcess& gateway = *random_.pick(plant_.gateways());
+  GatewayProcess& gateway = some_gateway();
   plant_.history().note("disk", "is full");
   gateway.disk().full = true;
   for_a_while([this, &gateway] {
@@ -46,7 +46,7 @@ void Storm::fill_disk() {
 }
 
 void Storm::reload_gateway() {
-  GatewayProcess& gateway = *random_.pick(plant_.gateways());
+  GatewayProcess& gateway = some_gateway();
   GatewayFile file = plant_.first_file(gateway);
   std::erase_if(file.machines, [this](const auto&) { return random_.chance(20); });
   for (auto& machine : file.machines) {
@@ -83,9 +83,9 @@ void Storm::reload_gateway() {
 void Storm::step_clock() {
   const Time by = random_.between(-7200s, 7200s);
   if (random_.chance(60)) {
-    random_.pick(plant_.gateways())->step_clock(by);
+    some_gateway().step_clock(by);
   } else {
-    random_.pick(plant_.services())->step_clock(by);
+    some_service().step_clock(by);
   }
 }
 

@@ -20,6 +20,7 @@ std::optional<fabric::ChannelStatus> Storm::some_call() {
 void Storm::stranger_speaks() {
   const auto status = some_call();
   if (status && plant_.stranger() != nullptr) {
+    befalls([&](const auto&, const auto& one) { return one.call == status->call; });
     plant_.stranger()->speak_of(*status);
   }
 }
@@ -31,6 +32,7 @@ void Storm::speak_for_another() {
   if (!status || !service.running() || service.frozen() || service.instance() == status->instance) {
     return;
   }
+  befalls([&](const auto&, const auto& one) { return one.call == status->call; });
   const fabric::Reply reply = words_of_a_stranger(*status, status->instance, random_);
   plant_.history().note(service.name(),
                         "speaks for another: " + to_string(Replied{service.instance(), reply}));
@@ -44,6 +46,7 @@ void Storm::speak_again() {
   }
   for (const auto& service : plant_.services()) {
     if (service->running() && service->instance() == status->instance) {
+      befalls([&](const auto&, const auto& one) { return one.call == status->call; });
       service->speak_again(status->call);
     }
   }

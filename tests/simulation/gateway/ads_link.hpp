@@ -40,6 +40,8 @@ struct WriteHabits {
   Time response{};
   Time request_state{};
   Time response_state{};
+  /// In a hundred: acknowledged, and never done.
+  unsigned lost = 0;
   [[nodiscard]] Time delay_of(gateway::Variable variable) const {
     switch (variable) {
       case gateway::Variable::response:

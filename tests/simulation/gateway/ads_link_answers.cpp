@@ -91,6 +91,13 @@ void AdsLink::execute(const RequestPointer& request) {
     return;
   }
   request->executed = true;
+  // From a source of its own: what else a seed means stays what it was.
+  if (cable_.writes.lost > 0 && Random(~random_.state()).chance(cable_.writes.lost)) {
+    history_.note(Key{controller_.name(), request->channel}.to_string(), "a write is lost");
+    controller_.channel(request->channel).set_lost_by(gateway_);
+    answer(request, delay());
+    return;
+  }
   Time& effective = controller_.effective[{request->channel, request->write->variable}];
   const Time now = process_.agenda().now();
   effective = std::max(effective, now + cable_.writes.delay_of(request->write->variable));
@@ -121,6 +128,9 @@ void AdsLink::apply(const RequestPointer& request) {
     return;
   }
   channel.writers.insert(gateway_);
+  if (write.answer) {
+    channel.set_lost_by({});
+  }
   // A kernel that clears REQUEST_STATE itself is about to do so.
   const std::uint32_t request_state =
       channel.rules().kernel_clears_after ? 0 : channel.state(Variable::request_state);

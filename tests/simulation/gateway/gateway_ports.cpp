@@ -77,6 +77,9 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
                         process_, process_.random_.fork());
   }
   void ask(const Key& queue, const gateway::queues::Step& step) override {
+    if (const auto* const write = std::get_if<gateway::queues::WriteLastGet>(&step)) {
+      process_.witness_.on_last_get(queue, write->element);
+    }
     queues_.at(queue).ask(step);
   }
   void watch(const Key& queue) override { queues_.at(queue).watch(); }
@@ -125,16 +128,20 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     Core::on_lost(machine, reason);
   }
   void on_link_dropped(const std::string& machine, const std::string& reason) override {
-    process_.served_no_more(machine);
+    for (const Key& key : std::set(process_.served_)) {
+      if (key.machine == machine) {
+        process_.leaves(key);
+      }
+    }
     process_.note(fmt::format("drops its link to {}: {}", machine, reason));
     Core::on_link_dropped(machine, reason);
   }
   void on_retired(const Key& key) override {
-    process_.served_.erase(key);
+    process_.leaves(key);
     Core::on_retired(key);
   }
   void on_refused(const Key& key, const std::string& reason) override {
-    process_.served_.erase(key);
+    process_.leaves(key);
     process_.witness_.on_refused(key);
     Core::on_refused(key, reason);
   }
@@ -153,13 +160,14 @@ std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
 }
 
 void GatewayProcess::publish(const fabric::Request& request) {
+  witness_.on_publish(request);
   if (!fabric().publish(*end(), request)) {
     history().violated(fmt::format("{} cannot be given out: no writer", request.call.to_string()));
   }
 }
 
 void GatewayProcess::publish(const fabric::Event& event) {
-  witness_.on_tell(event.key, event, in_trouble_);
+  witness_.on_tell(event.key, event, in_trouble_, ending_);
 }
 
 void GatewayProcess::publish(const fabric::ChannelStatus& status) {
@@ -184,6 +192,7 @@ void GatewayProcess::publish(const fabric::InstanceId&, const fabric::VariableRe
 }
 
 void GatewayProcess::dispose(const fabric::RequestKey& request) {
+  witness_.on_dispose(request);
   fabric().withdraw(*end(), request);
 }
 
@@ -226,7 +235,7 @@ std::unique_ptr<gateway::machines::Link> GatewayProcess::connect(
 }
 
 void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) {
-  witness_.on_record(entry);
+  witness_.on_record(entry, ticket);
   if (mistakes_.skips(entry)) {
     process().after(Time{}, [this, ticket] { on_recorded(ticket); });
   } else if (mistakes_.makes(Bug::recorded_before_forced)) {
@@ -239,6 +248,7 @@ void GatewayProcess::append(const gateway::JournalEntry& entry, const gateway::T
 
 void GatewayProcess::on_recorded(const gateway::Ticket& ticket) {
   if (ticket) {
+    witness_.on_recorded(ticket);
     core_->on_recorded(ticket);
   }
 }
@@ -258,6 +268,13 @@ void GatewayProcess::notice(const fabric::NoticeKey& key, const std::string& tex
 
 void GatewayProcess::served_no_more(const std::string& machine) {
   std::erase_if(served_, [&](const Key& key) { return key.machine == machine; });
+}
+
+void GatewayProcess::leaves(const Key& key) {
+  served_.erase(key);
+  if (const auto machine = plugged_.find(key.machine); machine != plugged_.end()) {
+    machine->second.controller->channel(key.channel).left_by(plan_.number);
+  }
 }
 
 void GatewayProcess::may_end(bool half_written) {

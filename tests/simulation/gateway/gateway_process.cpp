@@ -11,6 +11,9 @@ using gateway::WriteOutcome;
 
 namespace {
 
+/// It beats eight times in its lease of half a second, and takes two seconds to end at the most.
+constexpr unsigned most_beats_to_end = 64;
+
 /// All that a gateway knows when it starts, but for times.
 std::string words_for(const journal::Ledger& ledger) {
   std::string words = fmt::format("{} {}", ledger.numbers().epoch, ledger.numbers().reserved);
@@ -70,7 +73,8 @@ void GatewayProcess::start() {
           process().agenda().meaning(random_.state(), words_for(keeper_->ledger()))) {
     process().agenda().becomes(process().parties() | process().outbox(), *remains);
   }
-  witness_.on_start(keeper_->ledger().open_calls(), plan_.file.policies);
+  witness_.on_start(keeper_->ledger().open_calls(), keeper_->ledger().numbers(),
+                    plan_.file.policies);
   gateway::machines::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
     byte = static_cast<std::uint8_t>(random_.next());
@@ -97,6 +101,11 @@ void GatewayProcess::forget() {
   in_trouble_ = false;
   statuses_.clear();
   served_.clear();
+  for (const auto& [name, machine] : plugged_) {
+    for (const std::uint16_t channel : machine.controller->numbers()) {
+      machine.controller->channel(channel).left_by(plan_.number);
+    }
+  }
   process().end();
 }
 
@@ -105,6 +114,9 @@ void GatewayProcess::kill(bool power) {
     return;
   }
   note(power ? "loses its power" : "is killed");
+  if (disk_.full) {
+    note("its disk is full");
+  }
   leave(false);
   forget();
   const bool lost = power && disk_.cut_power();
@@ -128,6 +140,7 @@ void GatewayProcess::stop() {
   }
   note("is asked to end");
   ending_ = true;
+  beats_to_end_ = 0;
   core_->stop();
 }
 
@@ -194,6 +207,9 @@ void GatewayProcess::tick() {
 }
 
 void GatewayProcess::beat() {
+  if (ending_ && ++beats_to_end_ == most_beats_to_end) {
+    history().violated(fmt::format("gateway {} was asked to end and goes on", plan_.number));
+  }
   const auto next = core_->beat();
   process().timer(next - now().steady, [this] { beat(); });
 }

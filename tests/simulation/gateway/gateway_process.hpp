@@ -73,6 +73,7 @@ class GatewayProcess final : public Member,
 
   /// What an operator sees and can do.
   [[nodiscard]] const std::map<Key, fabric::ChannelStatus>& statuses() const { return statuses_; }
+  [[nodiscard]] const Witness& witness() const { return witness_; }
   void answer(const Key& key, const fabric::CallId& call);
   void retry(const Key& key, const fabric::CallId& call);
   /// Messages of its queues that are not answered, and calls that the journal holds open; nothing
@@ -151,6 +152,7 @@ class GatewayProcess final : public Member,
   void read_file();
   void forget();
   void served_no_more(const std::string& machine);
+  void leaves(const Key& key);
   /// The link to the machine, unless the gateway has taken it away.
   [[nodiscard]] std::shared_ptr<AdsLink> link_to(const std::string& machine) const;
 
@@ -172,6 +174,7 @@ class GatewayProcess final : public Member,
   /// Counts what wake_at() has asked for.
   std::uint64_t wakes_ = 0;
   bool ending_ = false;
+  unsigned beats_to_end_ = 0;
   bool in_trouble_ = false;
   /// An operator wants it to be given out again.
   fabric::CallId retrying_{};

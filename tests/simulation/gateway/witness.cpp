@@ -7,10 +7,20 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
+#include "fabric/words.hpp"
 
 namespace millrace::tests::simulation {
 
-void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies) {
+namespace {
+
+/// A call is late once, and so is what each of its instances says.
+constexpr unsigned too_often = 20;
+
+}  // namespace
+
+void Witness::on_start(const std::vector<gateway::Call>& open_calls,
+                       const gateway::NumbersEntry& numbers, gateway::Policies policies) {
+  confirmed_.on_start(open_calls, numbers);
   policies_ = std::move(policies);
   history_.add(Resumed{number_, {}, {}, {}, false});
   for (const gateway::Call& call : open_calls) {
@@ -19,6 +29,10 @@ void Witness::on_start(const std::vector<gateway::Call>& open_calls, gateway::Po
     Current& current = current_[call.key];
     current = {call.id, call.request, call.answer, policy_of(call.key, uuid)};
     current.awaited = call.awaited;
+    current.delivery = call.delivery;
+    if (call.clearing) {
+      current.written = gateway::Variable::request_state;
+    }
     for (const gateway::Attempt& attempt : call.attempts) {
       current.asked.insert(attempt.instance);
     }
@@ -31,6 +45,8 @@ void Witness::on_end() {
   keys_.clear();
   ready_.clear();
   given_.clear();
+  published_.clear();
+  lates_.clear();
 }
 
 void Witness::on_heard(const fabric::ChannelStatus& status) {
@@ -39,14 +55,22 @@ void Witness::on_heard(const fabric::ChannelStatus& status) {
   }
 }
 
-void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_trouble) {
+void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_trouble, bool ending) {
   using fabric::EventKind;
   if (event.kind == EventKind::seen) {
+    if (ending) {
+      history_.violated(fmt::format("{} is claimed although gateway {} is to end",
+                                    event.call.to_string(), number_));
+    }
     const gateway::PendingRequest request{event.uuid, event.text, event.state};
     const std::string uuid = fabric::canonical_uuid(event.uuid);
     keys_[event.call] = key;
     current_[key] = {event.call, request, {}, policy_of(key, uuid)};
+    expect_confirmed(confirmed_.number(event.call), event.call, "its number");
     history_.add(Claimed{number_, seen_as(key), event.call, request, in_trouble});
+  } else if (event.kind == EventKind::late && ++lates_[event.call] == too_often) {
+    history_.violated(fmt::format("gateway {} says {} times that {} is late", number_, too_often,
+                                  event.call.to_string()));
   } else if (event.kind == EventKind::lost || event.kind == EventKind::refused) {
     given_.erase(event.call);
     if (event.kind == EventKind::refused) {
@@ -55,17 +79,65 @@ void Witness::on_tell(const Key& key, const fabric::Event& event, bool in_troubl
   }
 }
 
-void Witness::on_record(const gateway::JournalEntry& entry) {
+void Witness::expect_confirmed(bool confirmed, const fabric::CallId& call, const char* what) {
+  if (!confirmed) {
+    history_.violated(
+        fmt::format("gateway {} relies on {} of {} before the journal has confirmed it", number_,
+                    what, call.to_string()));
+  }
+}
+
+void Witness::on_publish(const fabric::Request& request) {
+  const fabric::RequestKey own = fabric::key_of(request);
+  for (const auto& [key, call] : published_) {
+    if (call == request.call && key != own) {
+      history_.violated(
+          fmt::format("{} is asked of an instance while another one still is", call.to_string()));
+    }
+  }
+  published_.insert_or_assign(own, request.call);
+  expect_confirmed(confirmed_.attempt(request), request.call, "an attempt");
+}
+
+void Witness::on_last_get(const Key& queue, std::uint32_t element) {
+  if (!confirmed_.message(queue, element)) {
+    history_.violated(
+        fmt::format("gateway {} takes element {} out of {} before the journal has "
+                    "confirmed its message",
+                    number_, element, queue.to_string()));
+  }
+}
+
+/// An interim answer may come to its end when the final one is there.
+void Witness::judge_confirmed(const Current& current, gateway::Variable variable,
+                              const gateway::Value& value) {
+  const auto* const state = std::get_if<std::uint32_t>(&value);
+  const bool is_final =
+      current.answer && (state == nullptr ? value == gateway::Value{current.answer->text}
+                                          : *state == current.answer->state);
+  if (variable == gateway::Variable::request_state) {
+    expect_confirmed(confirmed_.clearing(current.call), current.call, "the clearing");
+  } else if (is_final) {
+    expect_confirmed(confirmed_.answer(current.call), current.call, "the answer");
+  } else if (variable == gateway::Variable::response_state) {
+    expect_confirmed(confirmed_.interim(current.call, *state), current.call, "an interim state");
+  }
+}
+
+void Witness::on_record(const gateway::JournalEntry& entry, const gateway::Ticket& ticket) {
+  confirmed_.on_append(entry, ticket);
   if (const auto* dispatched = std::get_if<gateway::DispatchedEntry>(&entry)) {
     if (dispatched->attempt > 0) {
       Current& current = current_.at(dispatched->key);
       current.asked.insert(dispatched->instance);
       current.awaited = dispatched->awaited;
+      current.delivery = dispatched->delivery;
       given_out(*dispatched);
     }
   } else if (const auto* answer = std::get_if<gateway::AnsweredEntry>(&entry)) {
     Current& current = current_.at(keys_.at(answer->call));
     current.answer = answer->answer;
+    current.written.reset();
     history_.add(Answered{number_, answer->call});
     answered(current);
     given_.erase(answer->call);
@@ -129,7 +201,9 @@ void Witness::given_out(const gateway::DispatchedEntry& entry) {
 }
 
 void Witness::on_write(const Key& key, gateway::Variable variable, const gateway::Value& value) {
-  const Current& current = current_.at(key);
+  Current& current = current_.at(key);
+  judge_confirmed(current, variable, value);
+  current.written = variable;
   history_.add(WriteAsked{number_, seen_as(key), current.call, current.request, variable, value,
                           current.awaited});
 }
@@ -209,6 +283,28 @@ void Witness::on_window_written(const Key& key, gateway::Variable variable,
 fabric::CallId Witness::call_of(const Key& key) const {
   const auto found = current_.find(key);
   return found == current_.end() ? fabric::CallId{} : found->second.call;
+}
+
+std::string_view Witness::step_of(const Key& key, fabric::ChannelState state) const {
+  const auto found = current_.find(key);
+  const auto written = found == current_.end() ? std::nullopt : found->second.written;
+  if (!written ||
+      (state != fabric::ChannelState::running && state != fabric::ChannelState::answering)) {
+    return fabric::name_of(state);
+  }
+  if (!found->second.answer) {
+    return "interim";
+  }
+  const bool text_last = found->second.awaited == fabric::Awaited::response;
+  if (*written == gateway::Variable::request_state) {
+    return "cleared";
+  }
+  return (*written == gateway::Variable::response) == text_last ? "released" : "begun";
+}
+
+bool Witness::at_most_once(const Key& key) const {
+  const auto found = current_.find(key);
+  return found != current_.end() && found->second.delivery == fabric::Delivery::at_most_once;
 }
 
 bool Witness::answering(const Key& key) const {

@@ -6,12 +6,14 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gateway/call.hpp"
 #include "gateway/outputs.hpp"
 #include "gateway/policy.hpp"
 #include "tests/simulation/gateway/ads_link.hpp"
+#include "tests/simulation/gateway/confirmed.hpp"
 #include "tests/simulation/history/history.hpp"
 
 namespace millrace::tests::simulation {
@@ -21,7 +23,8 @@ class Witness {
   Witness(GatewayNumber number, History& history) : number_(number), history_(history) {}
 
   /// It starts and finds these calls in its journal.
-  void on_start(const std::vector<gateway::Call>& open_calls, gateway::Policies policies);
+  void on_start(const std::vector<gateway::Call>& open_calls, const gateway::NumbersEntry& numbers,
+                gateway::Policies policies);
   void on_end();
   /// For calls that are claimed from now on.
   void on_policies(gateway::Policies policies) { policies_ = std::move(policies); }
@@ -31,8 +34,13 @@ class Witness {
   void on_heard(const fabric::ChannelStatus& status);
   void on_refused(const Key& key) { history_.add(Refused{number_, key}); }
 
-  void on_tell(const Key& key, const fabric::Event& event, bool in_trouble);
-  void on_record(const gateway::JournalEntry& entry);
+  void on_tell(const Key& key, const fabric::Event& event, bool in_trouble, bool ending);
+  void on_record(const gateway::JournalEntry& entry, const gateway::Ticket& ticket);
+  void on_recorded(const gateway::Ticket& ticket) { confirmed_.on_recorded(ticket); }
+  void on_publish(const fabric::Request& request);
+  void on_dispose(const fabric::RequestKey& request) { published_.erase(request); }
+  /// It is about to write LastGet.
+  void on_last_get(const Key& queue, std::uint32_t element);
   void on_write(const Key& key, gateway::Variable variable, const gateway::Value& value);
   /// A reply comes; `take` has the gateway decide what becomes of it.
   void on_reply(const fabric::Reply& reply, const std::function<void()>& take);
@@ -52,6 +60,9 @@ class Witness {
   [[nodiscard]] fabric::CallId call_of(const Key& key) const;
   /// Its final answer is there.
   [[nodiscard]] bool answering(const Key& key) const;
+  /// How far the channel's call has come (faults/storm.hpp), of one that is in this state.
+  [[nodiscard]] std::string_view step_of(const Key& key, fabric::ChannelState state) const;
+  [[nodiscard]] bool at_most_once(const Key& key) const;
 
  private:
   /// The call of a channel, as the actions told of it.
@@ -64,15 +75,22 @@ class Witness {
     std::set<fabric::InstanceId> asked{};
     bool over = false;
     fabric::Awaited awaited{};
+    fabric::Delivery delivery{};
+    /// Of its answer, or of an interim one before there is an answer.
+    std::optional<gateway::Variable> written{};
   };
 
   void given_out(const gateway::DispatchedEntry& entry);
   void answered(const Current& current);
+  void judge_confirmed(const Current& current, gateway::Variable variable,
+                       const gateway::Value& value);
+  void expect_confirmed(bool confirmed, const fabric::CallId& call, const char* what);
 
   [[nodiscard]] gateway::Policy policy_of(const Key& key, const std::string& uuid) const;
 
   GatewayNumber number_;
   History& history_;
+  Confirmed confirmed_;
   gateway::Policies policies_;
   std::map<Key, Current> current_;
   /// Of calls that are not over.
@@ -81,6 +99,10 @@ class Witness {
   std::map<fabric::CallId, fabric::InstanceId> given_;
   /// The last message of each queue that is known to the history.
   std::map<Key, gateway::PendingRequest> shown_;
+  /// What instances are asked, and which calls these are.
+  std::map<fabric::RequestKey, fabric::CallId> published_;
+  /// How often it has said of a call that it, or a reply, is late.
+  std::map<fabric::CallId, unsigned> lates_;
   /// The call that it said last of that an answer is refused.
   fabric::CallId refusal_told_;
 };

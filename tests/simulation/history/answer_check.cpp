@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "fabric/channel_scope.hpp"
+#include "gateway/words.hpp"
 #include "tests/simulation/service/words.hpp"
 
 namespace millrace::tests::simulation {
@@ -56,7 +57,24 @@ void AnswerCheck::on(const ProgramMoved& fact, Time now) {
   }
 }
 
+void AnswerCheck::on(const Claimed& fact, Time) {
+  reads_[{fact.gateway, fact.key}] = {fact.call, fact.request.state};
+}
+
+void AnswerCheck::on(const Replied& fact, Time) {
+  if (fact.reply.kind == fabric::ReplyKind::final) {
+    replies_[fact.reply.call].push_back(fact.reply);
+  }
+}
+
 void AnswerCheck::on(const Looked& fact, Time now) {
+  if (fact.snapshot.has(gateway::Variable::request_state)) {
+    if (const auto read = reads_.find({fact.gateway, fact.key}); read != reads_.end()) {
+      const bool same = fact.snapshot.request_state == read->second.asked;
+      read->second.anew = read->second.anew || (same && read->second.moved);
+      read->second.moved = read->second.moved || !same;
+    }
+  }
   if (fact.snapshot.has(gateway::Variable::uuid) &&
       fact.snapshot.has(gateway::Variable::request_state)) {
     looks_[{fact.gateway, fact.key}] = {
@@ -98,6 +116,12 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
     violations_.push_back(
         fmt::format("I3: {} releases its program by RESPONSE before REQUEST_STATE is cleared",
                     fact.call.to_string()));
+  }
+  const auto read = reads_.find({fact.gateway, fact.key});
+  if (read != reads_.end() && read->second.call == fact.call && read->second.anew) {
+    violations_.push_back(fmt::format(
+        "I2: {} of {} is written, although it has read that its program asks anew since",
+        name_of(fact.variable).substr(12), fact.call.to_string()));
   }
   // It may be done, or not; the gateway may never learn.
   channels_[fact.key].cleared |= fact.variable == gateway::Variable::request_state;
@@ -183,6 +207,7 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     }
     return;
   }
+  judge_writer(fact);
   if (!crossed && !fact.crossed && fact.response != fact.answer->text &&
       channel.text_by == fact.gateway) {
     violations_.push_back(fmt::format("I3: {} is released while RESPONSE is \"{}\", not \"{}\"",
@@ -208,7 +233,27 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   }
 }
 
+/// It is what the instance has said of this call that the answer names.
+void AnswerCheck::judge_writer(const WriteDone& fact) {
+  const gateway::Answer& answer = *fact.answer;
+  const auto said = [&](const fabric::Reply& reply) {
+    return reply.instance == answer.instance &&
+           (answer.text == gateway::printable(reply.text) || answer.text == reply.text ||
+            stands_for_a_refused_one(answer.text));
+  };
+  if (answer.instance != fabric::InstanceId{} && std::ranges::none_of(replies_[fact.call], said)) {
+    violations_.push_back(
+        fmt::format("I10: {} is answered with \"{}\", which instance {} has not said of it",
+                    fact.call.to_string(), answer.text, answer.instance.to_string().substr(0, 8)));
+  }
+}
+
 void AnswerCheck::on(const Resumed& fact, Time) {
+  if (fact.call == fabric::CallId{}) {
+    std::erase_if(reads_, [&](const auto& one) { return one.first.first == fact.gateway; });
+  } else {
+    reads_[{fact.gateway, fact.key}] = {fact.call, fact.request.state};
+  }
   if (fact.clearing) {
     clearing_.insert(fact.call);
     blur(channels_[fact.key], fact.request);

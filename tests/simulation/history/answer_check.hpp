@@ -61,6 +61,16 @@ class AnswerCheck final : public Check {
     gateway::PendingRequest shown{};
   };
 
+  /// What a gateway has read of REQUEST_STATE since it has the call.
+  struct Read {
+    fabric::CallId call;
+    std::uint32_t asked = 0;
+    /// Another value; then that of the request again: its program has written it anew, also if it
+    /// is the same word for word.
+    bool moved = false;
+    bool anew = false;
+  };
+
   void on(const ProgramAsked& fact, Time now);
   void on(const ProgramMoved& fact, Time now);
   void on(const ResponseEmptied& fact, Time now);
@@ -68,7 +78,9 @@ class AnswerCheck final : public Check {
   void on(const ProgramReleased& fact, Time now);
   void on(const Looked& fact, Time now);
   void on(const WriteAsked& fact, Time now);
+  void on(const Claimed& fact, Time now);
   void on(const Answered& fact, Time now);
+  void on(const Replied& fact, Time now);
   void on(const WriteDone& fact, Time now);
   void on(const Resumed& fact, Time now);
   void on(const JournalLost& fact, Time now);
@@ -76,11 +88,15 @@ class AnswerCheck final : public Check {
   void on(const Other&, Time) {}
 
   void judge_value(const WriteAsked& fact);
+  void judge_writer(const WriteDone& fact);
   static void close(Channel& channel, Time now);
   static void blur(Channel& channel, const gateway::PendingRequest& request);
 
   std::map<Key, Channel> channels_;
   std::map<std::pair<GatewayNumber, Key>, LookAt> looks_;
+  std::map<std::pair<GatewayNumber, Key>, Read> reads_;
+  /// The final answers of instances, by call.
+  std::map<fabric::CallId, std::vector<fabric::Reply>> replies_;
   /// When a gateway had the answer of a call.
   std::map<std::pair<GatewayNumber, fabric::CallId>, Time> answered_;
   std::map<fabric::CallId, int> finals_;

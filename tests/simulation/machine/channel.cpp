@@ -106,6 +106,8 @@ void MachineChannel::report(bool request_state) {
     gave_up_before_ = std::exchange(gave_up_, false);
   }
   released_ = false;
+  lost_by_.reset();
+  orphaned_ = false;
   asked_ = agenda_.now();
   wrote_before_ = std::exchange(writers, {});
   standing_ = now;

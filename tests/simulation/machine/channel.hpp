@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -59,6 +60,12 @@ class MachineChannel {
            (asked_ > time &&
             std::ranges::any_of(wrote_before_, [&](GatewayNumber one) { return one != gateway; }));
   }
+  /// A write of an answer is acknowledged and lost, until one that releases the program is not.
+  void set_lost_by(std::optional<GatewayNumber> gateway) { lost_by_ = gateway; }
+  /// The gateway ends, or leaves the channel: what it has written and not seen, nobody repeats.
+  void left_by(GatewayNumber gateway) { orphaned_ = orphaned_ || lost_by_ == gateway; }
+  /// Nobody knows of the answer that the program waits for.
+  [[nodiscard]] bool orphaned() const { return orphaned_; }
   /// Who has written anything since the program asked.
   std::set<GatewayNumber> writers{};
   /// Something was written for another request than the one that stands: it was on its way when the
@@ -100,6 +107,8 @@ class MachineChannel {
   /// RESPONSE_STATE has told the program to go on.
   bool released_ = false;
   Time moved_on_{-1};
+  std::optional<GatewayNumber> lost_by_{};
+  bool orphaned_ = false;
   /// It has done so since it asked, or with the request before.
   bool gave_up_ = false;
   bool gave_up_before_ = false;

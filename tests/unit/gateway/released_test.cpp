@@ -14,19 +14,20 @@ using namespace std::chrono_literals;
 class AReleasedAnswer : public testing::Test {
  protected:
   /// RESPONSE_STATE = 1 was written and acknowledged; `zero_seen` if a read had shown REQUEST_STATE
-  /// 0.
-  Released released(bool zero_seen) {
+  /// 0. `interim` stood there before.
+  Released released(bool zero_seen, std::uint32_t interim = 0) {
     AnswerWriter writer(AnswerWriter::Kind::final, Response::of("1.4", 1).value());
     writer.set_clearing({.is_shown = zero_seen, .is_written = zero_seen});
-    writer.on_read({ReadSet::request, request.uuid, "2", 1, 0, ""}, Standing::pending, request,
-                   {now, now});
+    writer.on_read({ReadSet::request, request.uuid, "2", 1, interim, ""}, Standing::pending,
+                   request, {now, now});
     writer.on_written(now);
     writer.on_recorded(true);
     if (zero_seen) {
       writer.on_written(now);
     }
-    const Snapshot shown{ReadSet::all, request.uuid, "2", zero_seen ? 0U : 1U, 0, "1.4"};
-    writer.on_read(shown, judge(shown, request, {}), request, {now, now});
+    const std::vector interims{interim};
+    const Snapshot shown{ReadSet::all, request.uuid, "2", zero_seen ? 0U : 1U, interim, "1.4"};
+    writer.on_read(shown, judge(shown, request, interims), request, {now, now});
     EXPECT_EQ(writer.on_written(now), AnswerWriter::Step::done);
     return {request, writer};
   }
@@ -81,6 +82,15 @@ TEST_F(AReleasedAnswer, IsWrittenAgainIfNoReadShowsItWithinASecond) {
   now += 2s;
   EXPECT_EQ(read(sut, 0, 0), Found::unreleased);
   EXPECT_FALSE(sut.problem().empty());
+}
+
+TEST_F(AReleasedAnswer, IsWrittenAgainAlsoWhereAnInterimStateStandsThereStill) {
+  auto sut = released(true, 1001);
+  EXPECT_EQ(read(sut, 0, 1001), Found::nothing);
+  now += 1s;
+  EXPECT_EQ(read(sut, 0, 1001), Found::unreleased);
+  EXPECT_EQ(read(sut, 0, 7), Found::idle) << "somebody else has released the program";
+  EXPECT_EQ(read(sut, 0, 1), Found::idle);
 }
 
 TEST_F(AReleasedAnswer, OfAKernelThatClearsRequestStateIsOverWhenThatReads0) {
