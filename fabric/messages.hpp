@@ -50,6 +50,7 @@ struct InstanceId {
 struct Request {
   ChannelKey key{};
   CallId call{};
+  /// 1, 2, …; 0: what was asked under this key is taken back.
   std::uint32_t attempt = 1;
   /// The one instance that may run this attempt.
   InstanceId assigned{};
@@ -159,6 +160,15 @@ struct ChannelStatus {
   std::uint64_t late = 0;
   std::uint64_t failed = 0;
 };
+
+/// No gateway has claimed anything before 2020, nor will one after 2199: not even one whose clock
+/// was never set, since each claims within these. A sample that says so is a mistake or a lie, and
+/// would stop a machine, or take it away from whoever comes.
+inline constexpr Time earliest_claim{std::chrono::sys_days{std::chrono::year{2020} / 1 / 1}};
+inline constexpr Time latest_claim{std::chrono::sys_days{std::chrono::year{2200} / 1 / 1}};
+constexpr bool is_plausible_claim(Time claimed) {
+  return claimed >= earliest_claim && claimed <= latest_claim;
+}
 
 /// The link between a gateway and one controller, and which of its channels the gateway claims.
 struct MachineStatus {

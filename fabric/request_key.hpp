@@ -34,6 +34,13 @@ struct RequestKeyHash {
 inline RequestKey key_of(const Request& request) {
   return {request.key, request.call.epoch, request.assigned, request.asker};
 }
+/// What takes back that which was asked under this key. The writer disposes the key after it.
+inline Request withdrawal_of(const RequestKey& key) {
+  return {.key = key.key, .call = {.epoch = key.epoch}, .attempt = 0, .assigned = key.instance};
+}
+inline bool is_withdrawal(const Request& request) {
+  return request.attempt == 0;
+}
 inline RequestKey key_of(const Reply& reply) {
   return {reply.key, reply.call.epoch, reply.instance};
 }

@@ -88,4 +88,11 @@ tl::expected<void, std::string> CommandEnd::publish(const Outcome& outcome) {
   return impl_->outcomes.write(outcome);
 }
 
+bool is_for(registry::EndpointHandle participant, const Command& command,
+            const registry::Registry& instances, const GatewayWatch& gateways) {
+  return command.key.machine.empty() ? instances.is_home(participant, command.instance) ||
+                                           gateways.is_gateway(participant, command.instance)
+                                     : gateways.claims(participant, command.key.machine);
+}
+
 }  // namespace millrace::fabric::ends

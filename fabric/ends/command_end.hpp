@@ -16,6 +16,8 @@
 
 #include "fabric/command.hpp"
 #include "fabric/dds/participant.hpp"
+#include "fabric/ends/gateway_watch.hpp"
+#include "fabric/registry/registry.hpp"
 
 namespace millrace::fabric::ends {
 
@@ -42,5 +44,10 @@ class CommandEnd {
   struct Impl;
   std::shared_ptr<Impl> impl_;
 };
+
+/// The command was for this participant, as samples of built-in topics name it, to carry out: for
+/// its instance, its gateway or a machine that it has. So an outcome of it may be its own.
+bool is_for(registry::EndpointHandle participant, const Command& command,
+            const registry::Registry& instances, const GatewayWatch& gateways);
 
 }  // namespace millrace::fabric::ends

@@ -61,8 +61,9 @@ void Mailboxes::withdraw(const RequestKey& key) {
   if (mailbox == boxes_.end()) {
     return;
   }
-  mailbox->second.writer.withdraw(
-      Request{.key = key.key, .call = {.epoch = key.epoch}, .assigned = key.instance});
+  const Request over = withdrawal_of(key);
+  static_cast<void>(mailbox->second.writer.write(over));
+  mailbox->second.writer.withdraw(over);
   mailbox->second.standing.erase(key);
   wrote(mailbox->second);
   close_if_done(mailbox);

@@ -1,5 +1,6 @@
 #include "fabric/ends/reply_end.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <mutex>
@@ -35,6 +36,12 @@ RequestKey any_of(RequestKey key) {
   return key;
 }
 
+/// Only a sample takes a request back: DDS says of each sample who wrote it, but not who disposed a
+/// key of which samples are still to be taken.
+bool takes_back(const wire::Taken<Request>& taken) {
+  return taken.valid && taken.standing == Standing::believed && is_withdrawal(taken.value);
+}
+
 }  // namespace
 
 struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
@@ -52,7 +59,7 @@ struct ReplyEnd::Impl : std::enable_shared_from_this<Impl> {
   void read(const dds::Listener& on_request);
   void close();
   void drain();
-  void tell(wire::Taken<Request> taken);
+  void tell(const wire::Taken<Request>& taken, bool is_over);
   void decline(const wire::Taken<Request>& taken);
   void note_asker(const wire::Taken<Request>& taken);
   tl::expected<void, std::string> answer(const Reply& reply);
@@ -111,7 +118,7 @@ void ReplyEnd::Impl::close() {
 void ReplyEnd::Impl::drain() {
   // Each callback may close this end.
   while (listener != nullptr) {
-    const auto batch = requests->take();
+    auto batch = requests->take();
     if (const auto program = requests->take_flooding()) {
       if (const auto line = complaints.note(
               "keys", *program,
@@ -127,38 +134,35 @@ void ReplyEnd::Impl::drain() {
     if (batch.empty()) {
       return;
     }
-    for (const wire::Taken<Request>& taken : batch) {
-      if (listener != nullptr) {
-        tell(taken);
-      }
+    for (wire::Taken<Request>& taken : batch) {
+      taken.value.asker = requests->witness().asker_of(taken.writer, taken.value.key.machine);
+    }
+    for (auto taken = batch.begin(); taken != batch.end() && listener != nullptr; ++taken) {
+      tell(*taken, std::any_of(taken + 1, batch.end(), [&](const wire::Taken<Request>& later) {
+        return takes_back(later) && key_of(later.value) == key_of(taken->value);
+      }));
     }
   }
 }
 
-void ReplyEnd::Impl::tell(wire::Taken<Request> taken) {
+/// `is_over`: it is taken back by a sample that is here, too.
+void ReplyEnd::Impl::tell(const wire::Taken<Request>& taken, bool is_over) {
   if (taken.standing != Standing::believed) {
     decline(taken);
     return;
   }
-  taken.value.asker = requests->witness().asker_of(taken.writer, taken.value.key.machine);
   note_asker(taken);
   if (listener == nullptr) {
     return;
   }
-  switch (taken.presence) {
-    // Its request may be here too, untaken: whoever withdraws, or leaves, overtakes it.
-    case wire::Presence::withdrawn:
-      listener->on_withdrawn(key_of(taken.value));
-      break;
-    case wire::Presence::orphaned:
-      listener->on_orphaned(key_of(taken.value));
-      break;
-    case wire::Presence::alive:
-      // The mailbox is this instance's alone; who writes for another one into it is mistaken.
-      if (taken.valid && taken.value.assigned == identity.id) {
-        listener->on_request(taken.value);
-      }
-      break;
+  if (takes_back(taken)) {
+    listener->on_withdrawn(key_of(taken.value));
+  } else if (taken.presence == wire::Presence::orphaned) {
+    // Its request may be here too, untaken: a gateway that leaves overtakes it.
+    listener->on_orphaned(key_of(taken.value));
+  } else if (taken.valid && !is_over && taken.value.assigned == identity.id) {
+    // The mailbox is this instance's alone; who writes for another one into it is mistaken.
+    listener->on_request(taken.value);
   }
 }
 
@@ -169,14 +173,15 @@ void ReplyEnd::Impl::note_asker(const wire::Taken<Request>& taken) {
   std::string reason;
   {
     const std::lock_guard lock(answering);
-    if (taken.valid) {
+    const bool asks = taken.valid && !is_withdrawal(taken.value);
+    if (asks) {
       if (const auto old = asked.use(any_of(key))) {
         askers.erase(*old);
       }
     }
     const auto known = askers.find(any_of(key));
     if (known == askers.end()) {
-      if (taken.valid) {
+      if (asks) {
         askers.emplace(any_of(key), key.asker);
       }
       return;
@@ -184,16 +189,15 @@ void ReplyEnd::Impl::note_asker(const wire::Taken<Request>& taken) {
     if (known->second == key.asker || taken.presence == wire::Presence::orphaned) {
       return;
     }
-    if (taken.presence == wire::Presence::alive) {
+    if (asks) {
       known->second = key.asker;
     }
-    const bool takes_back = taken.presence == wire::Presence::withdrawn;
     if (auto line = complaints.note(
             "asker", std::to_string(taken.writer),
             fmt::format("{}: participant {} {} epoch {:x}, in which another one has asked{}",
                         base::text::safe(key.key.to_string()), requests->program_of(taken.writer),
-                        takes_back ? "takes back a call of" : "asks in", key.epoch,
-                        takes_back ? ": the call goes on" : ""),
+                        asks ? "asks in" : "takes back a call of", key.epoch,
+                        asks ? "" : ": the call goes on"),
             std::chrono::steady_clock::now())) {
       reason = *std::move(line);
     }

@@ -31,15 +31,17 @@ void Context::complete(Entry& entry) {
       entry.uuid = *uuid;
     }
   } else if (auto* reply = std::get_if<Reply>(&entry.sample)) {
-    const Pending* pending = find(pending_, key_of(*reply));
-    const std::string* uuid = find(uuid_of_instance_, reply->instance);
-    if (pending != nullptr && pending->call == reply->call) {
-      entry.uuid = pending->uuid;
-    } else if (uuid != nullptr) {
+    if (const std::string* uuid = find(uuid_of_instance_, reply->instance)) {
       entry.uuid = *uuid;
     }
+    for_each_asker(key_of(*reply), [&](const RequestKey& key, const Pending& pending) {
+      if (key.instance == reply->instance && pending.call == reply->call) {
+        entry.uuid = pending.uuid;
+      }
+    });
   } else if (auto* withdrawal = std::get_if<Withdrawal>(&entry.sample)) {
-    const RequestKey key{withdrawal->key, withdrawal->call.epoch, withdrawal->instance};
+    const RequestKey key{withdrawal->key, withdrawal->call.epoch, withdrawal->instance,
+                         withdrawal->asker};
     const Pending* pending = find(pending_, key);
     withdrawal->call = pending == nullptr ? CallId{} : pending->call;
     entry.uuid = pending == nullptr ? std::string() : pending->uuid;
@@ -47,8 +49,48 @@ void Context::complete(Entry& entry) {
   remember(entry);
 }
 
+template <typename Use>
+void Context::for_each_asker(const RequestKey& from, const Use& use) const {
+  for (auto one = pending_.lower_bound({from.key, from.epoch, {}});
+       one != pending_.end() && one->first.key == from.key && one->first.epoch == from.epoch;
+       ++one) {
+    use(one->first, one->second);
+  }
+}
+
+bool Context::has_asked(const RequestKey& key) const {
+  bool others = false;
+  for_each_asker(key, [&](const RequestKey& one, const Pending&) {
+    others = others || one.instance == key.instance;
+  });
+  return pending_.contains(key) || !others;
+}
+
+bool Context::was_given(const Reply& reply) const {
+  bool given = false;
+  bool to_others = false;
+  for_each_asker(key_of(reply), [&](const RequestKey& key, const Pending& pending) {
+    const bool same = pending.call == reply.call;
+    given = given || (same && key.instance == reply.instance);
+    to_others = to_others || (same && key.instance != reply.instance);
+  });
+  return given || !to_others;
+}
+
+const Command* Context::find_command(const InstanceId& id) const {
+  return find(commands_, id);
+}
+
 void Context::remember(const Entry& entry) {
-  if (const auto* request = std::get_if<Request>(&entry.sample)) {
+  if (const auto* command = std::get_if<Command>(&entry.sample)) {
+    if (commands_.try_emplace(command->id, *command).second) {
+      commands_in_turn_.push_back(command->id);
+      if (commands_in_turn_.size() > most_commands) {
+        commands_.erase(commands_in_turn_.front());
+        commands_in_turn_.pop_front();
+      }
+    }
+  } else if (const auto* request = std::get_if<Request>(&entry.sample)) {
     pending_.insert_or_assign(key_of(*request), Pending{request->call, entry.uuid});
     if (const auto old = recent_.use(key_of(*request))) {
       pending_.erase(*old);

@@ -19,9 +19,18 @@ class Context {
   /// So many instances are remembered that are gone: one that crashes at each start is a new one
   /// each time.
   static constexpr std::size_t most_gone = 1024;
+  /// More than wait for an outcome at a time.
+  static constexpr std::size_t most_commands = 1024;
 
   /// Sets the UUID of entries that carry none, and the call of withdrawals, which carry its epoch.
   void complete(Entry& entry);
+
+  /// This one has asked for what stands there, or nobody has as far as is known.
+  [[nodiscard]] bool has_asked(const RequestKey& key) const;
+  /// No other instance was asked instead, as far as is known.
+  [[nodiscard]] bool was_given(const Reply& reply) const;
+  /// The first command of this id; nullptr if it is not remembered.
+  [[nodiscard]] const Command* find_command(const InstanceId& id) const;
 
  private:
   struct Pending {
@@ -30,12 +39,18 @@ class Context {
   };
 
   void remember(const Entry& entry);
+  /// `use(key, pending)` for what was asked of each instance for this channel in this epoch.
+  template <typename Use>
+  void for_each_asker(const RequestKey& from, const Use& use) const;
 
   std::map<InstanceId, std::string> uuid_of_instance_;
   /// Of those that are gone, the one that went first in front.
   std::deque<InstanceId> gone_;
   std::map<RequestKey, Pending> pending_;
   RecentKeys recent_{most_pending};
+  std::map<InstanceId, Command> commands_;
+  /// The first one in front.
+  std::deque<InstanceId> commands_in_turn_;
 };
 
 }  // namespace millrace::fabric::observer

@@ -21,6 +21,8 @@ struct Withdrawal {
   CallId call{};
   /// From whom; zero in recordings of the first version of the wire, whose requests stood for all.
   InstanceId instance{};
+  /// As of the request (Request::asker); not recorded.
+  std::uint64_t asker = 0;
 };
 
 enum class Change : std::uint8_t { ready, changed, gone };

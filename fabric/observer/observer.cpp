@@ -1,11 +1,15 @@
 #include "fabric/observer/observer.hpp"
 
-#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "fabric/complaints.hpp"
 #include "fabric/dds/post_once.hpp"
+#include "fabric/ends/command_end.hpp"
+#include "fabric/ends/gateway_watch.hpp"
 #include "fabric/ends/roster.hpp"
 #include "fabric/observer/context.hpp"
 #include "fabric/observer/loads.hpp"
@@ -34,63 +38,44 @@ std::optional<Sample> sample_of(wire::Taken<Value>&& taken) {
 }
 
 std::optional<Sample> sample_of(wire::Taken<Request>&& taken) {
-  if (taken.valid) {
-    return std::move(taken.value);
-  }
-  if (taken.presence == Presence::withdrawn) {
+  if (taken.valid && is_withdrawal(taken.value)) {
     // The context knows the number.
     return Withdrawal{.key = std::move(taken.value.key),
                       .call = {.epoch = taken.value.call.epoch},
-                      .instance = taken.value.assigned};
+                      .instance = taken.value.assigned,
+                      .asker = taken.value.asker};
   }
-  return std::nullopt;
+  return taken.valid ? std::optional<Sample>(std::move(taken.value)) : std::nullopt;
 }
 
 /// A channel or machine whose gateway left would look alive for ever.
 constexpr const char* gateway_gone = "its gateway is gone";
 
-std::optional<Sample> sample_of(wire::Taken<ChannelStatus>&& taken) {
-  if (taken.presence != Presence::alive) {
-    return ChannelStatus{.key = std::move(taken.value.key),
-                         .since = std::chrono::system_clock::now(),
-                         .reason = gateway_gone};
-  }
-  return std::move(taken.value);
-}
-
-std::optional<Sample> sample_of(wire::Taken<MachineStatus>&& taken) {
-  if (taken.presence != Presence::alive) {
-    return MachineStatus{.machine = std::move(taken.value.machine),
-                         .gateway = taken.value.gateway,
-                         .since = std::chrono::system_clock::now(),
-                         .reason = gateway_gone};
-  }
-  return std::move(taken.value);
-}
-
+/// Its gateway disposes nothing.
 std::optional<Sample> sample_of(wire::Taken<DataSample>&& taken) {
-  if (taken.presence != Presence::alive) {
+  if (taken.presence == Presence::orphaned) {
     // Without its values: nobody tells of them any more.
     return DataSample{.key = std::move(taken.value.key),
                       .group = std::move(taken.value.group),
                       .at = std::chrono::system_clock::now()};
   }
-  return std::move(taken.value);
+  return taken.valid ? std::optional<Sample>(std::move(taken.value)) : std::nullopt;
 }
 
 }  // namespace
 
-struct Observer::Impl : std::enable_shared_from_this<Impl> {
+struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchListener {
   Impl(dds::Participant& own_participant, const boost::asio::any_io_executor& executor,
-       ObserverListener& own_listener)
+       ObserverListener& own_listener, Interest own_interest)
       : participant(own_participant),
+        interest(own_interest),
         listener(&own_listener),
         roster(executor,
                {.drain_beats = [this] { drain_beats(); }, .announce = [this] { tell_changes(); }}) {
     roster.registry().match_all();
   }
 
-  void open(const boost::asio::any_io_executor& executor, Interest interest);
+  void open(const boost::asio::any_io_executor& executor);
   void close();
   bool drain();
   void drain_discovery();
@@ -107,10 +92,20 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
                    wire::EndpointOptions{.listener = on_data.get()});
   }
 
+  /// Whether a sample is for its writer to say; what is not is told of.
+  template <typename Value>
+  bool counts(wire::Taken<Value>& taken) {
+    static_cast<void>(taken);
+    return true;
+  }
+  bool counts(wire::Taken<Event>& taken);
+  bool counts(wire::Taken<Request>& taken);
+  bool counts(wire::Taken<Reply>& taken);
+  bool counts(wire::Taken<Outcome>& taken);
+  void ignore(dds_instance_handle_t writer, const std::string& program, const std::string& what);
+
   template <typename Use>
   void for_each_reader(Use use) {
-    use(machines);
-    use(channels);
     use(requests);
     use(replies);
     use(events);
@@ -138,33 +133,24 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
     return news ? std::optional<Sample>(std::move(*news)) : std::nullopt;
   }
 
-  /// With trust: who has said what stands.
-  template <typename Value>
-  void remember(const wire::Taken<Value>& taken) {
-    static_cast<void>(taken);
-  }
-  void remember(const wire::Taken<MachineStatus>& taken) {
-    remember(taken, {taken.value.machine, taken.value.gateway}, machines_of);
-  }
-  void remember(const wire::Taken<ChannelStatus>& taken) {
-    remember(taken, taken.value.key, channels_of);
-  }
-  template <typename Value, typename Key>
-  void remember(const wire::Taken<Value>& taken, const Key& key,
-                std::map<Key, dds_instance_handle_t>& by_key) {
-    // Far more than there are; of others it is not noticed that they are revoked.
-    constexpr std::size_t most = 65'536;
-    if (participant.badges() == nullptr) {
-      return;
-    }
-    if (taken.presence != Presence::alive) {
-      by_key.erase(key);
-    } else if (taken.valid && (by_key.size() < most || by_key.contains(key))) {
-      by_key.insert_or_assign(key, taken.writer);
+  void on_machine(const MachineStatus& status) override {
+    if (interest != Interest::calls) {
+      hand_out(status);
     }
   }
-  /// Whose certificates have been taken back since: what they have said holds no more.
-  void drop_revoked();
+  void on_machine_gone(const std::string& machine, const InstanceId& gateway) override {
+    on_machine({.machine = machine,
+                .gateway = gateway,
+                .since = std::chrono::system_clock::now(),
+                .reason = gateway_gone});
+  }
+  void on_channel(const ChannelStatus& status) override { hand_out(status); }
+  void on_channel_gone(const ChannelKey& key) override {
+    hand_out(ChannelStatus{
+        .key = key, .since = std::chrono::system_clock::now(), .reason = gateway_gone});
+  }
+  void on_ignored(const std::string& reason) override { listener->on_ignored(reason); }
+
   void drop_gone_notices();
 
   /// One turn of a reader; true if there may be more.
@@ -176,7 +162,9 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
         return false;
       }
       for (wire::Taken<Value>& taken : batch) {
-        remember(taken);
+        if (listener == nullptr || (taken.valid && !counts(taken))) {
+          continue;
+        }
         if (auto sample = news_of(std::move(taken))) {
           hand_out(std::move(*sample));
         }
@@ -186,18 +174,17 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   }
 
   dds::Participant& participant;
+  const Interest interest;
   /// Null once the observer is closed.
   ObserverListener* listener;
   Context context;
+  Complaints complaints;
   std::uint64_t delivered = 0;
   // Before the entities that wake it.
   std::optional<dds::PostOnce> post;
   ends::Roster roster;
   std::optional<dds::Badges::Watcher> badges;
-  std::map<std::pair<std::string, InstanceId>, dds_instance_handle_t> machines_of;
-  std::map<ChannelKey, dds_instance_handle_t> channels_of;
-  std::optional<wire::Reader<MachineStatus>> machines;
-  std::optional<wire::Reader<ChannelStatus>> channels;
+  std::optional<ends::GatewayWatch> gateways;
   Loads loads;
   std::optional<wire::Reader<Request>> requests;
   std::optional<wire::Reader<Reply>> replies;
@@ -211,7 +198,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl> {
   std::optional<wire::Reader<Notice>> notices;
 };
 
-void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest interest) {
+void Observer::Impl::open(const boost::asio::any_io_executor& executor) {
   post.emplace(executor, weak_from_this(), [this] { drain(); });
   if (participant.badges() != nullptr) {
     badges.emplace(*participant.badges(), [this] { post->post(); });
@@ -225,10 +212,10 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
   if (interest == Interest::data) {
     return;
   }
-  open(channels, fabric);
+  gateways.emplace(participant, executor, *this, ends::GatewayWatch::Of::all);
+  gateways->watch_channels();
   if (interest != Interest::calls) {
     roster.open(participant, weak_from_this(), *post, *post);
-    open(machines, fabric);
   }
   if (interest != Interest::states) {
     open(events, fabric);
@@ -245,15 +232,18 @@ void Observer::Impl::open(const boost::asio::any_io_executor& executor, Interest
 void Observer::Impl::close() {
   listener = nullptr;
   badges.reset();
+  gateways.reset();
   for_each_reader([](auto& reader) { reader.reset(); });
   roster.close();
 }
 
 bool Observer::Impl::drain() {
   drain_discovery();
+  if (gateways) {
+    gateways->drain();
+  }
   bool more = drain_beats();
   for_each_reader([&](auto& reader) { more = drain(reader) || more; });
-  drop_revoked();
   drop_gone_notices();
   tell_ignored();
   if (more) {
@@ -320,39 +310,96 @@ void Observer::Impl::drop_gone_notices() {
   }
 }
 
-void Observer::Impl::drop_revoked() {
-  if (!badges || badges->take().empty()) {
-    return;
+/// A gateway tells of calls of its own epoch.
+bool Observer::Impl::counts(wire::Taken<Event>& taken) {
+  const Event& event = taken.value;
+  const auto is_its = gateways->has_epoch(events->participant_of(taken.writer), event.key.machine,
+                                          event.call.epoch);
+  if (!is_its.value_or(true)) {
+    ignore(taken.writer, events->program_of(taken.writer), "tells of a call of a gateway");
   }
-  const auto revoked = [this](dds_instance_handle_t writer) {
-    return participant.badges()->of_writer(writer).revoked;
+  return is_its.value_or(true);
+}
+
+/// And it asks under that; only who has asked takes that back.
+bool Observer::Impl::counts(wire::Taken<Request>& taken) {
+  const Request& request = taken.value;
+  const dds_instance_handle_t who = requests->participant_of(taken.writer);
+  taken.value.asker = requests->witness().asker_of(taken.writer, request.key.machine);
+  const auto is_its = gateways->has_epoch(who, request.key.machine, request.call.epoch);
+  if (is_its.value_or(!is_withdrawal(request) || context.has_asked(key_of(request)))) {
+    return true;
+  }
+  ignore(taken.writer, requests->program_of(taken.writer),
+         is_withdrawal(request) ? "takes back a call" : "asks in the epoch of a gateway");
+  return false;
+}
+
+/// An instance answers what it was asked. It may be seen later than its reply, and so may what it
+/// was asked.
+bool Observer::Impl::counts(wire::Taken<Reply>& taken) {
+  const Reply& reply = taken.value;
+  const auto speaks = [&] { return roster.registry().speaks_for(taken.writer, reply.instance); };
+  if (!speaks()) {
+    drain_discovery();
+  }
+  const bool is_its = speaks();
+  if (is_its && !context.was_given(reply)) {
+    drain(requests);
+  }
+  if (is_its && context.was_given(reply)) {
+    return true;
+  }
+  if (replies) {
+    ignore(taken.writer, replies->program_of(taken.writer),
+           "answers a call of instance " + reply.instance.to_string());
+  }
+  return false;
+}
+
+bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
+  const Outcome& outcome = taken.value;
+  const dds_instance_handle_t who = outcomes->participant_of(taken.writer);
+  if (context.find_command(outcome.command) == nullptr) {
+    drain(commands);
+  }
+  const auto is_its = [&] {
+    const Command* const command = context.find_command(outcome.command);
+    return (roster.registry().is_home(who, outcome.responder) ||
+            gateways->is_gateway(who, outcome.responder)) &&
+           (command == nullptr || ends::is_for(who, *command, roster.registry(), *gateways));
   };
-  std::vector<Sample> over;
-  std::erase_if(channels_of, [&](const auto& one) {
-    const bool is = revoked(one.second);
-    if (is) {
-      over.emplace_back(*sample_of(
-          wire::Taken<ChannelStatus>{.value = {.key = one.first}, .presence = Presence::orphaned}));
+  if (!is_its()) {
+    drain_discovery();
+    if (gateways) {
+      gateways->drain();
     }
-    return is;
-  });
-  std::erase_if(machines_of, [&](const auto& one) {
-    const bool is = revoked(one.second);
-    if (is) {
-      over.emplace_back(*sample_of(wire::Taken<MachineStatus>{
-          .value = {.machine = one.first.first, .gateway = one.first.second},
-          .presence = Presence::orphaned}));
-    }
-    return is;
-  });
-  for (Sample& sample : over) {
-    hand_out(std::move(sample));
+  }
+  if (listener != nullptr && !is_its()) {
+    ignore(taken.writer, outcomes->program_of(taken.writer), "says what came of a command");
+    return false;
+  }
+  return listener != nullptr;
+}
+
+void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& program,
+                            const std::string& what) {
+  const auto line = complaints.note(
+      what.substr(0, what.find(' ')), std::to_string(writer),
+      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what),
+      std::chrono::steady_clock::now());
+  if (line && listener != nullptr) {
+    listener->on_ignored(*line);
   }
 }
 
 void Observer::Impl::tell_ignored() {
   if (participant.badges() == nullptr || listener == nullptr) {
     return;
+  }
+  if (badges) {
+    // It has only to look again.
+    static_cast<void>(badges->take());
   }
   for (const std::string& line : participant.badges()->take_complaints()) {
     if (listener != nullptr) {
@@ -373,8 +420,8 @@ void Observer::Impl::hand_out(Sample sample) {
 
 Observer::Observer(dds::Participant& participant, const boost::asio::any_io_executor& executor,
                    ObserverListener& listener, Interest interest)
-    : impl_(std::make_shared<Impl>(participant, executor, listener)) {
-  impl_->open(executor, interest);
+    : impl_(std::make_shared<Impl>(participant, executor, listener, interest)) {
+  impl_->open(executor);
 }
 
 Observer::~Observer() {
@@ -386,7 +433,8 @@ bool Observer::drain() {
 }
 
 Counts Observer::counts() const {
-  Counts counts{.delivered = impl_->delivered};
+  Counts counts{.delivered = impl_->delivered,
+                .lost = impl_->gateways ? impl_->gateways->lost() : 0};
   impl_->for_each_reader([&](const auto& reader) {
     if (reader) {
       counts.lost += reader->lost();

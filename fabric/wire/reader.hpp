@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <fmt/format.h>
@@ -78,9 +79,9 @@ class Reader {
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
     return wire::program_of(reader_, writer);
   }
-  [[nodiscard]] dds_instance_handle_t participant_of(dds_instance_handle_t writer) const {
-    return wire::participant_of(reader_, writer);
-  }
+  /// The participant of a writer, as samples of built-in topics name it; nil if it has left before
+  /// it was asked for.
+  dds_instance_handle_t participant_of(dds_instance_handle_t writer);
 
  private:
   /// What was taken of writers that have proved nothing yet; with trust only.
@@ -114,6 +115,8 @@ class Reader {
   dds::Entity topic_;
   dds::Entity subscriber_;
   dds_entity_t reader_ = 0;
+  /// By writer.
+  std::unordered_map<dds_instance_handle_t, dds_instance_handle_t> participants_;
 };
 
 /// Gives samples back to Cyclone, also if their use throws.
@@ -270,6 +273,20 @@ template <typename Value>
 std::optional<std::string> Reader<Value>::take_flooding() {
   const auto writer = limit_ ? limit_->take_flooding() : std::nullopt;
   return writer ? std::optional(program_of(*writer)) : std::nullopt;
+}
+
+template <typename Value>
+dds_instance_handle_t Reader<Value>::participant_of(dds_instance_handle_t writer) {
+  // Far more than there are at a time; those that are there are asked for again.
+  constexpr std::size_t most = 16'384;
+  if (participants_.size() > most) {
+    participants_.clear();
+  }
+  const auto [known, is_new] = participants_.try_emplace(writer, DDS_HANDLE_NIL);
+  if (is_new) {
+    known->second = wire::participant_of(reader_, writer);
+  }
+  return known->second;
 }
 
 template <typename Value>

@@ -42,7 +42,7 @@ Claims::Heard Claims::set(const fabric::MachineStatus& status) {
   if (status.gateway == self_) {
     return Heard::taken;
   }
-  if (status.claimed < earliest || status.claimed > latest) {
+  if (!fabric::is_plausible_claim(status.claimed)) {
     // Nor does its older word count any more.
     remove(status.machine, status.gateway);
     return Heard::implausible;

@@ -19,11 +19,8 @@ namespace millrace::gateway::machines {
 
 class Claims {
  public:
-  /// No gateway has claimed anything before 2020, nor will one after 2199: not even one whose clock
-  /// was never set, since each claims within these (plausible()). A sample that says so is a
-  /// mistake or a lie, and would stop a machine, or take it away from whoever comes.
-  static constexpr fabric::Time earliest{std::chrono::sys_days{std::chrono::year{2020} / 1 / 1}};
-  static constexpr fabric::Time latest{std::chrono::sys_days{std::chrono::year{2200} / 1 / 1}};
+  static constexpr fabric::Time earliest = fabric::earliest_claim;
+  static constexpr fabric::Time latest = fabric::latest_claim;
   /// Machines of a fabric, and gateways of one of them: far more than there are.
   static constexpr std::size_t most_machines = 1024;
   static constexpr std::size_t most_gateways = 64;

@@ -26,7 +26,7 @@ Hostile::Hostile(std::uint32_t domain, std::string uuid)
 void Hostile::overhear() {
   for (const wire::Taken<Request>& taken : requests_.take()) {
     // Not what it has asked itself.
-    if (taken.valid && taken.value.key.machine == "cnc") {
+    if (taken.valid && taken.value.key.machine == "cnc" && !is_withdrawal(taken.value)) {
       last_ = taken.value;
       heard_ = true;
     }

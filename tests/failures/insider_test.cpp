@@ -42,7 +42,8 @@ class Asker {
   /// What a gateway asked last; nothing yet.
   const std::optional<Request>& overhear() {
     for (const wire::Taken<Request>& taken : requests_.take()) {
-      if (taken.valid && taken.value.key.machine == "cnc" && taken.value.text != "wrong") {
+      if (taken.valid && taken.value.key.machine == "cnc" && taken.value.text != "wrong" &&
+          !is_withdrawal(taken.value)) {
         last_ = taken.value;
         instances_.insert(taken.value.assigned);
       }
@@ -51,14 +52,20 @@ class Asker {
   }
   [[nodiscard]] const std::set<InstanceId>& instances() const { return instances_; }
 
-  void ask(const Request& request) { static_cast<void>(mailbox(request).write(request)); }
-  void take_back(const Request& request) { mailbox(request).withdraw(request); }
+  void ask(const Request& request) { ask(request, request.uuid); }
+  /// With a sample, as a gateway does, and without.
+  void take_back(const Request& request) {
+    ask(withdrawal_of(key_of(request)), request.uuid);
+    mailbox(request.uuid, request.assigned).withdraw(request);
+  }
 
  private:
-  wire::Writer<Request>& mailbox(const Request& request) {
+  void ask(const Request& request, const std::string& uuid) {
+    static_cast<void>(mailbox(uuid, request.assigned).write(request));
+  }
+  wire::Writer<Request>& mailbox(const std::string& uuid, const InstanceId& instance) {
     return mailboxes_
-        .try_emplace(request.assigned, participant_,
-                     wire::mailbox_partition("millrace", request.uuid, request.assigned))
+        .try_emplace(instance, participant_, wire::mailbox_partition("millrace", uuid, instance))
         .first->second;
   }
 
@@ -271,6 +278,50 @@ TEST_P(AnInsider, SaysWhatCameOfACommandThatWasForAnotherAndIsNotBelieved) {
     said += health.error_output();
   }
   EXPECT_THAT(said, testing::ContainsRegex("participant [0-9a-f:]+ says what came of a command"));
+}
+
+TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
+  prepare();
+  const std::string file = (chain.folder() / "run.mcap").string();
+  Process recorder = chain.millrace({"record", "-o", file});
+  recorder.await("^ready: ");
+  const auto as = join("gateway-2");
+  Asker asker(as);
+  dds::Participant participant(as);
+  wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
+  wire::Writer<MachineStatus> machines(participant, "millrace");
+  wire::Writer<ChannelStatus> states(participant, "millrace");
+  wire::Writer<Event> events(participant, "millrace");
+  wire::Writer<Outcome> outcomes(participant, "millrace");
+  attack(as, [&](std::size_t i) {
+    for (wire::Taken<MachineStatus>& taken : heard.take()) {
+      if (taken.valid && taken.value.reason != "FORGED") {
+        taken.value.reason = "FORGED";
+        static_cast<void>(machines.write(taken.value));
+      }
+    }
+    if (const auto& asked = asker.overhear(); asked && i % 8 == 0) {
+      static_cast<void>(states.write({.key = asked->key, .reason = "FORGED"}));
+      static_cast<void>(events.write({.key = asked->key,
+                                      .call = asked->call,
+                                      .kind = EventKind::withdrawn,
+                                      .uuid = asked->uuid,
+                                      .detail = "FORGED"}));
+      static_cast<void>(
+          outcomes.write({.responder = asked->assigned, .done = true, .detail = "FORGED"}));
+      asker.take_back(*asked);
+    }
+  });
+  recorder.terminate();
+  EXPECT_EQ(recorder.wait(allowed), 0);
+  Process print = chain.millrace({"log", "cat", file});
+  EXPECT_EQ(print.wait(allowed), 0) << print.error_output();
+  EXPECT_THAT(print.output(), HasSubstr("written"));
+  EXPECT_THAT(print.output(), Not(HasSubstr("FORGED")));
+  EXPECT_THAT(print.output(), Not(HasSubstr("withdraw")));
+  if (!with_trust()) {
+    EXPECT_THAT(recorder.error_output(), HasSubstr(", which is another's to say: that is ignored"));
+  }
 }
 
 TEST_P(AnInsider, ChangesNoNoticeOfAnotherAndSpeaksInItsOwnName) {

@@ -102,7 +102,7 @@ class AStranger : public testing::Test {
   /// What was asked last, of the calls that the programs make now.
   const Request& overheard() {
     for (const wire::Taken<Request>& taken : requests.take()) {
-      if (taken.valid) {
+      if (taken.valid && !is_withdrawal(taken.value)) {
         last = taken.value;
       }
     }

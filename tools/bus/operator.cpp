@@ -10,10 +10,11 @@
 
 #include "base/posix/host.hpp"
 #include "fabric/badge.hpp"
-#include "fabric/channel_scope.hpp"
 #include "fabric/dds/post_once.hpp"
 #include "fabric/dds/trust.hpp"
+#include "fabric/ends/command_end.hpp"
 #include "fabric/ends/discovery.hpp"
+#include "fabric/ends/gateway_watch.hpp"
 #include "fabric/registry/registry.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
@@ -28,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 /// The command topic keeps nothing for those that are matched later, so it is said again.
 constexpr auto repeat_after = std::chrono::milliseconds(100);
 
-class Desk : public std::enable_shared_from_this<Desk> {
+class Desk : public std::enable_shared_from_this<Desk>, public fabric::ends::GatewayWatchListener {
  public:
   Desk(fabric::dds::Participant& participant, const std::vector<fabric::Command>& commands)
       : participant_(participant),
@@ -42,7 +43,7 @@ class Desk : public std::enable_shared_from_this<Desk> {
     const std::string& fabric = participant_.options().fabric;
     const fabric::wire::EndpointOptions options{.listener = on_outcome.get()};
     discovery_.emplace(participant_, on_outcome.get());
-    machines_.emplace(participant_, fabric, fabric::wire::Keep::all, options);
+    gateways_.emplace(participant_, io.get_executor(), *this, fabric::ends::GatewayWatch::Of::all);
     outcomes_.emplace(participant_, fabric, fabric::wire::Keep::all, options);
   }
 
@@ -76,15 +77,6 @@ class Desk : public std::enable_shared_from_this<Desk> {
 
   void take() {
     discovery_->drain(registry_, Clock::now());
-    for (auto batch = machines_->take(); !batch.empty(); batch = machines_->take()) {
-      for (const auto& taken : batch) {
-        if (taken.valid && taken.presence == fabric::wire::Presence::alive) {
-          const Handle who = machines_->participant_of(taken.writer);
-          claimed_[taken.value.machine].insert(who);
-          gateways_.emplace(taken.value.gateway, who);
-        }
-      }
-    }
     for (auto batch = outcomes_->take(); !batch.empty(); batch = outcomes_->take()) {
       for (const fabric::wire::Taken<fabric::Outcome>& taken : batch) {
         // Far more than those that may answer; a stranger can send any number.
@@ -95,7 +87,16 @@ class Desk : public std::enable_shared_from_this<Desk> {
         }
       }
     }
-    // Who has said it may be known only now.
+    hear();
+  }
+
+  /// Who has said it may be known only now.
+  void on_machine(const fabric::MachineStatus& /*status*/) override { hear(); }
+  void on_machine_gone(const std::string& /*machine*/,
+                       const fabric::InstanceId& /*gateway*/) override {}
+  void on_channel(const fabric::ChannelStatus& /*status*/) override {}
+
+  void hear() {
     for (const Said& said : said_) {
       const auto command = std::ranges::find(commands_, said.outcome.command, &fabric::Command::id);
       if (is_asked(*command, said.participant)) {
@@ -105,15 +106,8 @@ class Desk : public std::enable_shared_from_this<Desk> {
     }
   }
 
-  /// Whether it was for this program to do: its instance, or a machine that it has.
   [[nodiscard]] bool is_asked(const fabric::Command& command, Handle participant) const {
-    if (command.key.machine.empty()) {
-      const auto gateway = gateways_.find(command.instance);
-      return registry_.is_home(participant, command.instance) ||
-             (gateway != gateways_.end() && gateway->second == participant);
-    }
-    const auto claimed = claimed_.find(std::string(fabric::machine_of(command.key.machine)));
-    return claimed != claimed_.end() && claimed->second.contains(participant);
+    return fabric::ends::is_for(participant, command, registry_, *gateways_);
   }
 
  public:
@@ -140,12 +134,9 @@ class Desk : public std::enable_shared_from_this<Desk> {
   // Before the reader that wakes it.
   std::optional<fabric::dds::PostOnce> post_;
   std::optional<fabric::ends::Discovery> discovery_;
-  std::optional<fabric::wire::Reader<fabric::MachineStatus>> machines_;
+  std::optional<fabric::ends::GatewayWatch> gateways_;
   std::optional<fabric::wire::Reader<fabric::Outcome>> outcomes_;
-  /// Whose instances there are, and by participant who has which machine and is which gateway.
   fabric::registry::Registry registry_;
-  std::map<std::string, std::set<Handle>> claimed_;
-  std::map<fabric::InstanceId, Handle> gateways_;
   std::vector<Said> said_;
 };
 

@@ -114,6 +114,8 @@ std::optional<Reply> Caller::call(std::uint16_t channel, const std::string& text
   changed_.wait_for(lock, limit, [this] { return reply_.has_value(); });
   lock.unlock();
   // Answered or not, nobody waits for it any more.
+  request.attempt(0);
+  requests_->write(&request);
   requests_->dispose(&request, dds::HANDLE_NIL);
   return reply_;
 }

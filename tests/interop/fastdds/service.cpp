@@ -84,19 +84,16 @@ void Service::on_data_available(dds::DataReader* reader) {
 }
 
 void Service::take(const Request& request, const dds::SampleInfo& info) {
-  if (info.valid_data && options_.on_request) {
+  if (info.valid_data && request.attempt() > 0 && options_.on_request) {
     options_.on_request(request);
   }
   const std::lock_guard lock(mutex_);
-  if (info.valid_data) {
-    keys_[info.instance_handle] = key_of(request);
+  if (info.valid_data && request.attempt() == 0) {
+    desk_.take_back(key_of(request));
+    std::cout << "taken back: channel " << request.channel() << std::endl;
+  } else if (info.valid_data) {
     if (auto reply = desk_.take(request, now())) {
       to_send_.push_back(std::move(*reply));
-    }
-  } else if (info.instance_state == dds::NOT_ALIVE_DISPOSED_INSTANCE_STATE) {
-    if (const auto key = keys_.extract(info.instance_handle); !key.empty()) {
-      desk_.take_back(key.mapped());
-      std::cout << "taken back: channel " << key.mapped().channel << std::endl;
     }
   }
   // Without a writer: its gateway may come back for the answer.

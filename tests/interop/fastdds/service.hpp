@@ -5,7 +5,6 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
-#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -58,8 +57,6 @@ class Service final : dds::DataReaderListener {
   std::mutex mutex_;
   std::condition_variable changed_;
   Desk desk_;
-  /// What a disposal means: Fast DDS does not tell the key of an instance that has no sample.
-  std::map<dds::InstanceHandle_t, Asked> keys_;
   std::deque<Reply> to_send_;
   std::size_t sending_ = 0;
   bool stopping_ = false;

@@ -1,10 +1,12 @@
 #include "tests/unit/fabric/ends.hpp"
 
 #include <atomic>
+#include <optional>
 
 #include <gmock/gmock.h>
 
 #include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
 
 namespace millrace::fabric {
 namespace {
@@ -12,6 +14,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::SizeIs;
 using tests::run_until;
 
 TEST_F(Ends, CarryACallAndItsAnswer) {
@@ -167,6 +170,62 @@ TEST_F(Ends, DoNotRunAWithdrawnCallThatWasNotTakenYet) {
   sut->withdraw(key_of(sent));
   EXPECT_TRUE(run_until(asleep, [&] { return !service.heard.withdrawn.empty(); }));
   EXPECT_THAT(service.heard.requests, IsEmpty());
+}
+
+/// A participant without a part in the call, which disposes and unregisters its key.
+class AStrangerBesideEnds : public Ends {
+ protected:
+  void dispose(const Request& request) {
+    stranger.emplace(elsewhere,
+                     wire::mailbox_partition("millrace", request.uuid, request.assigned));
+    ASSERT_TRUE(until([&] { return !stranger->matched().empty(); }));
+    stranger->withdraw(request);
+    stranger->let_go(request);
+  }
+
+  dds::Participant elsewhere{processes.here()};
+  std::optional<wire::Writer<Request>> stranger;
+};
+
+TEST_F(AStrangerBesideEnds, TakesNoRequestBackThatItsInstanceHasNotTakenYet) {
+  const auto sut = open_gateway();
+  // As in DoNotRunAWithdrawnCall….
+  boost::asio::io_context asleep;
+  Instance service(here, asleep, identity());
+  ASSERT_TRUE(until_ready(service.end.identity()));
+  const Request sent = request(1, service.end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  dispose(sent);
+  EXPECT_TRUE(run_until(
+      asleep, [&] { return !service.heard.requests.empty() || !service.heard.withdrawn.empty(); }));
+  EXPECT_THAT(service.heard.requests, SizeIs(1));
+  EXPECT_THAT(service.heard.withdrawn, IsEmpty());
+}
+
+TEST_F(AStrangerBesideEnds, TakesARequestBackInItsOwnNameOnly) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  dispose(sent);
+  ASSERT_TRUE(stranger->write(withdrawal_of(key_of(sent))));
+  ASSERT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_NE(service->heard.withdrawn_by.front(), service->heard.requests.front().asker);
+}
+
+TEST_F(AStrangerBesideEnds, HidesNoWithdrawal) {
+  const auto sut = open_gateway();
+  const auto service = start(identity());
+  ASSERT_TRUE(until_ready(service->end.identity()));
+  const Request sent = request(1, service->end.identity());
+  ASSERT_TRUE(sut->publish(sent));
+  ASSERT_TRUE(until([&] { return service->heard.requests.size() == 1; }));
+  dispose(sent);
+  sut->withdraw(key_of(sent));
+  EXPECT_TRUE(until([&] { return !service->heard.withdrawn.empty(); }));
+  EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
 }
 
 /// Used by Cyclone's threads while the test looks.

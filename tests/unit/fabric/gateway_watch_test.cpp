@@ -4,6 +4,7 @@
 #include <set>
 
 #include <boost/asio/io_context.hpp>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "fabric/ends/call_end.hpp"
@@ -19,13 +20,19 @@ using namespace std::chrono_literals;
 using tests::run_until;
 
 struct HeardMachines final : ends::GatewayWatchListener {
-  void on_machine(const MachineStatus& status) override { machines.insert(status.machine); }
+  void on_machine(const MachineStatus& status) override {
+    machines.insert(status.machine);
+    last = status;
+  }
   void on_machine_gone(const std::string& machine, const InstanceId&) override {
     machines.erase(machine);
   }
   void on_channel(const ChannelStatus&) override {}
+  void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
 
   std::set<std::string> machines;
+  MachineStatus last;
+  std::vector<std::string> ignored;
 };
 
 constexpr std::chrono::milliseconds lease{400};
@@ -120,6 +127,20 @@ TEST_F(AWatchedGatewayWithAStranger,
       return HasFailure() || std::chrono::steady_clock::now() > later;
     }));
   }
+}
+
+// Its claim to fewer channels, or a later one, would hand the others to a standby gateway.
+TEST_F(AWatchedGatewayWithAStranger, IsNotSpokenForByTheStranger) {
+  MachineStatus forged = status;
+  forged.claims = {99};
+  ASSERT_TRUE(stranger.write(forged));
+  ASSERT_TRUE(until([&] {
+    sut.assert_machines();
+    return !heard.ignored.empty();
+  }));
+  EXPECT_THAT(heard.ignored.front(),
+              testing::HasSubstr("says what gateway " + status.gateway.to_string()));
+  EXPECT_TRUE(heard.last.claims.empty());
 }
 
 TEST_F(AWatchedGatewayWithAStranger, IsGoneWhenItIsGoneAlthoughTheStrangerHasDisposedItsKey) {

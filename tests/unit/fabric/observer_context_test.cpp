@@ -135,6 +135,39 @@ TEST(AContext, NamesTheCallOfTheGatewayThatTakesItBack) {
   EXPECT_EQ(withdrawal.uuid, square_root);
 }
 
+TEST(AContext, KnowsWhoHasAskedAndWhoWasAsked) {
+  Context sut;
+  const Request request{
+      .key = {"cnc", 1}, .call = {7, 1}, .assigned = instance(1), .uuid = square_root, .asker = 5};
+  EXPECT_TRUE(sut.has_asked(key_of(request)));
+  Entry asked = of(request);
+  sut.complete(asked);
+  RequestKey key = key_of(request);
+  EXPECT_TRUE(sut.has_asked(key));
+  key.asker = 6;
+  EXPECT_FALSE(sut.has_asked(key));
+  key.instance = instance(2);
+  EXPECT_TRUE(sut.has_asked(key));
+
+  Reply reply{.key = {"cnc", 1}, .instance = instance(1), .call = {7, 1}};
+  EXPECT_TRUE(sut.was_given(reply));
+  reply.instance = instance(2);
+  EXPECT_FALSE(sut.was_given(reply));
+  reply.call.number = 2;
+  EXPECT_TRUE(sut.was_given(reply));
+}
+
+TEST(AContext, RemembersTheFirstCommandOfAnId) {
+  Context sut;
+  Entry first = of(Command{.id = instance(1), .issuer = "anna"});
+  Entry second = of(Command{.id = instance(1), .issuer = "bert"});
+  sut.complete(first);
+  sut.complete(second);
+  ASSERT_NE(sut.find_command(instance(1)), nullptr);
+  EXPECT_EQ(sut.find_command(instance(1))->issuer, "anna");
+  EXPECT_EQ(sut.find_command(instance(2)), nullptr);
+}
+
 TEST(TheNotices, AreNewsOnceUntilTheySaySomethingElse) {
   Notices sut;
   Notice notice{.key = {instance(1), "archive", ""}, .text = "disk full"};

@@ -37,7 +37,10 @@ struct RecordingGateway : ends::CallEndListener {
 
 struct RecordingInstance : ends::ReplyEndListener {
   void on_request(const Request& request) override { requests.push_back(request); }
-  void on_withdrawn(const RequestKey& key) override { withdrawn.push_back(without_asker(key)); }
+  void on_withdrawn(const RequestKey& key) override {
+    withdrawn.push_back(without_asker(key));
+    withdrawn_by.push_back(key.asker);
+  }
   void on_orphaned(const RequestKey& key) override { orphaned.push_back(without_asker(key)); }
   /// As who has asked knows it.
   static RequestKey without_asker(RequestKey key) {
@@ -47,6 +50,7 @@ struct RecordingInstance : ends::ReplyEndListener {
 
   std::vector<Request> requests;
   std::vector<RequestKey> withdrawn;
+  std::vector<std::uint64_t> withdrawn_by;
   std::vector<RequestKey> orphaned;
 };
 

@@ -57,6 +57,10 @@ void RecordRun::on_entry(recording::Entry entry) {
   }
 }
 
+void RecordRun::on_ignored(const std::string& reason) {
+  fmt::print(stderr, "millrace: {}\n", reason);
+}
+
 fabric::observer::Counts RecordRun::counts() const {
   fabric::observer::Counts counts = observer_.counts();
   counts.delivered -= own_;

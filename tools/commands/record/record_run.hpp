@@ -34,6 +34,7 @@ class RecordRun : public fabric::observer::ObserverListener {
   recorder::Recorder::Result run();
 
   void on_entry(recording::Entry entry) override;
+  void on_ignored(const std::string& reason) override;
 
   [[nodiscard]] const recorder::Recorder& recorder() const { return recorder_; }
   /// Of what others said.

@@ -55,6 +55,7 @@ struct Web::Impl : fabric::observer::ObserverListener {
   ~Impl() override;
 
   void on_entry(recording::Entry entry) override { metrics.add(entry, plant.add(entry, now())); }
+  void on_ignored(const std::string& reason) override { log->warn("{}", reason); }
   std::optional<gate::Gate> make_gate();
   void run();
   void await_hangup();

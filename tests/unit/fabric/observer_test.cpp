@@ -1,0 +1,232 @@
+// What an observer takes from a participant that speaks in the place of others: nothing, and it
+// says who that is.
+#include "fabric/observer/observer.hpp"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+
+#include "fabric/ends/command_end.hpp"
+#include "fabric/registry/identity_text.hpp"
+#include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/writer.hpp"
+#include "tests/unit/fabric/ends.hpp"
+
+namespace millrace::fabric {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class AnObserver : public Ends, public observer::ObserverListener, public ends::CommandListener {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(until_ready(who));
+    ASSERT_TRUE(call_end->publish(machine));
+    asked = request(17, who);
+    ASSERT_TRUE(call_end->publish(asked));
+    ASSERT_TRUE(until([&] {
+      return count<MachineStatus>() == 1 && count<observer::InstanceNews>() == 1 &&
+             count<Request>() == 1;
+    }));
+  }
+
+  void on_entry(observer::Entry entry) override { entries.push_back(std::move(entry)); }
+  void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
+  void on_command(const Command& command) override {
+    if (command.instance == who.id) {
+      EXPECT_TRUE(outcomes.publish({.responder = who.id, .command = command.id, .detail = "true"}));
+    }
+  }
+
+  bool until(const std::function<bool()>& done) {
+    return tests::run_until(context, [&] {
+      if (call_end) {
+        call_end->assert_machines();
+      }
+      return done();
+    });
+  }
+  bool until_ignored(const std::string& words) {
+    return until([&] {
+      return std::ranges::any_of(
+          ignored, [&](const std::string& one) { return one.find(words) != std::string::npos; });
+    });
+  }
+  template <typename Sample>
+  [[nodiscard]] std::vector<Sample> all() const {
+    std::vector<Sample> found;
+    for (const observer::Entry& entry : entries) {
+      if (const auto* sample = std::get_if<Sample>(&entry.sample)) {
+        found.push_back(*sample);
+      }
+    }
+    return found;
+  }
+  template <typename Sample>
+  [[nodiscard]] std::size_t count() const {
+    return all<Sample>().size();
+  }
+
+  const InstanceIdentity who = identity();
+  const std::string mailbox = wire::mailbox_partition("millrace", who.uuid, who.id);
+  MachineStatus machine{.machine = "cnc",
+                        .gateway = InstanceId::random(),
+                        .claimed = earliest_claim + 2h,
+                        .host = "hall",
+                        .epoch = 7};
+  Request asked;
+  dds::Participant elsewhere{processes.there()};
+  dds::Participant watching{processes.here()};
+  std::unique_ptr<ends::CallEnd> call_end = open_gateway();
+  std::unique_ptr<Instance> service = start(who);
+  ends::CommandEnd outcomes{there, context.get_executor(), *this};
+  std::vector<observer::Entry> entries;
+  std::vector<std::string> ignored;
+  observer::Observer sut{watching, context.get_executor(), *this, observer::Interest::everything};
+};
+
+TEST_F(AnObserver, TakesAReplyFromItsInstanceOnly) {
+  wire::Writer<Reply> stranger(elsewhere, wire::service_partition("millrace", who.uuid),
+                               {.user_data = registry::format_instance(who.id)});
+  Reply forged = reply(asked);
+  forged.text = "forged";
+  ASSERT_TRUE(stranger.write(forged));
+  EXPECT_TRUE(until_ignored("answers a call of instance " + who.id.to_string()));
+
+  ASSERT_TRUE(service->end.publish(reply(asked)));
+  ASSERT_TRUE(until([&] { return count<Reply>() > 0; }));
+  EXPECT_EQ(all<Reply>().front().text, "2.000000");
+}
+
+TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
+  const auto other = start(identity());
+  ASSERT_TRUE(until_ready(other->end.identity()));
+  Reply uncalled = reply(asked);
+  uncalled.instance = other->end.identity().id;
+  ASSERT_TRUE(other->end.publish(uncalled));
+  EXPECT_TRUE(until_ignored("answers a call of instance"));
+  EXPECT_EQ(count<Reply>(), 0U);
+
+  Request again = request(17, other->end.identity());
+  again.attempt = 2;
+  ASSERT_TRUE(call_end->publish(again));
+  ASSERT_TRUE(until([&] { return other->heard.requests.size() == 1; }));
+  ASSERT_TRUE(other->end.publish(uncalled));
+  EXPECT_TRUE(until([&] { return count<Reply>() == 1; }));
+}
+
+TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
+  wire::Writer<Request> stranger(elsewhere, mailbox);
+  ASSERT_TRUE(stranger.write(withdrawal_of(key_of(asked))));
+  stranger.withdraw(asked);
+  EXPECT_TRUE(until_ignored("takes back a call"));
+  EXPECT_EQ(count<observer::Withdrawal>(), 0U);
+
+  call_end->withdraw(key_of(asked));
+  ASSERT_TRUE(until([&] { return count<observer::Withdrawal>() > 0; }));
+  EXPECT_EQ(all<observer::Withdrawal>().front().call, asked.call);
+}
+
+/// A tool that calls is no gateway.
+TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnlyAlsoWhereNoGatewayHasTheEpoch) {
+  Request tools = asked;
+  tools.key.machine = "tool";
+  ASSERT_TRUE(call_end->publish(tools));
+  ASSERT_TRUE(until([&] { return count<Request>() == 2; }));
+  wire::Writer<Request> stranger(elsewhere, mailbox);
+  ASSERT_TRUE(stranger.write(withdrawal_of(key_of(tools))));
+  EXPECT_TRUE(until_ignored("takes back a call"));
+  EXPECT_EQ(count<observer::Withdrawal>(), 0U);
+}
+
+TEST_F(AnObserver, TakesRequestsAndEventsOfAnEpochFromItsGatewayOnly) {
+  wire::Writer<Request> stranger(elsewhere, mailbox);
+  Request forged = asked;
+  forged.text = "forged";
+  ASSERT_TRUE(stranger.write(forged));
+  EXPECT_TRUE(until_ignored("asks in the epoch of a gateway"));
+  wire::Writer<Event> events(elsewhere, "millrace");
+  ASSERT_TRUE(until([&] { return !events.matched().empty(); }));
+  ASSERT_TRUE(events.write({.key = asked.key, .call = asked.call, .kind = EventKind::withdrawn}));
+  EXPECT_TRUE(until_ignored("tells of a call of a gateway"));
+  EXPECT_EQ(count<Request>(), 1U);
+  EXPECT_EQ(count<Event>(), 0U);
+}
+
+TEST_F(AnObserver, TakesAnOutcomeFromWhoWasCommandedOnly) {
+  wire::Writer<Command> tool(elsewhere, "millrace");
+  wire::Writer<Outcome> stranger(elsewhere, "millrace");
+  ASSERT_TRUE(until([&] { return tool.matched().size() >= 2; }));
+  const Command command{.id = InstanceId::random(), .kind = CommandKind::ping, .instance = who.id};
+  ASSERT_TRUE(stranger.write(
+      {.responder = who.id, .command = command.id, .done = true, .detail = "forged"}));
+  EXPECT_TRUE(until_ignored("says what came of a command"));
+  ASSERT_TRUE(tool.write(command));
+  ASSERT_TRUE(until([&] { return count<Outcome>() > 0; }));
+  EXPECT_EQ(all<Outcome>().front().detail, "true");
+}
+
+TEST_F(AnObserver, TakesAnOutcomeFromNoInstanceThatWasNotCommanded) {
+  wire::Writer<Command> tool(elsewhere, "millrace");
+  ASSERT_TRUE(until([&] { return tool.matched().size() >= 2; }));
+  const Command command{.id = InstanceId::random(), .key = asked.key};
+  ASSERT_TRUE(tool.write(command));
+  ASSERT_TRUE(until([&] { return count<Command>() == 1; }));
+  ASSERT_TRUE(outcomes.publish({.responder = who.id, .command = command.id}));
+  EXPECT_TRUE(until_ignored("says what came of a command"));
+  EXPECT_EQ(count<Outcome>(), 0U);
+}
+
+TEST_F(AnObserver, TakesAStateOfAMachineOrAChannelFromItsGatewayOnly) {
+  ASSERT_TRUE(call_end->publish(ChannelStatus{.key = asked.key, .calls = 1}));
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
+  wire::Writer<ChannelStatus> channels(elsewhere, "millrace");
+  wire::Writer<MachineStatus> machines(elsewhere, "millrace");
+  ASSERT_TRUE(channels.write({.key = asked.key, .reason = "forged"}));
+  EXPECT_TRUE(until_ignored("tells of cnc/1"));
+  MachineStatus forged = machine;
+  forged.reason = "forged";
+  ASSERT_TRUE(machines.write(forged));
+  EXPECT_TRUE(until_ignored("says what gateway"));
+  channels.withdraw({.key = asked.key});
+  machines.withdraw(machine);
+  ASSERT_TRUE(call_end->publish(ChannelStatus{.key = asked.key, .calls = 2}));
+  machine.connected = true;
+  ASSERT_TRUE(call_end->publish(machine));
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() > 1 && count<MachineStatus>() > 1; }));
+  EXPECT_EQ(all<ChannelStatus>()[1].calls, 2U);
+  EXPECT_TRUE(all<MachineStatus>()[1].connected);
+}
+
+/// What a stranger said first does not count any more once the gateway is known to claim the
+/// machine, and a second gateway counts once the first one is gone.
+TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
+  wire::Writer<ChannelStatus> stranger(elsewhere, "millrace");
+  const ChannelKey second{"cnc", 2};
+  ASSERT_TRUE(stranger.write({.key = second, .reason = "forged"}));
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 1; }));
+  ASSERT_TRUE(call_end->publish(ChannelStatus{.key = second, .calls = 1}));
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() == 2; }));
+  EXPECT_EQ(all<ChannelStatus>().back().calls, 1U);
+
+  dds::Participant standby(processes.there());
+  wire::Writer<MachineStatus> claim(standby, "millrace");
+  wire::Writer<ChannelStatus> successor(standby, "millrace");
+  ASSERT_TRUE(claim.write({.machine = "cnc",
+                           .gateway = InstanceId::random(),
+                           .claimed = earliest_claim + 3h,
+                           .host = "hall",
+                           .epoch = 8}));
+  ASSERT_TRUE(successor.write({.key = second, .calls = 3}));
+  EXPECT_TRUE(until_ignored("tells of cnc/2"));
+  EXPECT_EQ(count<ChannelStatus>(), 2U);
+  call_end.reset();
+  ASSERT_TRUE(until([&] { return count<ChannelStatus>() > 2; }));
+  EXPECT_EQ(all<ChannelStatus>().back().calls, 3U);
+}
+
+}  // namespace
+}  // namespace millrace::fabric
