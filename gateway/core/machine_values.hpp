@@ -41,8 +41,8 @@ class MachineValues {
   void on_request(const fabric::VariableRequest& request, Moment now);
   void on_answer(const machines::Answer& answer, Moment now);
 
-  /// Tells what there is to tell and asks what is due, of `link` if there is one. `rests_since`: since when no request of a
-  /// call is under way; nothing while one is.
+  /// Tells what there is to tell and asks what is due, of `link` if there is one. `rests_since`:
+  /// since when no request of a call is under way; nothing while one is.
   void go_on(machines::Link* link, std::optional<SteadyTime> rests_since, Moment now);
   /// go_on() has something to do.
   [[nodiscard]] bool is_due(Moment now) const {
@@ -50,6 +50,7 @@ class MachineValues {
   }
   /// When it has if nothing else happens.
   [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
+
  private:
   /// Of data or of variables.
   struct Turn {

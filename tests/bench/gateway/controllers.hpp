@@ -13,7 +13,8 @@ bool measure_program();
 bool measure_controller_load();
 /// Memory with 1,000 channels, processor time with 10 channels every 4 ms.
 bool measure_idle();
-/// A call and the memory of a machine with Secure ADS, against plain ADS. True if the goals are met.
+/// A call and the memory of a machine with Secure ADS, against plain ADS. True if the goals are
+/// met.
 bool measure_secure_gateway();
 /// Calls per second of a virtual CNC with `channels` channels through the gateway; no goal.
 void measure_over_ads(std::size_t channels);

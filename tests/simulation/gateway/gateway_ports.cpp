@@ -67,7 +67,8 @@ class GatewayProcess::WatchedLink final : public gateway::machines::Link {
                       } else {
                         made->answer = ValueStore::failure(question, cnc::ads::ErrorCode::timeout);
                       }
-                      process.on_answer(machine, process.mistakes_.taken_for(machine, made->answer));
+                      process.on_answer(machine,
+                                        process.mistakes_.taken_for(machine, made->answer));
                     }});
   }
   void open(const Key& queue, const gateway::queues::QueueSettings& settings) override {
@@ -114,8 +115,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     witness.on_window_written(key, write.variable, write.value, look_at_queue(key));
   }
 
-  void on_serve(const std::string& machine,
-                const std::vector<std::uint16_t>& channels) override {
+  void on_serve(const std::string& machine, const std::vector<std::uint16_t>& channels) override {
     process_.served_no_more(machine);
     for (const std::uint16_t channel : channels) {
       process_.served_.insert({machine, channel});

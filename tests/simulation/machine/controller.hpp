@@ -16,7 +16,11 @@ namespace millrace::tests::simulation {
 class Controller {
  public:
   Controller(std::string name, Party party, Agenda& agenda, History& history)
-      : name_(std::move(name)), party_(party), agenda_(agenda), history_(history), values_(agenda) {}
+      : name_(std::move(name)),
+        party_(party),
+        agenda_(agenda),
+        history_(history),
+        values_(agenda) {}
 
   void add(cnc::simulator::ServiceRules rules, ProgramHabits habits, Random random);
   void add_queue(RingPlan plan, Random random);

@@ -92,9 +92,9 @@ void ValueUser::on_reply(const fabric::VariableReply& reply) {
     violated("V1: a question about variables of {} is answered twice",
              open.request.key.to_string());
   }
-  const auto& controller = *std::ranges::find(
-      plant_.controllers(), open.request.key.machine,
-      [](const auto& one) -> const std::string& { return one->name(); });
+  const auto& controller =
+      *std::ranges::find(plant_.controllers(), open.request.key.machine,
+                         [](const auto& one) -> const std::string& { return one->name(); });
   const bool writes = open.request.action == fabric::VariableAction::write;
   const unsigned times = writes ? controller->values().times_written(open.number) : 0;
   if (times > 1 || (writes && reply.done && times == 0)) {
@@ -103,8 +103,7 @@ void ValueUser::on_reply(const fabric::VariableReply& reply) {
   }
   if (!writes && reply.done) {
     const Time came = open.asked - cycle;
-    judge_age(reply.results.at(0).value,
-              came - controller->values().longest_way_since(came) - cut,
+    judge_age(reply.results.at(0).value, came - controller->values().longest_way_since(came) - cut,
               open.request.key.to_string());
   }
 }

@@ -133,8 +133,7 @@ TEST_F(SymbolQueueTest, ReadsTheControlStructureAndTheArrayEachInOneQuestion) {
   EXPECT_EQ(read_control().value(), (queues::Control{3, 1, 3}));
   const auto before = client->counters().requests;
   EXPECT_EQ(read_control().value(), (queues::Control{3, 1, 3}));
-  EXPECT_THAT(read_queue().value(),
-              ElementsAre("", "one", std::string(127, 'x')));
+  EXPECT_THAT(read_queue().value(), ElementsAre("", "one", std::string(127, 'x')));
   EXPECT_EQ(client->counters().requests, before + 2);
 }
 
