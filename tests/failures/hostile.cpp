@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/request_key.hpp"
 #include "fabric/wire/sample_fields.hpp"
 #include "idl/millrace.h"
 

@@ -17,6 +17,7 @@
 #include "base/posix/fd.hpp"
 #include "fabric/ends/notice_end.hpp"
 #include "fabric/profile/profile.hpp"
+#include "fabric/request_key.hpp"
 #include "fabric/wire/notice_codec.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/cluster/history/execution_log.hpp"

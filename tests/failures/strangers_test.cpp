@@ -12,6 +12,7 @@
 #include "fabric/ends/beat_end.hpp"
 #include "fabric/ends/reply_end.hpp"
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/request_key.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/cluster/history/execution_log.hpp"
