@@ -128,10 +128,9 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
     Core::on_lost(machine, reason);
   }
   void on_link_dropped(const std::string& machine, const std::string& reason) override {
-    for (const Key& key : std::set(process_.served_)) {
-      if (key.machine == machine) {
-        process_.leaves(key);
-      }
+    // Also one that it served no more and whose answer it finished.
+    for (const std::uint16_t channel : process_.plugged_.at(machine).controller->numbers()) {
+      process_.leaves({machine, channel});
     }
     process_.note(fmt::format("drops its link to {}: {}", machine, reason));
     Core::on_link_dropped(machine, reason);
