@@ -60,6 +60,8 @@ class GatewayProcess final : public Member,
   void cut_links(const std::string& machine, const std::string& reason);
 
   [[nodiscard]] GatewayNumber number() const { return plan_.number; }
+  /// Counts its lives.
+  [[nodiscard]] std::uint64_t life() const { return process().life(); }
   [[nodiscard]] const GatewayFile& file() const { return plan_.file; }
   Disk& disk() { return disk_; }
 

@@ -69,7 +69,10 @@ void AnswerCheck::on(const Replied& fact, Time) {
 
 void AnswerCheck::on(const Looked& fact, Time now) {
   if (fact.snapshot.has(gateway::Variable::request_state)) {
-    if (const auto read = reads_.find({fact.gateway, fact.key}); read != reads_.end()) {
+    // After an interim state the same words asked again are taken for the same request.
+    const bool interim =
+        fact.snapshot.has(gateway::Variable::response_state) && fact.snapshot.response_state != 0;
+    if (const auto read = reads_.find({fact.gateway, fact.key}); read != reads_.end() && !interim) {
       const bool same = fact.snapshot.request_state == read->second.asked;
       read->second.anew = read->second.anew || (same && read->second.moved);
       read->second.moved = read->second.moved || !same;

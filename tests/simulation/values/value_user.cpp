@@ -16,8 +16,9 @@ constexpr Time cycle = 2ms;
 constexpr Time cut = 1ms;
 /// Of a sample: what its request took at most, on a link that is slow or silent for a while.
 constexpr Time oldest_sample = 2500ms;
-/// Without faults.
-constexpr Time longest_silence = 3s;
+/// Without faults: until a link is given up whose controller was switched on again unnoticed, and a
+/// new one is there.
+constexpr Time longest_silence = 12s;
 
 }  // namespace
 
@@ -46,6 +47,7 @@ void ValueUser::ask() {
   if (gateway.running() && !gateway.frozen()) {
     Open open;
     open.gateway = gateway.number();
+    open.life = gateway.life();
     open.asked = plant_.agenda().now();
     open.calm = calm_ && gateway.serves(key);
     fabric::VariableRequest& request = open.request;
@@ -74,7 +76,8 @@ void ValueUser::expect_reply(const fabric::InstanceId& token) {
   plant_.agenda().after(2 * patience, {}, [this, token] {
     const Open asked = open_.extract(token).mapped();
     const GatewayProcess& gateway = *plant_.gateways().at(asked.gateway);
-    if (asked.calm && !asked.answered && gateway.running() && gateway.serves(asked.request.key)) {
+    if (asked.calm && !asked.answered && gateway.life() == asked.life &&
+        gateway.serves(asked.request.key)) {
       violated("V1: gateway {} has not answered a question about variables of {}", asked.gateway,
                asked.request.key.to_string());
     }

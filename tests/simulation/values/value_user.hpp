@@ -22,6 +22,7 @@ class ValueUser {
   struct Open {
     fabric::VariableRequest request;
     GatewayNumber gateway = 0;
+    std::uint64_t life = 0;
     Time asked{};
     bool calm = false;
     bool answered = false;
