@@ -69,10 +69,7 @@ void AnswerCheck::on(const Replied& fact, Time) {
 
 void AnswerCheck::on(const Looked& fact, Time now) {
   if (fact.snapshot.has(gateway::Variable::request_state)) {
-    // After an interim state the same words asked again are taken for the same request.
-    const bool interim =
-        fact.snapshot.has(gateway::Variable::response_state) && fact.snapshot.response_state != 0;
-    if (const auto read = reads_.find({fact.gateway, fact.key}); read != reads_.end() && !interim) {
+    if (const auto read = reads_.find({fact.gateway, fact.key}); read != reads_.end()) {
       const bool same = fact.snapshot.request_state == read->second.asked;
       read->second.anew = read->second.anew || (same && read->second.moved);
       read->second.moved = read->second.moved || !same;
@@ -120,11 +117,16 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
         fmt::format("I3: {} releases its program by RESPONSE before REQUEST_STATE is cleared",
                     fact.call.to_string()));
   }
-  const auto read = reads_.find({fact.gateway, fact.key});
-  if (read != reads_.end() && read->second.call == fact.call && read->second.anew) {
-    violations_.push_back(fmt::format(
-        "I2: {} of {} is written, although it has read that its program asks anew since",
-        name_of(fact.variable).substr(12), fact.call.to_string()));
+  if (const auto read = reads_.find({fact.gateway, fact.key});
+      read != reads_.end() && read->second.call == fact.call) {
+    read->second.interim =
+        read->second.interim || (fact.variable == gateway::Variable::response_state &&
+                                 !answered_.contains({fact.gateway, fact.call}));
+    if (read->second.anew && !read->second.interim) {
+      violations_.push_back(fmt::format(
+          "I2: {} of {} is written, although it has read that its program asks anew since",
+          name_of(fact.variable).substr(12), fact.call.to_string()));
+    }
   }
   // It may be done, or not; the gateway may never learn.
   channels_[fact.key].cleared |= fact.variable == gateway::Variable::request_state;
@@ -255,7 +257,9 @@ void AnswerCheck::on(const Resumed& fact, Time) {
   if (fact.call == fabric::CallId{}) {
     std::erase_if(reads_, [&](const auto& one) { return one.first.first == fact.gateway; });
   } else {
-    reads_[{fact.gateway, fact.key}] = {fact.call, fact.request.state};
+    // It may have written one before it started anew.
+    reads_[{fact.gateway, fact.key}] = {
+        .call = fact.call, .asked = fact.request.state, .interim = true};
   }
   if (fact.clearing) {
     clearing_.insert(fact.call);
