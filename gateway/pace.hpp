@@ -45,9 +45,18 @@ struct WriteEffects {
   /// A read shows REQUEST_STATE = 0 after it was written; false where the kernel clears it itself
   /// once RESPONSE_STATE is written, and no read shows 0 before that.
   bool clearing_is_shown = true;
+  /// Answers whose 0 a read has shown, since one had to do without.
+  unsigned clearings_shown = 0;
   /// The longest time lately from a write's acknowledgement to the read that showed it; 0 where the
   /// first read does.
   std::chrono::nanoseconds lag{0};
+
+  /// Of an answer that is brought into a channel. A program that takes its request back shows 0,
+  /// too, so one answer is no proof; three are (our choice).
+  void note_clearing(bool was_shown) {
+    clearings_shown = clearing_is_shown ? clearings_shown + (was_shown ? 1U : 0U) : 0U;
+  }
+  [[nodiscard]] bool clearing_was_shown() const { return clearings_shown >= 3; }
 
   /// A write was shown after this time. One that was slow for once is forgotten after some thirty
   /// others (our choice).

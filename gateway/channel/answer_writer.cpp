@@ -63,7 +63,6 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
       clear_sent_.note(time.came);
     }
   }
-  const bool was_zero = zero_seen_;
   at_once_ = false;
   response_stands_ = snapshot.has(Variable::response) && snapshot.response == text();
   request_state_zero_ = snapshot.request_state == 0;
@@ -79,11 +78,13 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
     state_seen_ = state_seen_ || (state_stands_ && !state_stood_);
   }
   if (standing == Standing::replaced ||
-      (standing == Standing::pending && !request_state_zero_ && was_zero)) {
+      (standing == Standing::pending && !request_state_zero_ && zero_read_)) {
     // It asks something else; or the same again, since it had shown 0.
+    zero_seen_ = zero_seen_ || zero_read_;
     next_ = over();
     return next_;
   }
+  zero_read_ = zero_read_ || request_state_zero_;
   next_ = kind_ == Kind::interim ? decide_interim(snapshot, standing, request, time)
                                  : decide_final(snapshot, standing, request, time);
   if (next_ == Step::read && !at_once_) {
@@ -176,7 +177,7 @@ AnswerWriter::Step AnswerWriter::decide_uncleared(const ReadTime& time) {
     return bring(response_sent_, Step::write_response, "RESPONSE", time);
   }
   if (clearing_is_.is_shown && clear_sent_.due_again(time)) {
-    if (clear_sent_.times == 1) {
+    if (clear_sent_.times < (clearing_is_.was_shown ? 5U : 2U)) {
       return bring(clear_sent_, Step::clear, "REQUEST_STATE = 0", time);
     }
     clearing_is_.is_shown = false;

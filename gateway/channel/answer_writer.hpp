@@ -131,6 +131,11 @@ class AnswerWriter {
     bool is_shown = true;
     /// 0 is written at all; false only where a configuration says what the kernel does.
     bool is_written = true;
+    /// Reads of earlier answers have shown 0. A kernel does not change, so a 0 that is not shown
+    /// now is lost or late: it is written five times before this is taken for the other kind of
+    /// controller, and not twice (our choice). On a controller that shows 0, a release that does
+    /// not wait for it lets the late 0 wipe the answer or the next request.
+    bool was_shown = false;
   };
   void set_clearing(Clearing clearing) { clearing_is_ = clearing; }
   /// As set, or false once this answer has found that no read shows 0.
@@ -162,6 +167,14 @@ class AnswerWriter {
   }
   /// The write that releases the program.
   [[nodiscard]] const Sent& released() const { return text_last_ ? response_sent_ : state_sent_; }
+  /// REQUEST_STATE = 0 was written, or may have been.
+  [[nodiscard]] bool may_be_cleared() const { return clear_sent_.times > 0; }
+  /// The release comes next, and the first 0 that was written is what the last read has shown: no
+  /// kernel has cleared it because of an interim state.
+  [[nodiscard]] bool clearing_was_shown() const {
+    return next_ == Step::write_state && !may_be_released() && clear_sent_.times == 1 &&
+           request_state_zero_ && state_before_ == 0;
+  }
   /// A read has shown REQUEST_STATE 0 before the release.
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
   /// A read has shown the state of the answer after it was written.
@@ -220,6 +233,8 @@ class AnswerWriter {
   bool response_stands_ = false;
   bool state_stands_ = false;
 
+  /// A read has shown 0, whoever wrote it.
+  bool zero_read_ = false;
   bool zero_seen_ = false;
   bool state_seen_ = false;
   std::uint32_t state_before_ = 0;

@@ -151,8 +151,10 @@ class OpenCall {
     return (interim_at_ && now.steady - *interim_at_ < takes_effect) ||
            (writer != nullptr && writer->may_be_released());
   }
-  /// A read may show the state of the last interim answer.
-  void on_states(const Snapshot& snapshot, Moment now);
+  /// What a read says of it, REQUEST_STATE among what it holds. It may show the state of the last
+  /// interim answer; and once REQUEST_STATE has read 0, which a kernel may write after an interim
+  /// answer, another value is the program's next request, also if it is the same word for word.
+  Standing on_snapshot(const Snapshot& snapshot, Moment now);
   /// The program may still wait although both states read 0: a kernel that clears REQUEST_STATE
   /// when an interim answer is written shows that before the state of that answer.
   [[nodiscard]] bool may_show_interim(const Snapshot& snapshot, Standing standing) const;
@@ -225,6 +227,8 @@ class OpenCall {
   std::optional<SteadyTime> interim_at_;
   /// No read has shown it yet. The next one waits for that.
   bool interim_unseen_ = false;
+  /// A read has shown REQUEST_STATE = 0.
+  bool zero_seen_ = false;
   /// Instances whose mailboxes the request may stand in.
   std::vector<fabric::InstanceId> asked_;
   /// The newest answers that were refused; each may be delivered again.

@@ -239,17 +239,19 @@ AnswerWriter::Step OpenCall::on_read(const Snapshot& snapshot, Standing standing
   return writer()->on_read(snapshot, standing, call_.request, time);
 }
 
-void OpenCall::on_states(const Snapshot& snapshot, Moment now) {
-  if (!interim_unseen_ || !snapshot.has(Variable::response_state)) {
-    return;
+Standing OpenCall::on_snapshot(const Snapshot& snapshot, Moment now) {
+  if (interim_unseen_ && snapshot.has(Variable::response_state)) {
+    if (snapshot.response_state == call_.shown.back()) {
+      // Those before it are overwritten.
+      call_.shown.assign(1, snapshot.response_state);
+      interim_unseen_ = false;
+    } else if (now.steady - *interim_at_ >= takes_effect) {
+      interim_unseen_ = false;
+    }
   }
-  if (snapshot.response_state == call_.shown.back()) {
-    // Those before it are overwritten.
-    call_.shown.assign(1, snapshot.response_state);
-    interim_unseen_ = false;
-  } else if (now.steady - *interim_at_ >= takes_effect) {
-    interim_unseen_ = false;
-  }
+  zero_seen_ = zero_seen_ || snapshot.request_state == 0;
+  return zero_seen_ && snapshot.request_state != 0 ? Standing::replaced
+                                                   : judge(snapshot, call_.request, call_.shown);
 }
 
 bool OpenCall::may_show_interim(const Snapshot& snapshot, Standing standing) const {

@@ -13,6 +13,7 @@ Released::Released(PendingRequest request, const AnswerWriter& writer)
       stood_(writer.state_before()),
       text_last_(writer.text_last()),
       zero_seen_(writer.zero_seen()),
+      cleared_(writer.may_be_cleared()),
       state_seen_(writer.state_seen() && state_ != 0),
       sent_(writer.released()),
       whole_(text_last_) {}
@@ -55,7 +56,7 @@ Released::Found Released::decide(const Snapshot& snapshot, const ReadTime& time)
 Released::Found Released::decide_uncleared(const Snapshot& snapshot, const ReadTime& time) {
   if (snapshot.request_state == 0) {
     zero_seen_ = true;
-    return Found::idle;
+    return cleared_ ? decide(snapshot, time) : Found::idle;
   }
   if (snapshot.request_state != request_.state) {
     return Found::request;

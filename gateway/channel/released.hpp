@@ -70,6 +70,8 @@ class Released {
   std::uint32_t stood_ = 0;
   bool text_last_ = false;
   bool zero_seen_ = false;
+  /// We have written 0: it is no sign of a kernel that has taken the release.
+  bool cleared_ = false;
   /// A read has shown what releases the program; and the state, which its next write of
   /// REQUEST_STATE sets to 0.
   bool release_seen_ = false;

@@ -218,6 +218,8 @@ void ChannelSession::keep(Moment now) {
   idle_seen_ = false;
   if (!has_work()) {
     released_call_.reset();
+  }
+  if (!call_ && !(released_call_ && released_call_->open)) {
     expect_anything(now);
   }
   due_ = now.steady;
@@ -328,9 +330,7 @@ SteadyTime ChannelSession::next_look_at_call(Moment now) const {
 }
 
 void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
-  const Call& call = call_->call();
-  call_->on_states(snapshot, now);
-  const Standing standing = judge(snapshot, call.request, call.shown);
+  const Standing standing = call_->on_snapshot(snapshot, now);
   if (call_->may_show_interim(snapshot, standing)) {
     due_ = now.steady + pace_.active;
     return;

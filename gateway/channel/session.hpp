@@ -169,8 +169,12 @@ class ChannelSession {
   /// True if the answer that was written last is in, and the channel idle or asked again.
   bool release_is_over(const Snapshot& snapshot, Moment now);
   void end(bool written, const std::string& detail, Moment now);
-  /// There is a call, or one whose end the journal does not know.
-  [[nodiscard]] bool has_work() const { return call_ || (released_call_ && released_call_->open); }
+  /// There is a call, or one whose end the journal does not know; or, for some seconds, one whose
+  /// last write no read has shown: if it is lost, nobody else writes it again.
+  [[nodiscard]] bool has_work() const {
+    return call_ || (released_call_ && (released_call_->open ||
+                                        (link_up_ && released_call_->answer.problem().empty())));
+  }
   /// The channel is another gateway's, which finds the request there.
   [[nodiscard]] bool other_can_see(const Snapshot& snapshot, Moment now) const;
   void leave_to_the_other(Moment now);

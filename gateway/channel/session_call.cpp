@@ -178,7 +178,8 @@ bool ChannelSession::drive_writer(Moment now) {
   }
   writer->set_clearing(
       {.is_shown = effects_->clearing_is_shown && !pace_.kernel_clears_request_state,
-       .is_written = !pace_.kernel_clears_request_state});
+       .is_written = !pace_.kernel_clears_request_state,
+       .was_shown = effects_->clearing_was_shown()});
   const bool is_final = writer->kind() == AnswerWriter::Kind::final;
   switch (writer->next()) {
     case AnswerWriter::Step::read:
@@ -215,9 +216,7 @@ void ChannelSession::answer_looked(const Snapshot& snapshot, Moment now) {
     leave_to_the_other(now);
     return;
   }
-  const Call& call = call_->call();
-  call_->on_states(snapshot, now);
-  const Standing standing = judge(snapshot, call.request, call.shown);
+  const Standing standing = call_->on_snapshot(snapshot, now);
   if (call_->may_show_interim(snapshot, standing)) {
     call_->writer()->wait(now.steady);
     return;
@@ -243,6 +242,7 @@ void ChannelSession::report_writer() {
     // Found by this answer, until another one finds the contrary.
     bool& shown = effects_->clearing_is_shown;
     shown = (shown && writer.clearing_is_shown()) || writer.zero_seen();
+    effects_->note_clearing(writer.clearing_was_shown());
   }
 }
 

@@ -125,13 +125,12 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
   }
   void on_lost(const std::string& machine, const std::string& reason) override {
     process_.served_no_more(machine);
+    process_.leaves_all_of(machine);
     Core::on_lost(machine, reason);
   }
   void on_link_dropped(const std::string& machine, const std::string& reason) override {
     // Also one that it served no more and whose answer it finished.
-    for (const std::uint16_t channel : process_.plugged_.at(machine).controller->numbers()) {
-      process_.leaves({machine, channel});
-    }
+    process_.leaves_all_of(machine);
     process_.note(fmt::format("drops its link to {}: {}", machine, reason));
     Core::on_link_dropped(machine, reason);
   }
@@ -267,6 +266,14 @@ void GatewayProcess::notice(const fabric::NoticeKey& key, const std::string& tex
 
 void GatewayProcess::served_no_more(const std::string& machine) {
   std::erase_if(served_, [&](const Key& key) { return key.machine == machine; });
+}
+
+void GatewayProcess::leaves_all_of(const std::string& machine) {
+  if (const auto plugged = plugged_.find(machine); plugged != plugged_.end()) {
+    for (const std::uint16_t channel : plugged->second.controller->numbers()) {
+      leaves({machine, channel});
+    }
+  }
 }
 
 void GatewayProcess::leaves(const Key& key) {

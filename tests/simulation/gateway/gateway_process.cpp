@@ -102,9 +102,7 @@ void GatewayProcess::forget() {
   statuses_.clear();
   served_.clear();
   for (const auto& [name, machine] : plugged_) {
-    for (const std::uint16_t channel : machine.controller->numbers()) {
-      machine.controller->channel(channel).left_by(plan_.number);
-    }
+    leaves_all_of(name);
   }
   process().end();
 }

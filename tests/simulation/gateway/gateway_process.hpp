@@ -155,6 +155,7 @@ class GatewayProcess final : public Member,
   void forget();
   void served_no_more(const std::string& machine);
   void leaves(const Key& key);
+  void leaves_all_of(const std::string& machine);
   /// The link to the machine, unless the gateway has taken it away.
   [[nodiscard]] std::shared_ptr<AdsLink> link_to(const std::string& machine) const;
 

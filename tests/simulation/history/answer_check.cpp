@@ -119,10 +119,7 @@ void AnswerCheck::on(const WriteAsked& fact, Time) {
   }
   if (const auto read = reads_.find({fact.gateway, fact.key});
       read != reads_.end() && read->second.call == fact.call) {
-    read->second.interim =
-        read->second.interim || (fact.variable == gateway::Variable::response_state &&
-                                 !answered_.contains({fact.gateway, fact.call}));
-    if (read->second.anew && !read->second.interim) {
+    if (read->second.anew) {
       violations_.push_back(fmt::format(
           "I2: {} of {} is written, although it has read that its program asks anew since",
           name_of(fact.variable).substr(12), fact.call.to_string()));
@@ -257,9 +254,7 @@ void AnswerCheck::on(const Resumed& fact, Time) {
   if (fact.call == fabric::CallId{}) {
     std::erase_if(reads_, [&](const auto& one) { return one.first.first == fact.gateway; });
   } else {
-    // It may have written one before it started anew.
-    reads_[{fact.gateway, fact.key}] = {
-        .call = fact.call, .asked = fact.request.state, .interim = true};
+    reads_[{fact.gateway, fact.key}] = {.call = fact.call, .asked = fact.request.state};
   }
   if (fact.clearing) {
     clearing_.insert(fact.call);

@@ -69,8 +69,6 @@ class AnswerCheck final : public Check {
     /// is the same word for word.
     bool moved = false;
     bool anew = false;
-    /// It has written an interim state: the same words asked again are taken for the same request.
-    bool interim = false;
   };
 
   void on(const ProgramAsked& fact, Time now);

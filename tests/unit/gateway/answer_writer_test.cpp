@@ -110,6 +110,17 @@ TEST_F(AWrittenAnswer, ReleasesItsProgramOnAControllerThatNeverShowsZeroAfterThr
   EXPECT_FALSE(sut.zero_seen());
 }
 
+TEST_F(AWrittenAnswer, WaitsLongerForZeroOnAControllerThatHasShownItBefore) {
+  sut.set_clearing({.was_shown = true});
+  for (const auto pause : {1s, 2s, 4s, 8s}) {
+    ASSERT_EQ(wait_and_read(sut, pause, all(1, 0, "1.4")), Step::clear);
+    sut.on_written(now);
+  }
+  EXPECT_TRUE(sut.clearing_is_shown());
+  EXPECT_EQ(wait_and_read(sut, 15999ms, all(1, 0, "1.4")), Step::read);
+  EXPECT_EQ(wait_and_read(sut, 1ms, all(1, 0, "1.4")), Step::write_state);
+}
+
 TEST_F(AWrittenAnswer, ReleasesItsProgramAtOnceOnAControllerThatIsKnownNeverToShowZero) {
   sut.set_clearing({.is_shown = false});
   EXPECT_EQ(read(sut, all(1, 0, "1.4")), Step::write_state);

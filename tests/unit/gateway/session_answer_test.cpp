@@ -362,6 +362,20 @@ TEST_F(ChannelAnswer, IsDroppedAfterAnInterimStateThatTheProgramHasWiped) {
   EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, interim, withdrawn));
 }
 
+// The gateway writes no other value than 0: whatever else is read later is the program's.
+TEST_F(ChannelAnswer, IsNotGivenToTheSameWordsThatAreAskedAgainAfterAnInterimState) {
+  renew(desk, {.response_state_after = 50ms});
+  desk.dispatched_call();
+  reply(desk.interim("half way", 5));
+  desk.channel.set_request_state(0);
+  desk.wait(20ms);
+  ASSERT_NE(sut().call(), nullptr) << "a kernel may have cleared it";
+  desk.call();
+  desk.wait(20ms);
+  EXPECT_EQ(desk.offers, 2U);
+  EXPECT_THAT(desk.event_kinds(), ElementsAre(seen, dispatched, interim, withdrawn, seen));
+}
+
 TEST_F(ChannelAnswer, IsNotPrecededByInterimStatesOfAnInstanceThatHasLostTheCall) {
   desk.dispatched_call();
   sut().suspend("instance 1 is lost", false, desk.now);

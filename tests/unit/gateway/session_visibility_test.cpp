@@ -283,6 +283,29 @@ TEST_F(Visibility, WhatOneChannelHasFoundOfAControllerTheOthersNeedNotFindAgain)
   }
 }
 
+// Without the wait the 0 might come after the answer, and wipe it or the next request.
+TEST_F(Visibility, AControllerThatHasShownZeroThriceIsWaitedForAlsoWhereAZeroIsLostThreeTimes) {
+  desk->link_up();
+  for (std::uint32_t state = 1; state <= 4; ++state) {
+    desk->call("3", state);
+    desk->wait(20ms);
+    sut().assign(desk->assignment(), desk->now);
+    desk->settle();
+    if (state < 4) {
+      reply(desk->reply("1.732", 1));
+      desk->wait(100ms);
+    }
+  }
+  desk->writes.clear();
+  unsigned writes = 0;
+  desk->fate = [&] { return Fate{WriteOutcome::written, ++writes == 1 || writes > 4}; };
+  reply(desk->reply("1.732", 1));
+  desk->wait(6s);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.732"));
+  desk->wait(10s);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.732", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
+}
+
 TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   desk->dispatched_call();
   unsigned writes = 0;
@@ -298,6 +321,20 @@ TEST_F(Visibility, AWriteWithoutEffectIsReportedAndLeadsToNoSecondCall) {
   EXPECT_EQ(desk->write_problems.back(), "");
   EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.414", "REQUEST_STATE=0", "RESPONSE_STATE=1"));
   EXPECT_EQ(desk->offers, 1U);
+}
+
+// The other gateway sees no request. Found by the simulation.
+TEST_F(Visibility, AChannelThatIsGivenUpIsLeftOnceAReadShowsItsLastAnswer) {
+  desk->dispatched_call();
+  unsigned writes = 0;
+  desk->fate = [&] { return Fate{WriteOutcome::written, ++writes != 3}; };
+  sut().retire(desk->now);
+  reply(desk->reply("1.414", 1));
+  desk->wait(100ms);
+  EXPECT_FALSE(sut().is_over());
+  desk->wait(1100ms);
+  EXPECT_TRUE(sut().is_over());
+  EXPECT_EQ(desk->channel.values().response_state, 1U);
 }
 
 TEST_F(Visibility, AChannelThatIsGivenUpTakesItsProblemWithIt) {
