@@ -179,7 +179,7 @@ void GatewayProcess::publish(const fabric::MachineStatus& status) {
 
 void GatewayProcess::publish(const fabric::DataSample& sample) {
   if (on_sample && fabric::queue_of(sample.key.machine).empty()) {
-    on_sample(sample);
+    on_sample(sample, process().stood_still(std::chrono::seconds(3)));
   }
 }
 

@@ -71,7 +71,8 @@ class GatewayProcess final : public Member,
   /// Somebody asks about variables; it runs.
   void ask(const fabric::VariableRequest& request);
   std::function<void(const fabric::VariableReply&)> on_variable_reply;
-  std::function<void(const fabric::DataSample&)> on_sample;
+  /// And how long it has stood still lately.
+  std::function<void(const fabric::DataSample&, Time)> on_sample;
 
   /// What an operator sees and can do.
   [[nodiscard]] const std::map<Key, fabric::ChannelStatus>& statuses() const { return statuses_; }

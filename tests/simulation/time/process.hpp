@@ -40,9 +40,13 @@ class Process {
     ++life_;
     held_.clear();
   }
-  void freeze() { frozen_ = true; }
+  void freeze() {
+    frozen_ = true;
+    frozen_at_ = agenda_.now();
+  }
   void thaw() {
     frozen_ = false;
+    thawed_at_ = agenda_.now();
     for (auto& act : std::exchange(held_, {})) {
       after(Time{}, std::move(act));
     }
@@ -59,6 +63,12 @@ class Process {
   /// The same for a timer.
   void timer(Time delay, std::function<void()> act) {
     plan(delay, {.parties = parties(), .timer = true}, std::move(act));
+  }
+
+  /// How long it has stood still, the last time that it did; nothing if it has gone on longer ago
+  /// than that.
+  [[nodiscard]] Time stood_still(Time within) const {
+    return agenda_.now() - thawed_at_ <= within ? thawed_at_ - frozen_at_ : Time{};
   }
 
   /// Counts the lives.
@@ -87,6 +97,8 @@ class Process {
   Party party_;
   bool running_ = false;
   bool frozen_ = false;
+  Time frozen_at_{};
+  Time thawed_at_{};
   std::uint64_t life_ = 0;
   std::vector<std::function<void()>> held_;
 };

@@ -25,7 +25,9 @@ constexpr Time longest_silence = 12s;
 ValueUser::ValueUser(Plant& plant, Random random) : plant_(plant), random_(random) {
   for (const auto& gateway : plant_.gateways()) {
     gateway->on_variable_reply = [this](const auto& reply) { on_reply(reply); };
-    gateway->on_sample = [this](const auto& sample) { on_sample(sample); };
+    gateway->on_sample = [this](const auto& sample, Time stood_still) {
+      on_sample(sample, stood_still);
+    };
   }
 }
 
@@ -123,9 +125,9 @@ void ValueUser::judge_age(const fabric::Value& value, Time oldest, const std::st
   }
 }
 
-void ValueUser::on_sample(const fabric::DataSample& sample) {
+void ValueUser::on_sample(const fabric::DataSample& sample, Time stood_still) {
   for (const fabric::Value& value : sample.values) {
-    judge_age(value, plant_.agenda().now() - oldest_sample, sample.key.to_string());
+    judge_age(value, plant_.agenda().now() - oldest_sample - stood_still, sample.key.to_string());
     if (value.quality == fabric::Quality::good) {
       told_[sample.key.machine] = plant_.agenda().now();
     }

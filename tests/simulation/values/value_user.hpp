@@ -32,7 +32,7 @@ class ValueUser {
   void ask();
   void expect_reply(const fabric::InstanceId& token);
   void on_reply(const fabric::VariableReply& reply);
-  void on_sample(const fabric::DataSample& sample);
+  void on_sample(const fabric::DataSample& sample, Time stood_still);
   void watch();
   void judge_age(const fabric::Value& value, Time oldest, const std::string& what);
   template <typename... Arguments>
