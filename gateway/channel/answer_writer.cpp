@@ -77,9 +77,7 @@ AnswerWriter::Step AnswerWriter::on_read(const Snapshot& snapshot, Standing stan
   } else {
     state_seen_ = state_seen_ || (state_stands_ && !state_stood_);
   }
-  if (standing == Standing::replaced ||
-      (standing == Standing::pending && !request_state_zero_ && zero_read_)) {
-    // It asks something else; or the same again, since it had shown 0.
+  if (standing == Standing::replaced) {
     zero_seen_ = zero_seen_ || zero_read_;
     next_ = over();
     return next_;

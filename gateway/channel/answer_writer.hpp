@@ -141,7 +141,7 @@ class AnswerWriter {
   /// As set, or false once this answer has found that no read shows 0.
   [[nodiscard]] bool clearing_is_shown() const { return clearing_is_.is_shown; }
 
-  /// `standing` is what judge() says of this snapshot.
+  /// `standing` is what OpenCall::on_snapshot() says of this snapshot.
   Step on_read(const Snapshot& snapshot, Standing standing, const PendingRequest& request,
                const ReadTime& time);
   /// The controller acknowledged the write that next() named.
