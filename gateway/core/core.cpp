@@ -24,15 +24,15 @@ Core::Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledge
       control_(*this,
                {.paces = settings::paces_of(options_.machines), .policies = options_.policies},
                ledger),
-      queues_(*this, *this),
-      machines_(options_.own, *this, *this) {}
+      queues_(fabric, host),
+      machines_(options_.own, fabric, host, *this) {}
 
 void Core::enter() {
   assert(!inside_);
   inside_ = true;
   now_ = host_.now();
   if (const auto late = stall_.late(now_.steady)) {
-    if (machines_.stood_still() || *late > options_.lease) {
+    if (machines_.stood_still(now_) || *late > options_.lease) {
       host_.say(Level::warn, fmt::format("this gateway stood still for {:.1f} s",
                                          std::chrono::duration<double>(*late).count()));
     }
@@ -42,13 +42,9 @@ void Core::enter() {
 void Core::finish() {
   // What a queue's call has asked may end a channel, of which the machines are told, and so on.
   do {
-    machines_.finish();
-  } while (queues_.finish());
-  for (auto& [machine, values] : values_) {
-    if (values.is_due(now_)) {
-      values.go_on(machines_.link_of(machine), machines_.rests_since(machine), now_);
-    }
-  }
+    machines_.finish(now_);
+  } while (tell_of_queues());
+  machines_.ask_values(now_);
   if (ends_at_ && !may_end_ && (!control_.answering() || *ends_at_ <= now_.steady)) {
     may_end_ = true;
     host_.may_end(control_.answering());
@@ -67,26 +63,13 @@ std::optional<SteadyTime> Core::next_time() const {
       first = one;
     }
   }
-  for (const auto& [machine, values] : values_) {
-    if (const auto one = values.next_time(); one && (!first || *one < *first)) {
-      first = one;
-    }
-  }
   return first;
-}
-
-void Core::set_values() {
-  for (const settings::MachineSettings& machine : options_.machines) {
-    values_.try_emplace(machine.name, machine.name, fabric_, host_, options_.own.id)
-        .first->second.set(machine, now_);
-  }
 }
 
 void Core::start() {
   enter();
-  set_values();
-  queues_.set(settings::queues_of(options_.machines), ledger_.queues());
-  machines_.set(options_.machines);
+  queues_.set(settings::queues_of(options_.machines), ledger_.queues(), now_);
+  machines_.set(options_.machines, now_);
   finish();
 }
 
@@ -95,9 +78,8 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
   options_.machines = std::move(machines);
   options_.policies = std::move(policies);
   control_.change(settings::paces_of(options_.machines), options_.policies, now_);
-  set_values();
-  queues_.set(settings::queues_of(options_.machines), ledger_.queues());
-  machines_.set(options_.machines);
+  queues_.set(settings::queues_of(options_.machines), ledger_.queues(), now_);
+  machines_.set(options_.machines, now_);
   finish();
 }
 
@@ -117,8 +99,8 @@ void Core::end() {
 void Core::on_time() {
   enter();
   wakes_at_.reset();
-  machines_.on_time();
-  queues_.on_time();
+  machines_.on_time(now_);
+  queues_.on_time(now_);
   if (const auto next = control_.next_time(); next && *next <= now_.steady) {
     control_.on_time(now_);
   }
@@ -133,8 +115,8 @@ SteadyTime Core::beat() {
 
 void Core::tell_load() {
   enter();
-  machines_.tell_load();
-  queues_.tell_numbers();
+  machines_.tell_load(now_);
+  queues_.tell_numbers(now_);
   finish();
 }
 
@@ -145,13 +127,13 @@ void Core::on_other_event() {
 
 void Core::on_link_up(const std::string& machine, const machines::Channels& channels) {
   enter();
-  machines_.on_link_up(machine, channels);
+  machines_.on_link_up(machine, channels, now_);
   finish();
 }
 
 void Core::on_link_down(const std::string& machine, const std::string& reason) {
   enter();
-  machines_.on_link_down(machine, reason);
+  machines_.on_link_down(machine, reason, now_);
   finish();
 }
 
@@ -159,8 +141,8 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
   enter();
   if (machines_.linked(key.machine)) {
     // First, so that it is known when to look next.
-    machines_.on_read(key, snapshot);
-    machines_.on_call_answered(key.machine);
+    machines_.on_read(key, snapshot, now_);
+    machines_.on_call_answered(key.machine, now_);
     control_.on_read(key, snapshot, now_);
   }
   finish();
@@ -169,7 +151,7 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
 void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reason) {
   enter();
   if (machines_.linked(key.machine)) {
-    machines_.on_call_answered(key.machine);
+    machines_.on_call_answered(key.machine, now_);
     control_.on_read_failed(key, reason, now_);
   }
   finish();
@@ -179,7 +161,7 @@ void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
                     const std::string& reason) {
   enter();
   if (machines_.linked(key.machine)) {
-    machines_.on_call_answered(key.machine);
+    machines_.on_call_answered(key.machine, now_);
     control_.on_write(key, outcome, reason, now_);
   }
   finish();
@@ -188,37 +170,45 @@ void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
 void Core::on_watched(const std::string& machine,
                       const std::vector<machines::WatchOutcome>& outcomes) {
   enter();
-  machines_.on_watched(machine, outcomes);
+  machines_.on_watched(machine, outcomes, now_);
   finish();
 }
 
 void Core::on_told(const fabric::ChannelKey& key, Variable variable,
                    std::optional<std::uint32_t> value) {
   enter();
-  machines_.on_told(key, variable, value);
+  machines_.on_told(key, variable, value, now_);
   finish();
 }
 
 void Core::on_answer(const std::string& machine, const machines::Answer& answer) {
   enter();
-  if (const auto found = values_.find(machine); found != values_.end()) {
-    found->second.on_answer(answer, now_);
-  }
+  machines_.on_answer(machine, answer, now_);
+  finish();
+}
+
+void Core::on_queue_answer(const fabric::ChannelKey& queue, queues::StepAnswer answer) {
+  enter();
+  queues_.on_answer(queue, std::move(answer), now_);
+  finish();
+}
+
+void Core::on_queue_event(const fabric::ChannelKey& queue) {
+  enter();
+  queues_.on_change(queue, now_);
   finish();
 }
 
 void Core::on_variable_request(const fabric::VariableRequest& request) {
   enter();
-  if (const auto found = values_.find(request.key.machine); found != values_.end()) {
-    found->second.on_request(request, now_);
-  }
+  machines_.on_request(request, now_);
   finish();
 }
 
 void Core::on_recorded(const Ticket& ticket) {
   enter();
   if (ticket.owner == Ticket::Owner::queue) {
-    queues_.on_recorded(ticket);
+    queues_.on_recorded(ticket, now_);
   } else {
     control_.on_recorded(ticket, now_);
   }
@@ -267,19 +257,19 @@ void Core::set_interest(const Interest& interest) {
 
 void Core::on_machine(const fabric::MachineStatus& status) {
   enter();
-  machines_.on_machine(status);
+  machines_.on_machine(status, now_);
   finish();
 }
 
 void Core::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
   enter();
-  machines_.on_machine_gone(machine, gateway);
+  machines_.on_machine_gone(machine, gateway, now_);
   finish();
 }
 
 void Core::on_channel(const fabric::ChannelStatus& status) {
   enter();
-  machines_.on_channel(status);
+  machines_.on_channel(status, now_);
   finish();
 }
 

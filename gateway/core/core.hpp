@@ -18,28 +18,22 @@
 #include <vector>
 
 #include "gateway/control/call_control.hpp"
-#include "gateway/core/machine_values.hpp"
+#include "gateway/core/machines.hpp"
+#include "gateway/core/message_queues.hpp"
 #include "gateway/core/ports.hpp"
-#include "gateway/machines/machines.hpp"
 #include "gateway/machines/stall_detector.hpp"
-#include "gateway/queues/plant_queues.hpp"
 
 namespace millrace::gateway::core {
 
 struct CoreOptions {
-  machines::GatewayIdentity own{};
+  GatewayIdentity own{};
   /// How long others wait for a gateway that says nothing.
   std::chrono::nanoseconds lease{};
   std::vector<settings::MachineSettings> machines{};
   Policies policies{};
 };
 
-class Core : public machines::LinkEvents,
-             private machines::MachinesIo,
-             protected machines::MachinesListener,
-             private queues::QueuesIo,
-             private Outputs,
-             protected queues::QueueEvents {
+class Core : public machines::LinkEvents, protected MachinesListener, private Outputs {
  public:
   /// All must outlive this. `ledger` is what the journal adds up to.
   Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledger& ledger);
@@ -110,7 +104,7 @@ class Core : public machines::LinkEvents,
   void on_link_dropped(const std::string& machine, const std::string& reason) override;
   void on_retired(const fabric::ChannelKey& key) override;
   void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
-  void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) override;
+  virtual void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot);
   virtual void write_queue(const fabric::ChannelKey& key, const Write& write);
   [[nodiscard]] Snapshot look_at_queue(const fabric::ChannelKey& key) const {
     return queues_.look(key, ReadSet::all);
@@ -119,36 +113,15 @@ class Core : public machines::LinkEvents,
  private:
   void enter();
   void finish();
-  void set_values();
+  /// Tells the call control what its channels of message queues have to say; false if nothing.
+  bool tell_of_queues();
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
-
-  // What machines and message queues need. The time is that of the event at hand.
-  [[nodiscard]] Moment now() const override { return now_; }
-  std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) override;
-  void say(Level level, const std::string& text) override;
-  void open(const std::string& machine, const queues::QueueSettings& queue) override;
-  void ask(const std::string& machine, const fabric::ChannelKey& queue,
-           const queues::Step& step) override;
-  void watch(const std::string& machine, const fabric::ChannelKey& queue) override;
 
   // What becomes of machines.
   void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
-  void on_machine_status(const fabric::MachineStatus& status) override;
-  void on_machine_left(const fabric::MachineStatus& status) override;
-  void on_contested() override;
   void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
   void on_change(const fabric::ChannelKey& key, Variable variable) override;
   [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override;
-
-  // What message queues want; core_queues.cpp.
-  void on_queue_open(const fabric::ChannelKey& key) override;
-  void on_queue_down(const fabric::ChannelKey& key, const std::string& reason) override;
-  void on_queue_retired(const fabric::ChannelKey& key) override;
-  void on_queue_write(const fabric::ChannelKey& key) override;
-  void on_queue_change(const fabric::ChannelKey& key) override;
-  void record_of_queue(const std::vector<JournalEntry>& entries, const Ticket& ticket) override;
-  void say_of_queue(const fabric::ChannelKey& key, const queues::Queue::News& news) override;
-  void tell_queue(const fabric::DataSample& sample) override;
 
   // What channels do; core_outputs.cpp.
   void read(const fabric::ChannelKey& key, ReadSet look) override;
@@ -171,10 +144,8 @@ class Core : public machines::LinkEvents,
   bool inside_ = false;
   machines::StallDetector stall_;
   control::CallControl control_;
-  queues::PlantQueues queues_;
-  /// By machine.
-  std::map<std::string, MachineValues> values_;
-  machines::Machines machines_;
+  MessageQueues queues_;
+  Machines machines_;
   /// What was asked of the host last.
   std::optional<SteadyTime> wakes_at_;
   /// It is to end, at this time at the latest.

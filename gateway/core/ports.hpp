@@ -15,7 +15,6 @@
 #include "gateway/interest.hpp"
 #include "gateway/journal_entry.hpp"
 #include "gateway/machines/link.hpp"
-#include "gateway/machines/machines.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/settings/settings.hpp"
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace asio = boost::asio;
 
-machines::GatewayIdentity identity_of(const journal::Journal& journal) {
+core::GatewayIdentity identity_of(const journal::Journal& journal) {
   return {fabric::InstanceId::random(), base::posix::host_name(),
           static_cast<std::uint32_t>(::getpid()), MILLRACE_VERSION,
           journal.ledger().numbers().epoch};

@@ -116,7 +116,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   /// What the log has of calls, once a minute.
   control::CallCounts calls_told;
   SteadyTime calls_told_at = std::chrono::steady_clock::now();
-  machines::GatewayIdentity own;
+  core::GatewayIdentity own;
   fabric::dds::Participant participant;
   fabric::ends::CallEnd call_end;
   fabric::ends::CommandEnd command_end;

@@ -18,6 +18,8 @@
 
 namespace millrace::gateway::machines {
 
+using Channels = std::vector<std::uint16_t>;
+
 /// Who asks for values of a controller, beside calls.
 enum class Asker : std::uint8_t { data, variables };
 

@@ -147,7 +147,7 @@ class GatewayProcess::WatchedCore final : public gateway::core::Core {
 };
 
 std::unique_ptr<gateway::core::Core> GatewayProcess::make_core(
-    const gateway::machines::GatewayIdentity& own) {
+    const gateway::core::GatewayIdentity& own) {
   return std::make_unique<WatchedCore>(*this,
                                        gateway::core::CoreOptions{.own = own,
                                                                   .lease = fabric().weather.lease,

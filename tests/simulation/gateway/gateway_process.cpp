@@ -75,7 +75,7 @@ void GatewayProcess::start() {
   }
   witness_.on_start(keeper_->ledger().open_calls(), keeper_->ledger().numbers(),
                     plan_.file.policies);
-  gateway::machines::GatewayIdentity own;
+  gateway::core::GatewayIdentity own;
   for (std::uint8_t& byte : own.id.bytes) {
     byte = static_cast<std::uint8_t>(random_.next());
   }

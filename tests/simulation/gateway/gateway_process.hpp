@@ -148,7 +148,7 @@ class GatewayProcess final : public Member,
               const std::string& advice) override;
   void may_end(bool half_written) override;
 
-  std::unique_ptr<gateway::core::Core> make_core(const gateway::machines::GatewayIdentity& own);
+  std::unique_ptr<gateway::core::Core> make_core(const gateway::core::GatewayIdentity& own);
   void on_recorded(const gateway::Ticket& ticket);
   void tick();
   void beat();

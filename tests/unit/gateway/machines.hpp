@@ -11,27 +11,12 @@
 
 #include <gtest/gtest.h>
 
-#include "gateway/machines/claims.hpp"
-#include "gateway/machines/machines.hpp"
+#include "gateway/core/machines.hpp"
+#include "tests/unit/gateway/ports.hpp"
 
 namespace millrace::gateway {
 
-using namespace std::chrono_literals;
-using Channels = std::vector<std::uint16_t>;
-
-/// A link that answers nothing.
-class SilentLink : public machines::Link {
- public:
-  void read(std::uint16_t, ReadSet) override {}
-  void write(std::uint16_t, Variable, const Value&) override {}
-  void watch(const Channels&) override {}
-  void unwatch(const Channels&) override {}
-  void ask(const machines::Question&) override {}
-  void open(const fabric::ChannelKey&, const queues::QueueSettings&) override {}
-  void ask(const fabric::ChannelKey&, const queues::Step&) override {}
-  void watch(const fabric::ChannelKey&) override {}
-  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
-};
+using machines::Channels;
 
 /// Of a link that is up at once and answers nothing.
 class NoLink final : public SilentLink {
@@ -47,32 +32,34 @@ class NoLink final : public SilentLink {
   std::vector<Channels>& unwatched_;
 };
 
-inline constexpr std::uint64_t own_epoch = 1;
-inline constexpr std::uint64_t other_epoch = 2;
-
-inline fabric::InstanceId gateway_id(std::uint8_t number) {
-  fabric::InstanceId id;
-  id.bytes.fill(number);
-  return id;
-}
-
-class MachinesTest : public testing::Test,
-                     public machines::MachinesIo,
-                     public machines::MachinesListener {
- protected:
-  MachinesTest() {
-    settings::MachineSettings machine;
-    machine.name = "cnc";
-    sut.set({machine});
+/// With links that are up at once.
+class MachinePorts final : public core::RecordedPorts {
+ public:
+  using RecordedPorts::publish;
+  void publish(const fabric::MachineStatus& status) override {
+    told = status;
+    ++times_told;
   }
-
-  // MachinesIo.
-  [[nodiscard]] Moment now() const override { return time; }
   std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
     linked = true;
     return std::make_unique<NoLink>(watched, unwatched);
   }
-  void say(Level, const std::string& text) override { said.push_back(text); }
+
+  bool linked = false;
+  fabric::MachineStatus told;
+  int times_told = 0;
+  std::vector<Channels> watched;
+  std::vector<Channels> unwatched;
+};
+
+class MachinesTest : public testing::Test, public core::MachinesListener {
+ protected:
+  MachinesTest() {
+    settings::MachineSettings machine;
+    machine.name = "cnc";
+    sut.set({machine}, time);
+  }
+
   // MachinesListener.
   void on_serve(const std::string&, const Channels& channels) override {
     EXPECT_TRUE(linked);
@@ -85,12 +72,6 @@ class MachinesTest : public testing::Test,
   void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override {
     inherited.emplace_back(status.key.channel, from);
   }
-  void on_machine_status(const fabric::MachineStatus& status) override {
-    told = status;
-    ++times_told;
-  }
-  void on_machine_left(const fabric::MachineStatus&) override {}
-  void on_contested() override {}
   [[nodiscard]] Channels channels_of(const std::string&) const override { return served; }
   void on_pushed(const fabric::ChannelKey& key, bool is) override { pushed[key.channel] = is; }
   void on_change(const fabric::ChannelKey& key, Variable) override {
@@ -102,12 +83,12 @@ class MachinesTest : public testing::Test,
     if (const auto next = sut.next_time()) {
       time.steady = *next + late;
     }
-    sut.on_time();
-    sut.finish();
+    sut.on_time(time);
+    sut.finish(time);
   }
   void serve() {
     time_passes();
-    sut.on_link_up("cnc", {1, 2});
+    sut.on_link_up("cnc", {1, 2}, time);
   }
   /// Another gateway's word.
   static fabric::MachineStatus claim(std::chrono::seconds since) {
@@ -131,18 +112,19 @@ class MachinesTest : public testing::Test,
     return status;
   }
 
-  Moment time{SteadyTime(1h), machines::Claims::earliest + 1h};
-  bool linked = false;
+  MachinePorts ports;
+  Moment& time = ports.time;
+  bool& linked = ports.linked;
+  fabric::MachineStatus& told = ports.told;
+  int& times_told = ports.times_told;
+  std::vector<Channels>& watched = ports.watched;
+  std::vector<Channels>& unwatched = ports.unwatched;
+  std::vector<std::string>& said = ports.said;
   std::vector<std::uint16_t> served;
   std::vector<std::pair<std::uint16_t, std::string>> inherited;
-  fabric::MachineStatus told;
-  int times_told = 0;
-  std::vector<Channels> watched;
-  std::vector<Channels> unwatched;
   std::map<std::uint16_t, bool> pushed;
   std::vector<std::uint16_t> changed;
-  std::vector<std::string> said;
-  machines::Machines sut{{gateway_id(5), "host1", 4711, "1", own_epoch}, *this, *this};
+  core::Machines sut{{gateway_id(5), "host1", 4711, "1", own_epoch}, ports, ports, *this};
 };
 
 }  // namespace millrace::gateway

@@ -34,17 +34,17 @@ TEST_F(MachinesTest, ServesInTheEndWhereItsTimersAreAlwaysLate) {
 
 TEST_F(MachinesTest, LetGoOfWhatOthersMayHaveTakenOverWhenTheyStoodStill) {
   serve();
-  EXPECT_FALSE(sut.stood_still());
+  EXPECT_FALSE(sut.stood_still(time));
   EXPECT_TRUE(linked);
-  sut.on_machine(claim(2h));
-  EXPECT_TRUE(sut.stood_still());
+  sut.on_machine(claim(2h), time);
+  EXPECT_TRUE(sut.stood_still(time));
   EXPECT_FALSE(linked);
 }
 
 TEST_F(MachinesTest, AreToldAnewWhenTheyStoodStill) {
   serve();
   const int before = times_told;
-  EXPECT_FALSE(sut.stood_still());
+  EXPECT_FALSE(sut.stood_still(time));
   EXPECT_EQ(times_told, before + 1);
   EXPECT_TRUE(told.connected);
 }
@@ -54,10 +54,10 @@ TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
   serve();
   auto later = claim(2h);
   later.connected = false;
-  sut.on_machine(later);
+  sut.on_machine(later, time);
   const int before = times_told;
   later.connected = true;
-  sut.on_machine(later);
+  sut.on_machine(later, time);
   EXPECT_EQ(times_told, before + 1);
 }
 
@@ -65,35 +65,35 @@ TEST_F(MachinesTest, AreToldAnewToAGatewayThatServesThemToo) {
 TEST_F(MachinesTest, AreNotToldAnewByWhoCameLater) {
   auto first = claim(1s);
   first.claims = {7};
-  sut.on_machine(first);
+  sut.on_machine(first, time);
   serve();
   const int before = times_told;
-  sut.on_machine(first);
+  sut.on_machine(first, time);
   EXPECT_EQ(times_told, before);
 }
 
 TEST_F(MachinesTest, HearNothingOfALinkThatWasTakenAway) {
   serve();
-  sut.on_machine(claim(2h));
-  sut.stood_still();
-  sut.on_link_up("cnc", {1});
+  sut.on_machine(claim(2h), time);
+  sut.stood_still(time);
+  sut.on_link_up("cnc", {1}, time);
   EXPECT_FALSE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
   EXPECT_FALSE(told.connected);
 }
 
 TEST_F(MachinesTest, DoesNotConnectToAMachineThatAnotherOneServes) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
   EXPECT_FALSE(linked);
   EXPECT_FALSE(told.connected);
 }
 
 TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1));
-  sut.on_machine_gone("cnc", gateway_id(9));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
   EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
 }
@@ -101,10 +101,10 @@ TEST_F(MachinesTest, InheritsTheCallOfAGatewayThatIsGone) {
 // A gateway that had stood still heard of a call before it was given out, and not after, and gave
 // it out again. Found by the simulation.
 TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0));
-  sut.on_machine_gone("cnc", gateway_id(9));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
   EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
 }
@@ -112,25 +112,25 @@ TEST_F(MachinesTest, InheritsACallThatWaitedWhenItWasLastHeardOf) {
 // It was overwritten by what a gateway without a link, or this one itself, said of the channel.
 // Found by the simulation.
 TEST_F(MachinesTest, InheritsACallOfWhichAnotherGatewayKnowsNothing) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   auto nothing = call(other_epoch, fabric::ChannelState::link_down, 0);
   nothing.call = {};
-  sut.on_channel(nothing);
-  sut.on_machine_gone("cnc", gateway_id(9));
+  sut.on_channel(nothing, time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
   EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
 }
 
 TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::waiting, 0), time);
   auto last = call(other_epoch, fabric::ChannelState::idle, 0);
   last.call = {};
-  sut.on_channel(last);
-  sut.on_machine_gone("cnc", gateway_id(9));
+  sut.on_channel(last, time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
   EXPECT_THAT(inherited, IsEmpty());
 }
@@ -138,10 +138,10 @@ TEST_F(MachinesTest, InheritsNothingOfAGatewayThatEndsInOrder) {
 // A gateway that had started again and held a call of its journal was not understood, and the
 // at-most-once call ran twice. Found by the simulation.
 TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::link_down, 0));
-  sut.on_machine_gone("cnc", gateway_id(9));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::link_down, 0), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
   EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
 }
@@ -150,8 +150,8 @@ TEST_F(MachinesTest, InheritsACallThatTheOtherOneKnowsFromItsJournal) {
 // done. Found by the simulation.
 TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
   serve();
-  sut.on_machine(claim(2h));
-  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1));
+  sut.on_machine(claim(2h), time);
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   EXPECT_THAT(served, ElementsAre(1, 2));
   EXPECT_THAT(inherited, ElementsAre(Pair(1, other)));
 }
@@ -159,23 +159,23 @@ TEST_F(MachinesTest, InheritsFromAnotherOneThatServedTheSameMeanwhile) {
 // Found by the simulation.
 TEST_F(MachinesTest, InheritsACallThatItHeardOfBeforeItsConfigurationNamedTheMachine) {
   serve();
-  sut.set({});
+  sut.set({}, time);
   served.clear();
   time_passes();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   settings::MachineSettings machine;
   machine.name = "cnc";
-  sut.set({machine});
+  sut.set({machine}, time);
   serve();
   EXPECT_THAT(inherited, ElementsAre(Pair(1, "")));
 }
 
 // Found by the simulation.
 TEST_F(MachinesTest, InheritsNothingFromItself) {
-  sut.on_machine(claim(1s));
+  sut.on_machine(claim(1s), time);
   time_passes();
-  sut.on_channel(call(own_epoch, fabric::ChannelState::running, 1));
-  sut.on_machine_gone("cnc", gateway_id(9));
+  sut.on_channel(call(own_epoch, fabric::ChannelState::running, 1), time);
+  sut.on_machine_gone("cnc", gateway_id(9), time);
   serve();
   EXPECT_THAT(inherited, IsEmpty());
 }
@@ -187,7 +187,7 @@ TEST_F(MachinesTest, AreNotStoppedByAClaimThatNobodyCanHaveMade) {
     auto liar = claim(0s);
     liar.gateway = fabric::InstanceId::random();
     liar.claimed = i % 2 == 0 ? fabric::Time(1ns) : fabric::Time::max();
-    sut.on_machine(liar);
+    sut.on_machine(liar, time);
   }
   EXPECT_TRUE(linked);
   EXPECT_THAT(served, ElementsAre(1, 2));
@@ -199,13 +199,13 @@ TEST_F(MachinesTest, InheritNothingOfAnotherControllerOfTheirName) {
   settings::MachineSettings machine;
   machine.name = "cnc";
   machine.net_id = cnc::ads::NetId{{10, 0, 0, 7, 1, 1}};
-  sut.set({machine});
+  sut.set({machine}, time);
   time_passes();
   auto namesake = claim(1s);
   namesake.address = "10.0.0.8:48898, 10.0.0.8.1.1";
-  sut.on_machine(namesake);
+  sut.on_machine(namesake, time);
   serve();
-  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1));
+  sut.on_channel(call(other_epoch, fabric::ChannelState::running, 1), time);
   EXPECT_THAT(served, ElementsAre(1, 2));
   EXPECT_THAT(inherited, IsEmpty());
   EXPECT_THAT(said, testing::Contains(testing::HasSubstr("another controller")));
@@ -215,7 +215,7 @@ TEST_F(MachinesTest, RememberSoManyChannelsOfOthersAndNoMore) {
   for (std::size_t i = 0; i < 16'384 + 100; ++i) {
     auto status = call(other_epoch, fabric::ChannelState::running, 1);
     status.key = {"m" + std::to_string(i / 50), static_cast<std::uint16_t>(1 + i % 50)};
-    sut.on_channel(status);
+    sut.on_channel(status, time);
   }
   ASSERT_THAT(said, testing::SizeIs(1)) << "said once";
   EXPECT_THAT(said.back(), testing::HasSubstr("of more than 16384 channels"));

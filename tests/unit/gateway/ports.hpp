@@ -1,15 +1,45 @@
 // Ports of a core that a test looks into; what a test does not look at is ignored.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <map>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "gateway/core/ports.hpp"
 #include "gateway/machines/claims.hpp"
-#include "tests/unit/gateway/machines.hpp"
 
-namespace millrace::gateway::core {
+namespace millrace::gateway {
+
+using namespace std::chrono_literals;
+
+inline constexpr std::uint64_t own_epoch = 1;
+inline constexpr std::uint64_t other_epoch = 2;
+
+inline fabric::InstanceId gateway_id(std::uint8_t number) {
+  fabric::InstanceId id;
+  id.bytes.fill(number);
+  return id;
+}
+
+/// A link that answers nothing.
+class SilentLink : public machines::Link {
+ public:
+  void read(std::uint16_t, ReadSet) override {}
+  void write(std::uint16_t, Variable, const Value&) override {}
+  void watch(const machines::Channels&) override {}
+  void unwatch(const machines::Channels&) override {}
+  void ask(const machines::Question&) override {}
+  void open(const fabric::ChannelKey&, const queues::QueueSettings&) override {}
+  void ask(const fabric::ChannelKey&, const queues::Step&) override {}
+  void watch(const fabric::ChannelKey&) override {}
+  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
+};
+
+namespace core {
 
 class RecordedPorts : public Fabric, public Host {
  public:
@@ -61,4 +91,5 @@ class RecordedPorts : public Fabric, public Host {
   std::optional<bool> ended;
 };
 
-}  // namespace millrace::gateway::core
+}  // namespace core
+}  // namespace millrace::gateway

@@ -14,9 +14,9 @@ class WatchedMachine : public MachinesTest {
  protected:
   void be_pushed() {
     serve();
-    sut.on_watched("cnc", {{1, "", false}, {2, "", false}});
+    sut.on_watched("cnc", {{1, "", false}, {2, "", false}}, time);
     for (const std::uint16_t channel : Channels{1, 2}) {
-      sut.on_told({"cnc", channel}, Variable::request_state, 0);
+      sut.on_told({"cnc", channel}, Variable::request_state, 0, time);
       look(channel, 0);
     }
   }
@@ -24,7 +24,7 @@ class WatchedMachine : public MachinesTest {
     Snapshot snapshot;
     snapshot.look = ReadSet::state;
     snapshot.request_state = state;
-    sut.on_read({"cnc", channel}, snapshot);
+    sut.on_read({"cnc", channel}, snapshot, time);
   }
 };
 
@@ -39,14 +39,14 @@ TEST_F(WatchedMachine, IsAskedToTellOfTheChannelsThatAreServedAndSaysSoInItsStat
 TEST_F(WatchedMachine, TellsOfAChangeAndNotOfWhatTheGatewayWrote) {
   be_pushed();
   changed.clear();
-  sut.on_told({"cnc", 2}, Variable::request_state, 7);
+  sut.on_told({"cnc", 2}, Variable::request_state, 7, time);
   EXPECT_THAT(changed, ElementsAre(2));
   look(2, 7);
   sut.write({"cnc", 2}, Variable::request_state, Value(0U));
   EXPECT_TRUE(pushed[2]) << "no read has shown it yet";
   look(2, 0);
   EXPECT_FALSE(pushed[2]) << "until the controller has told it";
-  sut.on_told({"cnc", 2}, Variable::request_state, 0);
+  sut.on_told({"cnc", 2}, Variable::request_state, 0, time);
   EXPECT_TRUE(pushed[2]);
   EXPECT_THAT(changed, ElementsAre(2));
 }
@@ -59,8 +59,8 @@ TEST_F(WatchedMachine, AWriteThatNoReadShowsHasChangedNothing) {
 
 TEST_F(WatchedMachine, IsAskedAnewOnANewLink) {
   be_pushed();
-  sut.on_link_down("cnc", "cable");
-  sut.on_link_up("cnc", {1, 2});
+  sut.on_link_down("cnc", "cable", time);
+  sut.on_link_up("cnc", {1, 2}, time);
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1, 2)));
   EXPECT_THAT(unwatched, IsEmpty()) << "the controller has forgotten it";
   EXPECT_EQ(told.reason, "polled");
@@ -70,7 +70,7 @@ TEST_F(WatchedMachine, ForgetsTheChannelThatAnotherGatewayServes) {
   be_pushed();
   fabric::MachineStatus other_claim = claim(30min);
   other_claim.claims = {2};
-  sut.on_machine(other_claim);
+  sut.on_machine(other_claim, time);
   EXPECT_THAT(served, ElementsAre(1));
   EXPECT_THAT(unwatched, ElementsAre(ElementsAre(2)));
   EXPECT_FALSE(pushed[2]);
@@ -82,7 +82,7 @@ TEST_F(WatchedMachine, ObeysANewConfigurationOnTheSameLink) {
   settings::MachineSettings machine;
   machine.name = "cnc";
   machine.watch = WatchMode::poll;
-  sut.set({machine});
+  sut.set({machine}, time);
   EXPECT_TRUE(linked);
   EXPECT_THAT(unwatched, ElementsAre(ElementsAre(1, 2)));
   EXPECT_EQ(told.reason, "polled, as configured");
@@ -90,7 +90,7 @@ TEST_F(WatchedMachine, ObeysANewConfigurationOnTheSameLink) {
 
 TEST_F(WatchedMachine, IsAskedAgainLaterWhereItDidNotAnswer) {
   serve();
-  sut.on_watched("cnc", {{1, "no answer", true}, {2, "", false}});
+  sut.on_watched("cnc", {{1, "no answer", true}, {2, "", false}}, time);
   time_passes();
   EXPECT_THAT(watched, ElementsAre(ElementsAre(1, 2), ElementsAre(1)));
 }

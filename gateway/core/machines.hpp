@@ -1,10 +1,10 @@
 // The machines a gateway is set up for: connects to each, serves the channels that no other gateway
-// serves, and tells the fabric how its links are. Decides only; `MachinesIo` has the sockets.
+// serves, asks for what else is wanted of them, and tells the fabric how its links are. Pure.
 //
-//   Machines machines(own, io, listener);
-//   machines.set(settings.machines);                  // again when the configuration changes
-//   machines.on_time();                               // once machines.next_time() has come
-//   → io.connect(…), listener.on_serve("cnc", {1, 2}), listener.on_machine_status(status)
+//   Machines machines(own, fabric, host, listener);
+//   machines.set(settings.machines, now);             // again when the configuration changes
+//   machines.on_time(now);                            // once machines.next_time() has come
+//   → host.connect(…), listener.on_serve("cnc", {1, 2}), fabric.publish(status)
 //
 // Of two gateways that claim a channel the one that claimed it first serves it. The other does not
 // even connect if all its channels are taken (a controller keeps one connection for each host), and
@@ -21,15 +21,16 @@
 
 #include "fabric/complaints.hpp"
 #include "fabric/messages.hpp"
+#include "gateway/core/machine_values.hpp"
+#include "gateway/core/ports.hpp"
 #include "gateway/machines/claims.hpp"
-#include "gateway/machines/link.hpp"
 #include "gateway/machines/machine_report.hpp"
 #include "gateway/moment.hpp"
 #include "gateway/settings/settings.hpp"
 
-namespace millrace::gateway::machines {
+namespace millrace::gateway::core {
 
-using Channels = std::vector<std::uint16_t>;
+using machines::Channels;
 
 /// What a gateway tells of itself.
 struct GatewayIdentity {
@@ -41,7 +42,7 @@ struct GatewayIdentity {
   std::uint64_t epoch = 0;
 };
 
-/// What becomes of machines and their channels. May ask channels_of(), and calls nothing else back
+/// What becomes of channels. May ask channels_of(), and calls nothing else back
 /// from within.
 class MachinesListener {
  public:
@@ -58,10 +59,6 @@ class MachinesListener {
   virtual void on_refused(const fabric::ChannelKey& key, const std::string& reason) = 0;
   /// We serve the channel from now on, in the place of a gateway that is gone and left this status.
   virtual void on_inherited(const fabric::ChannelStatus& status, const std::string& from) = 0;
-  virtual void on_machine_status(const fabric::MachineStatus& status) = 0;
-  virtual void on_machine_left(const fabric::MachineStatus& status) = 0;
-  /// Another gateway is set up for channels of ours: what goes on in them is of interest.
-  virtual void on_contested() = 0;
   /// Whether changes in the channel are told from now on: not so when the link comes up.
   virtual void on_pushed(const fabric::ChannelKey& key, bool pushed) = 0;
   /// Something has changed there: it is time to look.
@@ -70,42 +67,34 @@ class MachinesListener {
   [[nodiscard]] virtual Channels channels_of(const std::string& machine) const = 0;
 };
 
-/// What the machines have done for them. Calls nothing back from within.
-class MachinesIo {
- public:
-  virtual ~MachinesIo() = default;
-  [[nodiscard]] virtual Moment now() const = 0;
-  /// A link that begins to connect. What it says comes to the functions on_link_up() to on_told().
-  virtual std::unique_ptr<Link> connect(const settings::MachineSettings& settings) = 0;
-  /// A line for the log.
-  virtual void say(Level level, const std::string& text) = 0;
-};
-
 class Machines {
  public:
-  /// Both must outlive this.
-  Machines(GatewayIdentity own, MachinesIo& io, MachinesListener& listener)
-      : own_(std::move(own)), io_(io), listener_(listener), claims_(own_.id) {}
+  /// All must outlive this.
+  Machines(GatewayIdentity own, Fabric& fabric, Host& host, MachinesListener& listener)
+      : own_(std::move(own)), fabric_(fabric), host_(host), listener_(listener), claims_(own_.id) {}
   Machines(const Machines&) = delete;
   Machines& operator=(const Machines&) = delete;
 
   /// The machines to serve from now on. One that is named no more is served until its calls under
   /// way are answered. One whose address or channels changed is connected to anew.
-  void set(const std::vector<settings::MachineSettings>& machines);
+  void set(const std::vector<settings::MachineSettings>& machines, Moment now);
 
   /// What other gateways say on the fabric.
-  void on_machine(const fabric::MachineStatus& status);
-  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway);
-  void on_channel(const fabric::ChannelStatus& status);
+  void on_machine(const fabric::MachineStatus& status, Moment now);
+  void on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway, Moment now);
+  void on_channel(const fabric::ChannelStatus& status, Moment now);
 
   // What the links say, also one that was taken away a moment ago.
-  void on_link_up(const std::string& machine, const Channels& channels);
-  void on_link_down(const std::string& machine, const std::string& reason);
+  void on_link_up(const std::string& machine, const Channels& channels, Moment now);
+  void on_link_down(const std::string& machine, const std::string& reason, Moment now);
   /// To be told before anything else learns what was read.
-  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot);
-  void on_watched(const std::string& machine, const std::vector<WatchOutcome>& outcomes);
-  void on_told(const fabric::ChannelKey& key, Variable variable,
-               std::optional<std::uint32_t> value);
+  void on_read(const fabric::ChannelKey& key, const Snapshot& snapshot, Moment now);
+  void on_watched(const std::string& machine, const std::vector<machines::WatchOutcome>& outcomes,
+                  Moment now);
+  void on_told(const fabric::ChannelKey& key, Variable variable, std::optional<std::uint32_t> value,
+               Moment now);
+  /// What came of a question of its values.
+  void on_answer(const std::string& machine, const machines::Answer& answer, Moment now);
   /// False if the link was taken away: what it still says is of no interest.
   [[nodiscard]] bool linked(const std::string& machine) const {
     return machines_.at(machine).link != nullptr;
@@ -116,36 +105,41 @@ class Machines {
   /// This process stood still for longer than others wait for it: machines that another gateway may
   /// have taken over are let go of, until it is known who serves them. False if there are none. All
   /// are told anew, since who takes this gateway for gone has forgotten what it told.
-  bool stood_still();
+  bool stood_still(Moment now);
   /// About once a second: tells how busy the links are.
-  void tell_load();
+  void tell_load(Moment now);
 
   void read(const fabric::ChannelKey& key, ReadSet look);
   void write(const fabric::ChannelKey& key, Variable variable, const Value& value);
   /// The link has answered a read or write of a call.
-  void on_call_answered(const std::string& machine);
-  /// Since when none of them is under way; nothing while one is.
-  [[nodiscard]] std::optional<SteadyTime> rests_since(const std::string& machine) const;
+  void on_call_answered(const std::string& machine, Moment now);
+  /// Somebody asks for a variable. Left to other gateways if the channel is not ours.
+  void on_request(const fabric::VariableRequest& request, Moment now);
   /// Null if it was taken away, or the machine is not ours.
-  [[nodiscard]] Link* link_of(const std::string& machine) const;
+  [[nodiscard]] machines::Link* link_of(const std::string& machine) const;
 
   /// Where each event ends: does what the event has left to do.
-  void finish();
-  void on_time();
-  /// When on_time() has something to do, or before.
-  [[nodiscard]] std::optional<SteadyTime> next_time() const { return next_; }
+  void finish(Moment now);
+  /// And this, at its very end: asks for values while no call is under way.
+  void ask_values(Moment now);
+  void on_time(Moment now);
+  /// When on_time() or ask_values() has something to do, or before.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
 
  private:
   /// One machine of the configuration.
   struct Machine {
+    Machine(const settings::MachineSettings& of, machines::MachineReport told, MachineValues asked)
+        : settings(of), report(std::move(told)), watch(of.watch), values(std::move(asked)) {}
+
     settings::MachineSettings settings;
-    MachineReport report;
+    machines::MachineReport report;
     /// It listens for other gateways since `listens_since`, until this.
     std::optional<SteadyTime> listens_until{};
     SteadyTime listens_since{};
     /// It may have served already; then its claim is not moved behind those of others.
     bool has_served = false;
-    std::unique_ptr<Link> link{};
+    std::unique_ptr<machines::Link> link{};
     /// Reads and writes of calls that the link has not answered.
     std::size_t calls_under_way = 0;
     /// Since when there are none.
@@ -160,32 +154,37 @@ class Machines {
     std::string refusal{};
     /// What is missing although it is up: channels that others serve.
     std::string note{};
-    Watch watch{settings.watch};
+    machines::Watch watch;
+    MachineValues values;
   };
 
   Machine* find_linked(const std::string& machine);
-  Machine& add(const settings::MachineSettings& settings);
-  void change(Machine& one, const settings::MachineSettings& settings);
+  Machine& add(const settings::MachineSettings& settings, Moment now);
+  void change(Machine& one, const settings::MachineSettings& settings, Moment now);
   /// What another gateway says of a machine; false if it does not count for ours.
-  bool take(const fabric::MachineStatus& status);
-  void complain(const std::string& kind, const std::string& about, const std::string& text);
-  void listen(Machine& one);
-  void listened(Machine& one);
-  void review(const std::string& machine);
-  bool refused_by_all(Machine& one);
-  void serve(Machine& one);
-  void connect(Machine& one);
-  void drop_link(Machine& one, const std::string& reason);
+  bool take(const fabric::MachineStatus& status, Moment now);
+  void complain(const std::string& kind, const std::string& about, const std::string& text,
+                Moment now);
+  void listen(Machine& one, Moment now);
+  void listened(Machine& one, Moment now);
+  void review(const std::string& machine, Moment now);
+  bool refused_by_all(Machine& one, Moment now);
+  void serve(Machine& one, Moment now);
+  void connect(Machine& one, Moment now);
+  void drop_link(Machine& one, const std::string& reason, Moment now);
+  void retire(Machine& one, std::uint16_t channel, Moment now);
+  void refuse(Machine& one, std::uint16_t channel, const std::string& reason, Moment now);
   void inherit(const fabric::ChannelKey& key);
   void publish(Machine& one);
-  void carry_out(Machine& one, const WatchActions& actions);
+  void carry_out(Machine& one, const machines::WatchActions& actions, Moment now);
   static std::string note_of(const Machine& one);
   void wake_at(std::optional<SteadyTime> time);
 
   GatewayIdentity own_;
-  MachinesIo& io_;
+  Fabric& fabric_;
+  Host& host_;
   MachinesListener& listener_;
-  Claims claims_;
+  machines::Claims claims_;
   std::map<std::string, Machine> machines_;
   /// Machines to be looked at anew once the event at hand is over.
   std::set<std::string> reviews_;
@@ -199,4 +198,4 @@ class Machines {
   std::map<std::string, std::string> predecessors_;
 };
 
-}  // namespace millrace::gateway::machines
+}  // namespace millrace::gateway::core

@@ -1,11 +1,11 @@
 // How the changes in a machine's channels are found out: carries out what its watch decides.
 #include <fmt/format.h>
 
-#include "gateway/machines/machines.hpp"
+#include "gateway/core/machines.hpp"
 
-namespace millrace::gateway::machines {
+namespace millrace::gateway::core {
 
-void Machines::carry_out(Machine& one, const WatchActions& actions) {
+void Machines::carry_out(Machine& one, const machines::WatchActions& actions, Moment now) {
   if (one.link && !actions.unsubscribe.empty()) {
     one.link->unwatch(actions.unsubscribe);
   }
@@ -13,10 +13,10 @@ void Machines::carry_out(Machine& one, const WatchActions& actions) {
     one.link->watch(actions.subscribe);
   }
   for (const auto& [level, words] : actions.say) {
-    io_.say(level, fmt::format("{}: {}", one.settings.to_string(), words));
+    host_.say(level, fmt::format("{}: {}", one.settings.to_string(), words));
   }
   if (actions.status && one.up && one.refusal.empty()) {
-    one.report.on_up(one.served.size(), note_of(one), io_.now());
+    one.report.on_up(one.served.size(), note_of(one), now);
     publish(one);
   }
   wake_at(one.watch.next_time());
@@ -29,22 +29,23 @@ void Machines::carry_out(Machine& one, const WatchActions& actions) {
   }
 }
 
-void Machines::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+void Machines::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot, Moment now) {
   if (Machine* one = find_linked(key.machine)) {
-    carry_out(*one, one->watch.on_looked(key.channel, snapshot, io_.now().steady));
+    carry_out(*one, one->watch.on_looked(key.channel, snapshot, now.steady), now);
   }
 }
 
-void Machines::on_watched(const std::string& machine, const std::vector<WatchOutcome>& outcomes) {
+void Machines::on_watched(const std::string& machine,
+                          const std::vector<machines::WatchOutcome>& outcomes, Moment now) {
   if (Machine* one = find_linked(machine)) {
-    carry_out(*one, one->watch.on_watched(outcomes, io_.now().steady));
+    carry_out(*one, one->watch.on_watched(outcomes, now.steady), now);
   }
 }
 
 void Machines::on_told(const fabric::ChannelKey& key, Variable variable,
-                       std::optional<std::uint32_t> value) {
+                       std::optional<std::uint32_t> value, Moment now) {
   if (Machine* one = find_linked(key.machine)) {
-    carry_out(*one, one->watch.on_told(key.channel, variable, value, io_.now().steady));
+    carry_out(*one, one->watch.on_told(key.channel, variable, value, now.steady), now);
   }
 }
 
@@ -56,4 +57,4 @@ std::string Machines::note_of(const Machine& one) {
   return fmt::format("{}; {}", one.note, watched);
 }
 
-}  // namespace millrace::gateway::machines
+}  // namespace millrace::gateway::core

@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
-#include "gateway/machines/machines.hpp"
+#include "gateway/core/machines.hpp"
 #include "gateway/words.hpp"
 
-namespace millrace::gateway::machines {
+namespace millrace::gateway::core {
 
 namespace {
 
@@ -29,21 +29,20 @@ bool under_way(const fabric::ChannelStatus& status) {
 
 }  // namespace
 
-void Machines::listen(Machine& one) {
-  const SteadyTime now = io_.now().steady;
+void Machines::listen(Machine& one, Moment now) {
   if (!one.listens_until) {
-    one.listens_since = now;
+    one.listens_since = now.steady;
   }
-  one.listens_until = now + listen_time;
+  one.listens_until = now.steady + listen_time;
   wake_at(one.listens_until);
-  one.report.on_down("listening whether another gateway serves this machine", io_.now());
+  one.report.on_down("listening whether another gateway serves this machine", now);
   publish(one);
 }
 
-void Machines::listened(Machine& one) {
-  const SteadyTime now = io_.now().steady;
-  if (now - *one.listens_until > most_late && now - one.listens_since < longest_listen) {
-    listen(one);
+void Machines::listened(Machine& one, Moment now) {
+  if (now.steady - *one.listens_until > most_late &&
+      now.steady - one.listens_since < longest_listen) {
+    listen(one, now);
     return;
   }
   const std::string machine = one.settings.name;
@@ -52,49 +51,53 @@ void Machines::listened(Machine& one) {
     const auto claimed = claims_.behind_those_that_serve(machine, one.report.status().claimed);
     one.report.claim(claimed, one.settings.channels);
   }
-  review(machine);
+  review(machine, now);
 }
 
-bool Machines::take(const fabric::MachineStatus& status) {
-  const std::string who = name_of(status);
+bool Machines::take(const fabric::MachineStatus& status, Moment now) {
+  const std::string who = machines::name_of(status);
   const std::string machine = printable(status.machine);
   switch (claims_.set(status)) {
-    case Claims::Heard::taken:
+    case machines::Claims::Heard::taken:
       return true;
-    case Claims::Heard::implausible:
+    case machines::Claims::Heard::implausible:
       complain("implausible", machine,
                fmt::format("{}: {} claims it since a time at which there was no gateway "
                            "(claimed={}); that is not listened to. Who says so is no gateway of "
                            "ours, or speaks out of turn: see docs/trust.md",
-                           machine, who, status.claimed.time_since_epoch().count()));
+                           machine, who, status.claimed.time_since_epoch().count()),
+               now);
       return false;
-    case Claims::Heard::another_controller:
+    case machines::Claims::Heard::another_controller:
       if (machines_.contains(status.machine)) {
         complain("another", machine,
                  fmt::format("{}: {} has a machine of this name too, but of another controller "
                              "({}); both are served, and tools cannot tell them apart: give one "
                              "of them another name",
-                             machine, who, printable(status.address)));
+                             machine, who, printable(status.address)),
+                 now);
       }
       return false;
-    case Claims::Heard::full:
+    case machines::Claims::Heard::full:
       complain("claims", "",
                fmt::format("{} is not listened to, who claims {}: more than {} machines, or {} "
                            "gateways of one, are announced on this fabric",
-                           who, machine, Claims::most_machines, Claims::most_gateways));
+                           who, machine, machines::Claims::most_machines,
+                           machines::Claims::most_gateways),
+               now);
       return false;
   }
   return true;
 }
 
-void Machines::complain(const std::string& kind, const std::string& about,
-                        const std::string& text) {
-  if (const auto line = complaints_.note(kind, about, text, io_.now().steady)) {
-    io_.say(Level::warn, *line);
+void Machines::complain(const std::string& kind, const std::string& about, const std::string& text,
+                        Moment now) {
+  if (const auto line = complaints_.note(kind, about, text, now.steady)) {
+    host_.say(Level::warn, *line);
   }
 }
 
-void Machines::review(const std::string& machine) {
+void Machines::review(const std::string& machine, Moment now) {
   const auto found = machines_.find(machine);
   if (found == machines_.end() || found->second.listens_until) {
     return;
@@ -103,54 +106,54 @@ void Machines::review(const std::string& machine) {
   if (one.leaving && listener_.channels_of(machine).empty()) {
     const fabric::MachineStatus last = one.report.status();
     machines_.erase(found);
-    listener_.on_machine_left(last);
+    fabric_.dispose(last);
     return;
   }
-  if (!one.leaving && refused_by_all(one)) {
+  if (!one.leaving && refused_by_all(one, now)) {
     // A call whose answer is half written is brought to its end all the same.
     if (listener_.channels_of(machine).empty()) {
-      drop_link(one, one.refusal);
+      drop_link(one, one.refusal, now);
     } else if (!one.link) {
-      connect(one);
+      connect(one, now);
     }
     publish(one);
     return;
   }
   if (!one.link) {
-    connect(one);
+    connect(one, now);
   } else if (one.up) {
-    serve(one);
+    serve(one, now);
   }
   publish(one);
 }
 
-bool Machines::refused_by_all(Machine& one) {
+bool Machines::refused_by_all(Machine& one, Moment now) {
   const std::string& name = one.settings.name;
   const auto* other =
       claims_.ahead_of_all(name, one.settings.channels, one.report.status().claimed);
   if (other == nullptr) {
     if (!one.refusal.empty()) {
-      io_.say(Level::warn, fmt::format("{}: taken over: {} is gone", one.settings.to_string(),
-                                       predecessors_[name]));
+      host_.say(Level::warn, fmt::format("{}: taken over: {} is gone", one.settings.to_string(),
+                                         predecessors_[name]));
       one.refusal.clear();
     }
     return false;
   }
   const std::string refusal =
-      fmt::format("{} serves it already; this gateway stands by", name_of(*other));
+      fmt::format("{} serves it already; this gateway stands by", machines::name_of(*other));
   if (one.refusal != refusal) {
     one.refusal = refusal;
-    io_.say(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
+    host_.say(Level::warn, fmt::format("{}: {}", one.settings.to_string(), refusal));
   }
   for (const std::uint16_t channel : listener_.channels_of(name)) {
-    listener_.on_refused({name, channel}, refusal);
+    refuse(one, channel, refusal, now);
   }
   one.served.clear();
-  one.report.on_down(refusal, io_.now());
+  one.report.on_down(refusal, now);
   return true;
 }
 
-void Machines::serve(Machine& one) {
+void Machines::serve(Machine& one, Moment now) {
   const std::string& name = one.settings.name;
   Channels ours;
   std::string refused;
@@ -162,13 +165,13 @@ void Machines::serve(Machine& one) {
       continue;
     }
     const std::string reason =
-        fmt::format("channel {} is served by {} already", channel, name_of(*other));
+        fmt::format("channel {} is served by {} already", channel, machines::name_of(*other));
     refused += fmt::format("{}{}", refused.empty() ? "" : "; ", reason);
-    listener_.on_refused(key, reason);
+    refuse(one, channel, reason, now);
   }
   if (!refused.empty() && refused != one.note) {
-    io_.say(Level::warn, fmt::format("{}: {}; this gateway stands by for it",
-                                     one.settings.to_string(), refused));
+    host_.say(Level::warn, fmt::format("{}: {}; this gateway stands by for it",
+                                       one.settings.to_string(), refused));
   }
   for (const std::uint16_t channel : ours) {
     if (!one.served.contains(channel)) {
@@ -179,10 +182,11 @@ void Machines::serve(Machine& one) {
   one.has_served = one.has_served || !ours.empty();
   one.note = refused;
   if (one.refusal.empty()) {
-    one.report.on_up(ours.size(), note_of(one), io_.now());
+    one.report.on_up(ours.size(), note_of(one), now);
   }
+  one.values.on_up(ours, now);
   listener_.on_serve(name, ours);
-  carry_out(one, one.watch.serve(ours));
+  carry_out(one, one.watch.serve(ours), now);
   publish(one);
 }
 
@@ -190,9 +194,9 @@ void Machines::inherit(const fabric::ChannelKey& key) {
   const auto left = last_seen_.extract(key);
   if (!left.empty() && under_way(left.mapped())) {
     const auto* other = claims_.of_epoch(key.machine, left.mapped().call.epoch);
-    listener_.on_inherited(left.mapped(),
-                           other != nullptr ? name_of(*other) : predecessors_[key.machine]);
+    listener_.on_inherited(
+        left.mapped(), other != nullptr ? machines::name_of(*other) : predecessors_[key.machine]);
   }
 }
 
-}  // namespace millrace::gateway::machines
+}  // namespace millrace::gateway::core

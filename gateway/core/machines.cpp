@@ -1,11 +1,11 @@
-#include "gateway/machines/machines.hpp"
+#include "gateway/core/machines.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
-namespace millrace::gateway::machines {
+namespace millrace::gateway::core {
 
 namespace {
 
@@ -32,35 +32,35 @@ bool claims_more(const Channels& more, const Channels& less) {
 
 }  // namespace
 
-void Machines::set(const std::vector<settings::MachineSettings>& wanted) {
+void Machines::set(const std::vector<settings::MachineSettings>& wanted, Moment now) {
   std::set<std::string> names;
   for (const settings::MachineSettings& settings : wanted) {
     names.insert(settings.name);
     const auto found = machines_.find(settings.name);
     if (found == machines_.end()) {
-      listen(add(settings));
+      listen(add(settings, now), now);
     } else {
-      change(found->second, settings);
+      change(found->second, settings, now);
     }
   }
   for (auto& [name, one] : machines_) {
     if (!names.contains(name) && !one.leaving) {
-      io_.say(Level::info,
-              fmt::format("{}: not in the configuration any more", one.settings.to_string()));
+      host_.say(Level::info,
+                fmt::format("{}: not in the configuration any more", one.settings.to_string()));
       one.leaving = true;
       for (const std::uint16_t channel : listener_.channels_of(name)) {
-        listener_.on_retired({name, channel});
+        retire(one, channel, now);
       }
       reviews_.insert(name);
     }
   }
 }
 
-Machines::Machine& Machines::add(const settings::MachineSettings& settings) {
+Machines::Machine& Machines::add(const settings::MachineSettings& settings, Moment now) {
   fabric::MachineStatus status;
   status.machine = settings.name;
   status.gateway = own_.id;
-  status.claimed = plausible(io_.now().wall);
+  status.claimed = machines::plausible(now.wall);
   status.claims = settings.channels;
   status.address = address_of(settings);
   claims_.expect(settings.name, status.address);
@@ -69,11 +69,17 @@ Machines::Machine& Machines::add(const settings::MachineSettings& settings) {
   status.pid = own_.pid;
   status.version = own_.version;
   status.epoch = own_.epoch;
-  return machines_.emplace(settings.name, Machine{settings, MachineReport(std::move(status))})
-      .first->second;
+  Machine& one =
+      machines_
+          .try_emplace(settings.name, settings, machines::MachineReport(std::move(status)),
+                       MachineValues(settings.name, fabric_, host_, own_.id))
+          .first->second;
+  one.values.set(settings, now);
+  return one;
 }
 
-void Machines::change(Machine& one, const settings::MachineSettings& settings) {
+void Machines::change(Machine& one, const settings::MachineSettings& settings, Moment now) {
+  one.values.set(settings, now);
   const bool same = same_way(one.settings, settings);
   const bool more = one.leaving || claims_more(settings.channels, one.settings.channels);
   one.settings = settings;
@@ -82,34 +88,34 @@ void Machines::change(Machine& one, const settings::MachineSettings& settings) {
   one.report.set_address(address_of(settings));
   claims_.expect(settings.name, one.report.status().address);
   if (same && !more) {
-    carry_out(one, one.watch.set_mode(settings.watch));
+    carry_out(one, one.watch.set_mode(settings.watch), now);
     publish(one);
     return;
   }
-  one.report.claim(more ? plausible(io_.now().wall) : one.report.status().claimed,
+  one.report.claim(more ? machines::plausible(now.wall) : one.report.status().claimed,
                    settings.channels);
-  io_.say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
-  drop_link(one, "the configuration has changed");
+  host_.say(Level::info, fmt::format("{}: the configuration has changed", settings.to_string()));
+  drop_link(one, "the configuration has changed", now);
   for (const std::uint16_t channel : listener_.channels_of(settings.name)) {
     if (!settings.channels.empty() &&
         std::ranges::find(settings.channels, channel) == settings.channels.end()) {
-      listener_.on_retired({settings.name, channel});
+      retire(one, channel, now);
     }
   }
   if (!one.listens_until) {
-    review(settings.name);
+    review(settings.name, now);
   }
 }
 
-void Machines::connect(Machine& one) {
-  one.link = io_.connect(one.settings);
+void Machines::connect(Machine& one, Moment now) {
+  one.link = host_.connect(one.settings);
   one.calls_under_way = 0;
   if (one.refusal.empty()) {
-    one.report.on_down("connecting", io_.now());
+    one.report.on_down("connecting", now);
   }
 }
 
-void Machines::drop_link(Machine& one, const std::string& reason) {
+void Machines::drop_link(Machine& one, const std::string& reason, Moment now) {
   if (!one.link) {
     return;
   }
@@ -117,12 +123,25 @@ void Machines::drop_link(Machine& one, const std::string& reason) {
   one.up = false;
   one.served.clear();
   one.watch.link_down();
+  one.values.on_dropped(now);
   listener_.on_link_dropped(one.settings.name, reason);
+}
+
+/// The configuration names the channel no more.
+void Machines::retire(Machine& one, std::uint16_t channel, Moment now) {
+  one.values.on_over(channel, now);
+  listener_.on_retired({one.settings.name, channel});
+}
+
+/// Another gateway serves it.
+void Machines::refuse(Machine& one, std::uint16_t channel, const std::string& reason, Moment now) {
+  one.values.on_over(channel, now);
+  listener_.on_refused({one.settings.name, channel}, reason);
 }
 
 void Machines::publish(Machine& one) {
   if (const auto news = one.report.news()) {
-    listener_.on_machine_status(*news);
+    fabric_.publish(*news);
   }
 }
 
@@ -131,56 +150,58 @@ Machines::Machine* Machines::find_linked(const std::string& machine) {
   return one.link ? &one : nullptr;
 }
 
-void Machines::on_link_up(const std::string& machine, const Channels& channels) {
+void Machines::on_link_up(const std::string& machine, const Channels& channels, Moment now) {
   if (Machine* one = find_linked(machine)) {
     one->up = true;
     one->found = channels;
-    serve(*one);
+    serve(*one, now);
   }
 }
 
-void Machines::on_link_down(const std::string& machine, const std::string& reason) {
+void Machines::on_link_down(const std::string& machine, const std::string& reason, Moment now) {
   if (Machine* one = find_linked(machine)) {
     one->up = false;
     one->served.clear();
     one->watch.link_down();
     if (one->refusal.empty()) {
-      one->report.on_down(reason, io_.now());
+      one->report.on_down(reason, now);
     }
+    one->values.on_down(reason, now);
     listener_.on_lost(machine, reason);
     publish(*one);
   }
 }
 
-void Machines::on_machine(const fabric::MachineStatus& status) {
-  if (!take(status)) {
+void Machines::on_machine(const fabric::MachineStatus& status, Moment now) {
+  if (!take(status, now)) {
     // What it had said before may have stood in our way.
-    review(status.machine);
+    review(status.machine, now);
     return;
   }
   if (const auto found = machines_.find(status.machine); found != machines_.end()) {
-    listener_.on_contested();
-    MachineReport& ours = found->second.report;
+    fabric_.watch_channels();
+    machines::MachineReport& ours = found->second.report;
     if (status.connected && ours.status().connected &&
         !claims_.before(status, ours.status().claimed)) {
       // It may have taken us for gone, although we are there.
       ours.forget_told();
     }
-    review(status.machine);
+    review(status.machine, now);
   }
 }
 
-void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway) {
+void Machines::on_machine_gone(const std::string& machine, const fabric::InstanceId& gateway,
+                               Moment now) {
   const auto* const gone = claims_.find(machine, gateway);
   if (gone != nullptr &&
-      (predecessors_.size() < Claims::most_machines || predecessors_.contains(machine))) {
-    predecessors_[machine] = name_of(*gone);
+      (predecessors_.size() < machines::Claims::most_machines || predecessors_.contains(machine))) {
+    predecessors_[machine] = machines::name_of(*gone);
   }
   claims_.remove(machine, gateway);
-  review(machine);
+  review(machine, now);
 }
 
-void Machines::on_channel(const fabric::ChannelStatus& status) {
+void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
   // What an earlier run of this gateway did is in its journal; and who has no call in the channel
   // need not know of another one's, unless the channel is idle.
   if (status.call.epoch == own_.epoch ||
@@ -194,7 +215,8 @@ void Machines::on_channel(const fabric::ChannelStatus& status) {
     complain("channels", "",
              fmt::format("other gateways speak of more than {} channels; what goes on in "
                          "the others is not remembered",
-                         most_channels));
+                         most_channels),
+             now);
     return;
   }
   // Also of machines that our configuration does not name now; it may name them again.
@@ -206,15 +228,15 @@ void Machines::on_channel(const fabric::ChannelStatus& status) {
   }
 }
 
-bool Machines::stood_still() {
+bool Machines::stood_still(Moment now) {
   bool contested = false;
   for (auto& [name, one] : machines_) {
     one.report.forget_told();
     if (claims_.contested(name)) {
       contested = true;
       if (one.link) {
-        drop_link(one, "this gateway stood still");
-        listen(one);
+        drop_link(one, "this gateway stood still", now);
+        listen(one, now);
       }
     }
     publish(one);
@@ -222,12 +244,12 @@ bool Machines::stood_still() {
   return contested;
 }
 
-void Machines::tell_load() {
-  for (const std::string& line : complaints_.due(io_.now().steady)) {
-    io_.say(Level::warn, line);
+void Machines::tell_load(Moment now) {
+  for (const std::string& line : complaints_.due(now.steady)) {
+    host_.say(Level::warn, line);
   }
   for (auto& [name, one] : machines_) {
-    one.report.on_load(one.link ? one.link->load() : LinkLoad{}, io_.now().steady);
+    one.report.on_load(one.link ? one.link->load() : machines::LinkLoad{}, now.steady);
     publish(one);
   }
 }
@@ -248,34 +270,58 @@ void Machines::write(const fabric::ChannelKey& key, Variable variable, const Val
   one.link->write(key.channel, variable, value);
 }
 
-void Machines::on_call_answered(const std::string& machine) {
+void Machines::on_call_answered(const std::string& machine, Moment now) {
   Machine& one = machines_.at(machine);
   if (one.calls_under_way > 0 && --one.calls_under_way == 0) {
-    one.rests_since = io_.now().steady;
+    one.rests_since = now.steady;
   }
 }
 
-std::optional<SteadyTime> Machines::rests_since(const std::string& machine) const {
-  const auto one = machines_.find(machine);
-  return one == machines_.end() || one->second.calls_under_way > 0
-             ? std::nullopt
-             : std::optional(one->second.rests_since);
+void Machines::on_answer(const std::string& machine, const machines::Answer& answer, Moment now) {
+  if (const auto one = machines_.find(machine); one != machines_.end()) {
+    one->second.values.on_answer(answer, now);
+  }
 }
 
-Link* Machines::link_of(const std::string& machine) const {
+void Machines::on_request(const fabric::VariableRequest& request, Moment now) {
+  if (const auto one = machines_.find(request.key.machine); one != machines_.end()) {
+    one->second.values.on_request(request, now);
+  }
+}
+
+machines::Link* Machines::link_of(const std::string& machine) const {
   const auto one = machines_.find(machine);
   return one == machines_.end() ? nullptr : one->second.link.get();
 }
 
-void Machines::finish() {
+void Machines::finish(Moment now) {
   while (!reviews_.empty()) {
-    review(reviews_.extract(reviews_.begin()).value());
+    review(reviews_.extract(reviews_.begin()).value(), now);
   }
 }
 
-void Machines::on_time() {
-  const SteadyTime now = io_.now().steady;
-  if (!next_ || now < *next_) {
+void Machines::ask_values(Moment now) {
+  for (auto& [name, one] : machines_) {
+    if (one.values.is_due(now)) {
+      one.values.go_on(one.link.get(),
+                       one.calls_under_way > 0 ? std::nullopt : std::optional(one.rests_since),
+                       now);
+    }
+  }
+}
+
+std::optional<SteadyTime> Machines::next_time() const {
+  std::optional<SteadyTime> first = next_;
+  for (const auto& [name, one] : machines_) {
+    if (const auto time = one.values.next_time(); time && (!first || *time < *first)) {
+      first = time;
+    }
+  }
+  return first;
+}
+
+void Machines::on_time(Moment now) {
+  if (!next_ || now.steady < *next_) {
     return;
   }
   next_.reset();
@@ -284,13 +330,13 @@ void Machines::on_time() {
     Machine& one = (next++)->second;
     const auto watch_time = one.watch.next_time();
     const auto listens_until = one.listens_until;
-    if (watch_time && *watch_time <= now) {
-      carry_out(one, one.watch.on_time(now));
+    if (watch_time && *watch_time <= now.steady) {
+      carry_out(one, one.watch.on_time(now.steady), now);
     } else {
       wake_at(watch_time);
     }
-    if (listens_until && *listens_until <= now) {
-      listened(one);
+    if (listens_until && *listens_until <= now.steady) {
+      listened(one, now);
     } else {
       wake_at(listens_until);
     }
@@ -303,4 +349,4 @@ void Machines::wake_at(std::optional<SteadyTime> time) {
   }
 }
 
-}  // namespace millrace::gateway::machines
+}  // namespace millrace::gateway::core

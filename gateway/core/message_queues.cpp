@@ -1,0 +1,354 @@
+#include "gateway/core/message_queues.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "fabric/cases.hpp"
+#include "gateway/queues/queue_sample.hpp"
+
+namespace millrace::gateway::core {
+
+void MessageQueues::set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
+                        const std::map<fabric::ChannelKey, QueueBook>& known, Moment now) {
+  for (auto& [key, one] : queues_) {
+    one.leaving = true;
+  }
+  for (const auto& [machine, all] : wanted) {
+    for (const queues::QueueSettings& settings : all) {
+      const fabric::ChannelKey key = settings.key(machine);
+      One* one = find(key);
+      if (one == nullptr) {
+        const auto book = known.find(key);
+        one = &queues_
+                   .try_emplace(key, machine, settings,
+                                book == known.end() ? QueueBook() : book->second)
+                   .first->second;
+        one->number = ++begun_;
+      } else if (one->queue.settings() != settings) {
+        one->queue.change(settings);
+        go_down(*one, "the configuration has changed");
+      }
+      one->leaving = false;
+      // Also one that was leaving when its link came up.
+      reach(key, *one, now);
+      review(key, *one);
+    }
+  }
+  for (auto& [key, one] : queues_) {
+    if (one.leaving) {
+      review(key, one);
+    }
+  }
+}
+
+MessageQueues::One* MessageQueues::find(const fabric::ChannelKey& key) {
+  const auto found = queues_.find(key);
+  return found == queues_.end() ? nullptr : &found->second;
+}
+
+/// Whose calls are there: those of queues that are ours, and those of messages that the journal
+/// has.
+void MessageQueues::review(const fabric::ChannelKey& key, One& one) {
+  if (!one.leaving && (one.ours || one.has_messages())) {
+    open(key, one);
+  } else if (!one.retired) {
+    one.retired = true;
+    events_.push_back({.kind = Kind::retired, .key = key, .number = one.number});
+  }
+}
+
+void MessageQueues::open(const fabric::ChannelKey& key, One& one) {
+  one.retired = false;
+  events_.push_back({.kind = Kind::opened, .key = key, .number = one.number});
+}
+
+/// Reads the queue if its channel is ours and the link is up.
+void MessageQueues::reach(const fabric::ChannelKey& key, One& one, Moment now) {
+  const Reach& way = machines_[one.machine];
+  if (one.leaving || way.link == nullptr || !way.channels.contains(one.queue.settings().channel)) {
+    return;
+  }
+  one.ours = true;
+  open(key, one);
+  if (one.link == nullptr) {
+    one.link = way.link;
+    one.link->open(key, one.queue.settings());
+    one.asking = false;
+    one.watched = false;
+    one.queue.on_up(now);
+    ask_next(one, now);
+  }
+}
+
+void MessageQueues::on_up(const std::string& machine, const machines::Channels& channels,
+                          machines::Link& link, Moment now) {
+  Reach& way = machines_[machine];
+  way.channels.insert(channels.begin(), channels.end());
+  way.link = &link;
+  for (auto& [key, one] : queues_) {
+    if (one.machine == machine) {
+      reach(key, one, now);
+    }
+  }
+}
+
+void MessageQueues::go_down(One& one, const std::string& reason) {
+  one.link = nullptr;
+  one.asking = false;
+  one.queue.on_down(reason);
+  tell(one);
+}
+
+void MessageQueues::on_down(const std::string& machine, const std::string& reason) {
+  machines_[machine].link = nullptr;
+  for (auto& [key, one] : queues_) {
+    if (one.machine != machine) {
+      continue;
+    }
+    go_down(one, reason);
+    if (!one.has_messages() && one.ours) {
+      events_.push_back({.kind = Kind::down, .key = key, .reason = reason, .number = one.number});
+    }
+  }
+}
+
+void MessageQueues::leave(const fabric::ChannelKey& key, One& one, const std::string& reason) {
+  one.ours = false;
+  go_down(one, reason);
+  review(key, one);
+}
+
+void MessageQueues::on_left(const std::string& machine, std::uint16_t channel,
+                            const std::string& reason) {
+  machines_[machine].channels.erase(channel);
+  for (auto& [key, one] : queues_) {
+    if (one.machine == machine && one.queue.settings().channel == channel) {
+      leave(key, one, reason);
+    }
+  }
+}
+
+void MessageQueues::on_link_gone(const std::string& machine, const std::string& reason) {
+  machines_.erase(machine);
+  for (auto& [key, one] : queues_) {
+    if (one.machine == machine) {
+      leave(key, one, reason);
+    }
+  }
+}
+
+void MessageQueues::on_over(const fabric::ChannelKey& key) {
+  One* const one = find(key);
+  if (one != nullptr && one->leaving) {
+    if (!one->told.values.empty()) {
+      one->told.values.clear();
+      fabric_.dispose(one->told);
+    }
+    queues_.erase(key);
+  }
+}
+
+void MessageQueues::on_recorded(const Ticket& ticket, Moment now) {
+  // Another one may have taken its place.
+  if (One* const one = find(ticket.key); one != nullptr && one->number == ticket.number) {
+    one->queue.on_journalled(now);
+    ask_next(*one, now);
+  }
+}
+
+void MessageQueues::on_answer(const fabric::ChannelKey& key, queues::StepAnswer answer,
+                              Moment now) {
+  One* const one = find(key);
+  if (one == nullptr || !one->asking) {
+    return;
+  }
+  queues::Queue& queue = one->queue;
+  std::visit(fabric::Cases{[&](queues::Answer<queues::Control>& control) {
+                             queue.on_control(control, now);
+                             if (control && queue.settings().events && !one->watched) {
+                               // The queue is looked at all the same, whatever the controller
+                               // tells.
+                               one->watched = true;
+                               one->link->watch(key);
+                             }
+                           },
+                           [&](queues::Answer<std::vector<std::string>>& texts) {
+                             queue.on_array(std::move(texts), now);
+                           },
+                           [&](queues::Answer<void>& written) { queue.on_written(written, now); }},
+             answer);
+  one->asking = false;
+  ask_next(*one, now);
+}
+
+void MessageQueues::on_change(const fabric::ChannelKey& key, Moment now) {
+  if (One* const one = find(key); one != nullptr && one->link != nullptr) {
+    one->queue.on_event(now);
+    ask_next(*one, now);
+  }
+}
+
+void MessageQueues::ask_next(One& one, Moment now) {
+  if (one.link != nullptr && !one.asking) {
+    if (const auto step = one.queue.next(now)) {
+      one.asking = true;
+      one.link->ask(one.queue.key(), *step);
+    }
+  }
+  tell(one);
+}
+
+void MessageQueues::read(const fabric::ChannelKey& key, ReadSet look) {
+  if (One* const one = find(key)) {
+    ++one->asked;
+    events_.push_back({.kind = Kind::read, .key = key, .number = one->number});
+    events_.back().shown.look = look;
+  }
+}
+
+void MessageQueues::write(const fabric::ChannelKey& key, const Write& write, Moment now) {
+  if (One* const one = find(key)) {
+    one->queue.write(write, now);
+    tell(*one);
+    ask_next(*one, now);
+    ++one->asked;
+    events_.push_back({.kind = Kind::written, .key = key, .number = one->number});
+  }
+}
+
+std::optional<MessageQueues::ChannelEvent> MessageQueues::next_event() {
+  while (!events_.empty()) {
+    ChannelEvent event = std::move(events_.front());
+    events_.pop_front();
+    One* const one = find(event.key);
+    if (one == nullptr || one->number != event.number) {
+      continue;
+    }
+    switch (event.kind) {
+      case Kind::opened:
+        if (one->retired) {
+          continue;
+        }
+        // As with a controller's link: what was asked before it went down is answered before it is
+        // back.
+        one->opens = one->asked > 0;
+        if (one->opens) {
+          continue;
+        }
+        break;
+      case Kind::retired:
+        if (!one->retired) {
+          continue;
+        }
+        break;
+      case Kind::down:
+        one->opens = false;
+        break;
+      case Kind::read:
+        --one->asked;
+        event.shown = one->queue.look(event.shown.look);
+        one->queue.on_read(event.shown.look);
+        break;
+      case Kind::written:
+        --one->asked;
+        break;
+      case Kind::changed:
+        break;
+    }
+    return event;
+  }
+  return {};
+}
+
+void MessageQueues::on_event_told(const ChannelEvent& event) {
+  One* const one = find(event.key);
+  // The end of a call may have ended the queue.
+  if (one == nullptr || one->number != event.number) {
+    return;
+  }
+  if (event.kind == Kind::opened) {
+    tell(*one);
+  } else if (event.kind == Kind::written) {
+    one->queue.on_acknowledged();
+    tell(*one);
+    if (!one->ours && !one->has_messages()) {
+      review(event.key, *one);
+    }
+  }
+  if (one->opens && !one->retired && one->asked == 0) {
+    one->opens = false;
+    events_.push_front({.kind = Kind::opened, .key = event.key, .number = one->number});
+  }
+}
+
+void MessageQueues::tell(One& one) {
+  const queues::Queue::News news = one.queue.take_news();
+  const fabric::ChannelKey& key = one.queue.key();
+  for (const JournalEntry& entry : news.entries) {
+    const bool waits = news.wait && &entry == &news.entries.back();
+    host_.append(entry, waits ? Ticket{Ticket::Owner::queue, key, one.number} : Ticket{});
+  }
+  say(key, news);
+  if (news.shows) {
+    events_.push_back({.kind = Kind::changed, .key = key, .number = one.number});
+  }
+}
+
+void MessageQueues::say(const fabric::ChannelKey& key, const queues::Queue::News& news) {
+  for (const auto& line : news.lines) {
+    host_.say(line.level, fmt::format("{}: {}", key.to_string(), line.text));
+  }
+  if (news.trouble) {
+    host_.notice({.kind = "queue", .subject = key.to_string()}, *news.trouble,
+                 "see the names in gateway.textproto, and whether a program has initialised it");
+  }
+  if (news.filling) {
+    host_.notice({.kind = "queue_filling", .subject = key.to_string()}, *news.filling,
+                 "start its service, or see why it does not answer");
+  }
+}
+
+void MessageQueues::tell_numbers(Moment now) {
+  for (auto& [key, one] : queues_) {
+    tell_numbers(one, now);
+  }
+}
+
+void MessageQueues::tell_numbers(One& one, Moment now) {
+  if (!one.ours && !one.has_messages()) {
+    return;
+  }
+  fabric::DataSample sample =
+      queues::sample_of(one.queue.key(), one.queue.settings(), one.queue.view(), now.wall);
+  const auto same = [](const fabric::Value& a, const fabric::Value& b) {
+    return a.name == b.name && a.elements == b.elements && a.quality == b.quality;
+  };
+  if (!std::ranges::equal(sample.values, one.told.values, same)) {
+    fabric_.publish(sample);
+    one.told = std::move(sample);
+  }
+}
+
+void MessageQueues::on_time(Moment now) {
+  for (auto& [key, one] : queues_) {
+    if (const auto time = one.next_time(); time && *time <= now.steady) {
+      ask_next(one, now);
+    }
+  }
+}
+
+std::optional<SteadyTime> MessageQueues::next_time() const {
+  std::optional<SteadyTime> first;
+  for (const auto& [key, one] : queues_) {
+    const auto time = one.next_time();
+    if (time && (!first || *time < *first)) {
+      first = time;
+    }
+  }
+  return first;
+}
+
+}  // namespace millrace::gateway::core

@@ -1,0 +1,161 @@
+// The message queues of all machines: which are read, what is asked of their controllers, and whose
+// calls are there. A queue's calls are those of a channel that the gateway plays itself: what they
+// ask of it is answered by events, which the core takes one after the other. Pure.
+//
+//   MessageQueues queues(fabric, host);
+//   queues.set(settings::queues_of(machines), journal.ledger().queues(), now);
+//   queues.on_up("press", {1, 2}, link, now);            → link.open(…), link.ask(…)
+//   queues.read(key, ReadSet::request);
+//   while (const auto event = queues.next_event()) …     // ChannelEvent::Kind::read
+//     queues.on_event_told(*event);
+//
+// set() comes again when the configuration changes. A queue's calls go on without its controller,
+// as long as messages of it are in the journal.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "fabric/data.hpp"
+#include "gateway/core/ports.hpp"
+#include "gateway/queue_book.hpp"
+#include "gateway/queues/queue.hpp"
+#include "gateway/queues/step_answer.hpp"
+
+namespace millrace::gateway::core {
+
+class MessageQueues {
+ public:
+  /// Both outlive it.
+  MessageQueues(Fabric& fabric, Host& host) : fabric_(fabric), host_(host) {}
+  MessageQueues(const MessageQueues&) = delete;
+  MessageQueues& operator=(const MessageQueues&) = delete;
+
+  /// The queues to read from now on, by their machines. `known` is what the journal has of queues;
+  /// what it has of others stays there.
+  void set(const std::map<std::string, std::vector<queues::QueueSettings>>& wanted,
+           const std::map<fabric::ChannelKey, QueueBook>& known, Moment now);
+  [[nodiscard]] bool has(const fabric::ChannelKey& key) const { return queues_.contains(key); }
+
+  /// `link` stays until on_link_gone().
+  void on_up(const std::string& machine, const machines::Channels& channels, machines::Link& link,
+             Moment now);
+  void on_down(const std::string& machine, const std::string& reason);
+  /// The channel is another gateway's, or nobody's.
+  void on_left(const std::string& machine, std::uint16_t channel, const std::string& reason);
+  /// So are all of them.
+  void on_link_gone(const std::string& machine, const std::string& reason);
+  /// The calls of a queue that was retired are over.
+  void on_over(const fabric::ChannelKey& key);
+  /// Of a queue.
+  void on_recorded(const Ticket& ticket, Moment now);
+  // Of the link of its machine.
+  void on_answer(const fabric::ChannelKey& key, queues::StepAnswer answer, Moment now);
+  void on_change(const fabric::ChannelKey& key, Moment now);
+
+  // What the calls of a queue want of its channel.
+  void read(const fabric::ChannelKey& key, ReadSet look);
+  void write(const fabric::ChannelKey& key, const Write& write, Moment now);
+  [[nodiscard]] Snapshot look(const fabric::ChannelKey& key, ReadSet what) const {
+    return queues_.at(key).queue.look(what);
+  }
+
+  /// Of the channel of a queue's calls.
+  struct ChannelEvent {
+    enum class Kind : std::uint8_t {
+      /// The calls are ours from now on; again when they were already.
+      opened,
+      /// The controller does not answer, and no message is left.
+      down,
+      /// They are not ours any more: the one under way is finished first. Answered by on_over().
+      retired,
+      /// What read() has asked for.
+      read,
+      /// What write() has written is acknowledged.
+      written,
+      /// Another message is shown.
+      changed,
+    };
+    Kind kind = Kind::changed;
+    fabric::ChannelKey key;
+    /// Why it is down.
+    std::string reason{};
+    /// What is read.
+    Snapshot shown{};
+    /// Of the queue that was meant: another one of this key may have taken its place.
+    std::uint64_t number = 0;
+  };
+  /// The next one for the call control; then on_event_told().
+  std::optional<ChannelEvent> next_event();
+  void on_event_told(const ChannelEvent& event);
+
+  /// About once a second: tells each queue in numbers.
+  void tell_numbers(Moment now);
+  void on_time(Moment now);
+  /// When on_time() has something to do.
+  [[nodiscard]] std::optional<SteadyTime> next_time() const;
+
+ private:
+  struct One {
+    One(std::string of, const queues::QueueSettings& settings, QueueBook book)
+        : machine(std::move(of)), queue(machine, settings, std::move(book)) {}
+
+    std::string machine;
+    queues::Queue queue;
+    /// Which one of this key.
+    std::uint64_t number = 0;
+    /// It is asked over this link, if any.
+    machines::Link* link = nullptr;
+    /// A question is under way.
+    bool asking = false;
+    /// The controller was asked to tell of changes.
+    bool watched = false;
+    /// Its channel is served by us.
+    bool ours = false;
+    /// The configuration names it no more.
+    bool leaving = false;
+    bool retired = false;
+    /// Reads and writes of its calls that are not answered yet.
+    std::size_t asked = 0;
+    /// To be opened once they are.
+    bool opens = false;
+    /// Its numbers as they were told last.
+    fabric::DataSample told{};
+
+    [[nodiscard]] bool has_messages() const { return queue.book().waiting() > 0; }
+    [[nodiscard]] std::optional<SteadyTime> next_time() const {
+      return link != nullptr && !asking ? queue.next_time() : std::nullopt;
+    }
+  };
+  /// The link of a machine while it is up, and the channels of it that are ours.
+  struct Reach {
+    std::set<std::uint16_t> channels{};
+    machines::Link* link = nullptr;
+  };
+  using Kind = ChannelEvent::Kind;
+
+  One* find(const fabric::ChannelKey& key);
+  void review(const fabric::ChannelKey& key, One& one);
+  void reach(const fabric::ChannelKey& key, One& one, Moment now);
+  void open(const fabric::ChannelKey& key, One& one);
+  void leave(const fabric::ChannelKey& key, One& one, const std::string& reason);
+  void go_down(One& one, const std::string& reason);
+  void ask_next(One& one, Moment now);
+  void tell(One& one);
+  void say(const fabric::ChannelKey& key, const queues::Queue::News& news);
+  void tell_numbers(One& one, Moment now);
+
+  Fabric& fabric_;
+  Host& host_;
+  std::map<fabric::ChannelKey, One> queues_;
+  std::uint64_t begun_ = 0;
+  std::map<std::string, Reach> machines_;
+  std::deque<ChannelEvent> events_;
+};
+
+}  // namespace millrace::gateway::core

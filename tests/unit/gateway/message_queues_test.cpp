@@ -1,0 +1,144 @@
+// Which message queues are read, and whose calls are there.
+#include "gateway/core/message_queues.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/gateway/ports.hpp"
+
+namespace millrace::gateway::core {
+namespace {
+
+using queues::Queue;
+using Kind = MessageQueues::ChannelEvent::Kind;
+using Wanted = std::map<std::string, std::vector<queues::QueueSettings>>;
+
+class OpenedLink final : public SilentLink {
+ public:
+  void open(const fabric::ChannelKey&, const queues::QueueSettings&) override { ++opened; }
+  int opened = 0;
+};
+
+class MessageQueuesTest : public testing::Test {
+ protected:
+  MessageQueuesTest() {
+    settings.name = "ALARMS";
+    settings.array = "SD.ALARMS";
+    settings.control = "SD.CONTROL";
+    settings.uuid = "c0ffee00-0000-4000-8000-000000000001";
+    wanted["press"] = {settings};
+    key = settings.key("press");
+  }
+
+  void set(const Wanted& all, const std::map<fabric::ChannelKey, QueueBook>& known = {}) {
+    sut.set(all, known, ports.time);
+  }
+  void up(const machines::Channels& channels) { sut.on_up("press", channels, link, ports.time); }
+  /// What the call control is told, in its order.
+  std::vector<Kind> told() {
+    std::vector<Kind> kinds;
+    while (const auto event = sut.next_event()) {
+      kinds.push_back(event->kind);
+      sut.on_event_told(*event);
+    }
+    return kinds;
+  }
+
+  /// A journal with one message of the queue.
+  [[nodiscard]] std::map<fabric::ChannelKey, QueueBook> one_waits() const {
+    return {{key, one_waits_covered_by_nothing()}};
+  }
+  [[nodiscard]] QueueBook one_waits_covered_by_nothing() const {
+    QueueBook book;
+    book.apply(LastGetEntry{key, 1, 0});
+    book.apply(MessageEntry{key, 1, 2, "drill worn", {}});
+    return book;
+  }
+
+  RecordedPorts ports;
+  OpenedLink link;
+  queues::QueueSettings settings;
+  Wanted wanted;
+  fabric::ChannelKey key;
+  MessageQueues sut{ports, ports};
+};
+
+TEST_F(MessageQueuesTest, AreReadOnceTheirChannelIsOurs) {
+  set(wanted);
+  up({2});
+  EXPECT_EQ(link.opened, 0);
+  EXPECT_THAT(told(), testing::Not(testing::Contains(Kind::opened)));
+  up({1});
+  EXPECT_EQ(link.opened, 1);
+  EXPECT_THAT(told(), testing::Contains(Kind::opened));
+}
+
+TEST_F(MessageQueuesTest, CallMessagesOfTheJournalWithoutTheirController) {
+  set(wanted, one_waits());
+  EXPECT_EQ(link.opened, 0);
+  EXPECT_THAT(told(), testing::Contains(Kind::opened));
+}
+
+// The session of its calls has what it asked answered before its link comes back, as a controller's
+// does. A configuration that was read again in the moment of a link's end ended the gateway; found
+// by the simulation, seed 1020109.
+TEST_F(MessageQueuesTest, OpenAQueueAgainOnceWhatWasAskedBeforeIsAnswered) {
+  set(wanted);
+  up({1});
+  told();
+  sut.on_down("press", "connection reset");
+  set(wanted);
+  sut.read(key, ReadSet::state);
+  EXPECT_THAT(told(), testing::ElementsAre(Kind::down, Kind::read, Kind::opened));
+}
+
+TEST_F(MessageQueuesTest, TakeNoMessageForJournalledThatTheDiskDoesNotHoldYet) {
+  // As where the configuration names a queue again while the disk is full.
+  Queue queue("press", settings, one_waits_covered_by_nothing());
+  // Its call may be under way.
+  EXPECT_EQ(queue.look(ReadSet::request).request_state, 1U);
+  queue.on_up(ports.time);
+  EXPECT_FALSE(queue.next(ports.time).has_value());
+  EXPECT_TRUE(queue.take_news().wait);
+  queue.on_journalled(ports.time);
+  EXPECT_TRUE(queue.next(ports.time).has_value());
+}
+
+TEST_F(MessageQueuesTest, GoOnWithAQueueThatTheConfigurationNamesAgainWhileItsCallIsUnderWay) {
+  set(wanted, one_waits());
+  up({1});
+  told();
+  ASSERT_EQ(link.opened, 1);
+  set({});
+  EXPECT_THAT(told(), testing::ElementsAre(Kind::retired));
+  // The link is made anew meanwhile, and nobody reads the queue.
+  sut.on_link_gone("press", "the configuration has changed");
+  up({1});
+  told();
+  EXPECT_EQ(link.opened, 1);
+  set(wanted);
+  EXPECT_EQ(link.opened, 2);
+}
+
+TEST_F(MessageQueuesTest, FollowAChangedConfigurationAfterHavingBeenOpenedAnew) {
+  set(wanted);
+  up({1});
+  wanted["press"].front().array = "SD.OTHERS";
+  set(wanted);
+  EXPECT_EQ(link.opened, 2);
+  set(wanted);
+  EXPECT_EQ(link.opened, 2);
+}
+
+TEST_F(MessageQueuesTest, AskNothingOverALinkThatIsGone) {
+  set(wanted);
+  up({1});
+  sut.on_link_gone("press", "not in the configuration any more");
+  sut.on_answer(key, queues::Answer<queues::Control>{}, ports.time);
+  ports.time.steady += std::chrono::seconds(10);
+  sut.on_time(ports.time);
+  EXPECT_EQ(sut.next_time(), std::nullopt);
+}
+
+}  // namespace
+}  // namespace millrace::gateway::core
