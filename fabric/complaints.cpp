@@ -8,20 +8,33 @@ std::optional<std::string> Complaints::note(const std::string& kind, const std::
                                             const std::string& text, SteadyTime now) {
   const auto place = heard_.find({kind, about});
   if (place != heard_.end()) {
-    ++place->second.more;
-    place->second.text = text;
-    return std::nullopt;
+    return note(place->second, text, now);
+  }
+  if (heard_.size() >= most_kinds) {
+    // Who has said nothing for so long keeps no others quiet.
+    std::erase_if(heard_, [&](const auto& one) { return now - one.second.since >= 2 * pause; });
   }
   if (heard_.size() < most_kinds) {
     heard_.emplace(std::pair(kind, about), Heard{.since = now, .text = text});
     return text;
   }
+  const std::string line = fmt::format("{}; more is wrong than is told one by one", text);
   if (others_) {
-    ++others_->more;
-    return std::nullopt;
+    return note(*others_, line, now);
   }
   others_ = Heard{.since = now};
-  return fmt::format("{}; more is wrong than is told one by one", text);
+  return line;
+}
+
+std::optional<std::string> Complaints::note(Heard& heard, const std::string& text, SteadyTime now) {
+  if (now - heard.since < pause) {
+    ++heard.more;
+    heard.text = text;
+    return std::nullopt;
+  }
+  const std::uint64_t more = heard.more;
+  heard = {.since = now, .text = text};
+  return more > 0 ? fmt::format("{} (and {} more like this before)", text, more) : text;
 }
 
 std::vector<std::string> Complaints::due(SteadyTime now) {

@@ -26,10 +26,12 @@ class Complaints {
   /// What comes again within this time is counted; a kind that has not come for so long is new.
   static constexpr std::chrono::seconds pause{60};
 
-  /// The line to log, if this is the first of its kind, about this. Otherwise it is counted.
+  /// The line to log, if this is the first of its kind, about this, or the pause of the last line
+  /// is over, with how many there were meanwhile. Otherwise it is counted.
   std::optional<std::string> note(const std::string& kind, const std::string& about,
                                   const std::string& text, SteadyTime now);
-  /// How many more there were, of each kind whose pause is over.
+  /// How many more there were, of each kind whose pause is over: so that it is also said of what
+  /// does not come again.
   std::vector<std::string> due(SteadyTime now);
 
  private:
@@ -39,6 +41,8 @@ class Complaints {
     /// The last one.
     std::string text{};
   };
+
+  static std::optional<std::string> note(Heard& heard, const std::string& text, SteadyTime now);
 
   std::map<std::pair<std::string, std::string>, Heard> heard_;
   /// When there are too many kinds.

@@ -120,7 +120,8 @@ std::optional<std::string> CallDesk::why_declined(const Request& request) const 
   const bool full = running_.size() + waiting_.size() >= options_.concurrency;
   // Its own run, which was given up, ends before it is run anew.
   const auto running = running_.find(request.call);
-  const bool anew = running != running_.end() && running->second.cancelled;
+  const bool anew = running != running_.end() && running->second.cancelled &&
+                    name_of(running->second.request) == name_of(request);
   if (full && !anew && (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
     return fmt::format("it has room for {} at once", options_.concurrency);
   }

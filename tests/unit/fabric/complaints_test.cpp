@@ -24,6 +24,26 @@ TEST(Complaints, AreSaidOnceAndThenCounted) {
   EXPECT_THAT(sut.due(start + 61s), IsEmpty());
 }
 
+TEST(Complaints, AreSaidAgainAfterAMinuteAlsoIfNobodyAsksWhatIsDue) {
+  Complaints sut;
+  static_cast<void>(sut.note("forged", "a", "first", start));
+  EXPECT_EQ(sut.note("forged", "a", "second", start + 59s), std::nullopt);
+  EXPECT_EQ(sut.note("forged", "a", "third", start + 60s), "third (and 1 more like this before)");
+  EXPECT_EQ(sut.note("forged", "a", "fourth", start + 61s), std::nullopt);
+}
+
+// A stranger with 64 writers would silence whoever comes later.
+TEST(Complaints, OfManyKindsLeaveRoomForNewOnesOnceTheyAreOver) {
+  Complaints sut;
+  for (std::size_t i = 0; i < Complaints::most_kinds; ++i) {
+    static_cast<void>(sut.note("kind", std::to_string(i), "text", start));
+  }
+  static_cast<void>(sut.note("kind", "x", "one too many", start));
+  EXPECT_EQ(sut.note("kind", "y", "two too many", start + 60s),
+            "two too many; more is wrong than is told one by one");
+  EXPECT_EQ(sut.note("forged", "later", "another one", start + 120s), "another one");
+}
+
 TEST(Complaints, AreNewOnceTheyHaveNotComeForLong) {
   Complaints sut;
   static_cast<void>(sut.note("forged", "a", "first", start));

@@ -88,11 +88,12 @@ TEST(Grants, OfATesterLetHimAskAndClaimNoMachine) {
                     Not(Contains(Field(&Grant::topic, "millrace/machine")))));
 }
 
-TEST(Grants, OfAGatewayLetItAnswerNoCalls) {
+TEST(Grants, OfAGatewayLetItAnswerNoCallsAndCommandNothing) {
   const Member member{.name = "g", .roles = {Role::gateway}, .machines = {"press_1"}};
   EXPECT_THAT(of_way(Way::write, grants_of(member, "hall")),
               AllOf(Contains(Field(&Grant::topic, "millrace/machine")),
-                    Not(Contains(Field(&Grant::topic, "millrace/v3/reply")))));
+                    Not(Contains(Field(&Grant::topic, "millrace/v3/reply"))),
+                    Not(Contains(Field(&Grant::topic, "millrace/command")))));
 }
 
 TEST(Grants, OfAGatewayLetItShowTheBadgeOfItsMachinesAndNoOthers) {
