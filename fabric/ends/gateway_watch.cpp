@@ -68,6 +68,8 @@ struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
   void lose(const ClaimKey& key, MachineClaim& claim);
   /// Whose certificates have been taken back since: what they have said holds no more.
   void drop_revoked();
+  void tell_flood(const std::optional<std::string>& program, std::string_view what,
+                  std::size_t most);
   template <typename IsGone>
   void forget_channels(const IsGone& is_gone);
   /// Others speak for channels since claims have changed.
@@ -165,6 +167,7 @@ void GatewayWatch::Impl::drain_machines() {
   // Each callback may close this watch.
   while (listener != nullptr && machines) {
     const auto batch = machines->take();
+    tell_flood(machines->take_flooding(), "machines", machines->most_keys());
     if (batch.empty()) {
       take_lost_writers();
       drop_revoked();
@@ -221,6 +224,21 @@ void GatewayWatch::Impl::ignore(Handle writer, const std::string& program,
   const auto line = complaints.note(
       "speaker", std::to_string(writer),
       fmt::format("participant {} {}, which is another's to say: that is ignored", program, what),
+      std::chrono::steady_clock::now());
+  if (line) {
+    tell([&] { listener->on_ignored(*line); });
+  }
+}
+
+void GatewayWatch::Impl::tell_flood(const std::optional<std::string>& program,
+                                    std::string_view what, std::size_t most) {
+  if (!program) {
+    return;
+  }
+  const auto line = complaints.note(
+      "keys", *program,
+      fmt::format("participant {} tells of more than {} {}: further ones are dropped", *program,
+                  most, what),
       std::chrono::steady_clock::now());
   if (line) {
     tell([&] { listener->on_ignored(*line); });
@@ -286,6 +304,7 @@ void GatewayWatch::Impl::drop_revoked() {
 void GatewayWatch::Impl::drain_channels() {
   while (listener != nullptr && channels) {
     const auto batch = channels->take();
+    tell_flood(channels->take_flooding(), "channels", channels->most_keys());
     if (batch.empty()) {
       return;
     }

@@ -82,6 +82,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   bool drain_beats();
   void tell_changes();
   void tell_ignored();
+  void tell_flood(const std::string& program, const char* topic, std::size_t most);
   void hand_out(Sample sample);
 
   template <typename Value>
@@ -158,7 +159,10 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   bool drain(std::optional<wire::Reader<Value>>& reader) {
     for (int i = 0; i < batches_per_turn && listener != nullptr && reader; ++i) {
       auto batch = reader->take();
-      if (batch.empty()) {
+      if (const auto program = reader->take_flooding()) {
+        tell_flood(*program, wire::Codec<Value>::topic().name, reader->most_keys());
+      }
+      if (batch.empty() || listener == nullptr) {
         return false;
       }
       for (wire::Taken<Value>& taken : batch) {
@@ -387,6 +391,17 @@ void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& pro
   const auto line = complaints.note(
       what.substr(0, what.find(' ')), std::to_string(writer),
       fmt::format("participant {} {}, which is another's to say: that is ignored", program, what),
+      std::chrono::steady_clock::now());
+  if (line && listener != nullptr) {
+    listener->on_ignored(*line);
+  }
+}
+
+void Observer::Impl::tell_flood(const std::string& program, const char* topic, std::size_t most) {
+  const auto line = complaints.note(
+      topic, program,
+      fmt::format("participant {} tells of more than {} things on {}: further ones are dropped",
+                  program, most, topic),
       std::chrono::steady_clock::now());
   if (line && listener != nullptr) {
     listener->on_ignored(*line);

@@ -14,8 +14,9 @@ constexpr std::int32_t program_events_in_flight = 128;
 
 }  // namespace
 
-const Topic data_topic{"millrace/data", &millrace_DataSample_desc, true, beats_in_flight};
-const Topic program_topic{"millrace/program", &millrace_ProgramEvent_desc, true,
-                          program_events_in_flight};
+const Topic data_topic{
+    "millrace/data", &millrace_DataSample_desc, true, beats_in_flight, false, 4'096};
+const Topic program_topic{
+    "millrace/program", &millrace_ProgramEvent_desc, true, program_events_in_flight, false, 4'096};
 
 }  // namespace millrace::fabric::wire

@@ -22,8 +22,7 @@ struct EndpointOptions {
   /// A reader that hands out also what nobody is believed to have said, marked so
   /// (Taken::standing).
   bool doubtful = false;
-  /// A reader that takes samples of so many keys of each writer, and drops those of others before
-  /// anything is kept of them; 0: of all.
+  /// Of a reader, in place of Topic::most_keys; 0: what the topic says.
   std::size_t most_keys = 0;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;

@@ -28,6 +28,8 @@ class KeyLimit {
   KeyLimit(const KeyLimit&) = delete;
   KeyLimit& operator=(const KeyLimit&) = delete;
 
+  [[nodiscard]] std::size_t most() const { return most_; }
+
   /// Has samples of further keys dropped before Cyclone makes anything of them. For a topic entity
   /// of this reader's own.
   void watch(const dds::Entity& topic);

@@ -6,7 +6,7 @@ namespace millrace::fabric::wire {
 
 static_assert(convert<int>(NoticeLevel::problem) == millrace_notice_problem);
 
-const Topic notice_topic{"millrace/notice", &millrace_Notice_desc, true, 1};
+const Topic notice_topic{"millrace/notice", &millrace_Notice_desc, true, 1, false, 1'024};
 
 Encoded<millrace_Notice> Codec<Notice>::encode(const Notice& value) {
   Filler<millrace_Notice> filler;

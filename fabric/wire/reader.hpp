@@ -72,9 +72,10 @@ class Reader {
 
   [[nodiscard]] const Witness& witness() const { return witness_; }
 
-  /// A writer of which samples of too many keys were dropped since the last call (most_keys), as
-  /// people may look for it.
+  /// A writer of which samples of too many keys were dropped since the last call
+  /// (Topic::most_keys), as people may look for it; and how many are taken of it.
   std::optional<std::string> take_flooding();
+  [[nodiscard]] std::size_t most_keys() const { return limit_ ? limit_->most() : 0; }
   /// What DDS calls the program of a writer.
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
     return wire::program_of(reader_, writer);
@@ -101,6 +102,9 @@ class Reader {
     std::optional<dds::Badges::Waiter> waiter;
   };
 
+  static std::unique_ptr<KeyLimit> limit_of(std::size_t most) {
+    return most > 0 ? std::make_unique<KeyLimit>(most) : nullptr;
+  }
   /// Whether it is to be handed out now.
   bool judge(Taken<Value>& taken);
   void drop(const Taken<Value>& taken);
@@ -162,7 +166,7 @@ Reader<Value>::Reader(const dds::Participant& participant, const std::string& pa
                       const EndpointOptions& options)
     : witness_(participant),
       doubtful_(options.doubtful),
-      limit_(options.most_keys > 0 ? std::make_unique<KeyLimit>(options.most_keys) : nullptr),
+      limit_(limit_of(options.most_keys > 0 ? options.most_keys : Codec<Value>::topic().most_keys)),
       topic_(create_topic(participant, Codec<Value>::topic())),
       subscriber_(create_subscriber(participant, partition)) {
   if (limit_) {

@@ -47,12 +47,15 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 const Topic request_topic{"millrace/v3/request", &millrace_Request_desc, true, calls_in_flight};
 const Topic reply_topic{"millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight};
-const Topic channel_topic{"millrace/channel", &millrace_ChannelStatus_desc, true, last_only};
+const Topic channel_topic{
+    "millrace/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
 const Topic beat_topic{"millrace/v3/beat", &millrace_Beat_desc, false, last_only, true};
-const Topic machine_topic{"millrace/machine", &millrace_MachineStatus_desc, true, last_only};
+const Topic machine_topic{
+    "millrace/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};
 const Topic command_topic{"millrace/command", &millrace_Command_desc, false, commands_in_flight};
-const Topic outcome_topic{"millrace/outcome", &millrace_Outcome_desc, true, outcomes_in_flight};
+const Topic outcome_topic{
+    "millrace/outcome", &millrace_Outcome_desc, true, outcomes_in_flight, false, 1'024};
 
 dds::Qos writer_qos(const Topic& topic, std::string_view user_data) {
   dds::Qos qos = common_qos(topic, user_data);

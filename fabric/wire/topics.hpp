@@ -18,6 +18,7 @@
 // other; the number in it is the version.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -39,6 +40,10 @@ struct Topic {
   std::int32_t writer_depth = 1;
   /// A sample that is lost is followed by the next one soon.
   bool best_effort = false;
+  /// Of so many keys of each writer a reader takes samples, and drops those of others before
+  /// anything is kept of them: far more than a plant has, and as many as a stranger may cost us
+  /// memory. 0: all, where a writer's keys come and go with instances.
+  std::size_t most_keys = 0;
 };
 
 /// Of the wire: the number in the names of the topics that have changed since the first.

@@ -412,6 +412,33 @@ TEST_P(AnInsider, BeatsForEverNewProcessesAndFillsNoMemory) {
   EXPECT_TRUE(bench::keeps_what_is_freed || after - before < 8.0);
 }
 
+TEST_P(AnInsider, TellsOfEverNewOutcomesAndNoticesAndFillsNoMemory) {
+  start(2);
+  Process recorder = chain.millrace({"record", "-o", (chain.folder() / "run.mcap").string()});
+  recorder.await("^ready: ");
+  dds::Participant participant(join("service"));
+  wire::Writer<Outcome> outcomes(participant, "millrace");
+  wire::Writer<Notice> notices(participant, "millrace");
+  await("who hears it", [&] { return !outcomes.matched().empty() && !notices.matched().empty(); });
+  const double before = bench::resident_mib(recorder.pid());
+  for (int i = 0; i < 60'000; ++i) {
+    static_cast<void>(outcomes.write({.responder = InstanceId::random(), .done = true}));
+    static_cast<void>(
+        notices.write({.key = {.responder = InstanceId::random(), .kind = "archive"}}));
+    if (i % 64 == 0) {
+      std::this_thread::yield();
+    }
+  }
+  recorder.await_error("tells of more than 1024 things on millrace/outcome", allowed);
+  recorder.await_error("tells of more than 1024 things on millrace/notice", allowed);
+  const double after = bench::resident_mib(recorder.pid());
+  std::cout << fmt::format("the recorder's memory before and after: {:.1f}, {:.1f} MiB\n", before,
+                           after);
+  EXPECT_TRUE(bench::keeps_what_is_freed || after - before < 16.0);
+  recorder.terminate();
+  EXPECT_EQ(recorder.wait(allowed), 0);
+}
+
 /// Sends announcements of participants that it has recorded, with GUIDs of its own, from an address
 /// that is no host's.
 class AReplayer : public AHostileParticipant {
