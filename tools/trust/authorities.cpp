@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include <fmt/format.h>
 #include <sys/stat.h>
 
 #include "base/openssl/signed_text.hpp"
 #include "base/posix/durable_file.hpp"
+#include "base/posix/guarded_file.hpp"
 #include "fabric/trust/folder.hpp"
 #include "fabric/trust/governance.hpp"
 #include "fabric/trust/grants.hpp"
@@ -40,13 +39,11 @@ fs::path certificate_file(const fs::path& folder, std::string_view name) {
 }
 
 tl::expected<std::string, std::string> content_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (!in.is_open() || in.bad()) {
-    return tl::unexpected(
-        fmt::format("{}: cannot be read ({})", file.string(), std::strerror(errno)));
-  }
-  return text;
+  return base::posix::read_guarded(file, base::posix::Secrecy::open)
+      .map_error([&](const base::posix::FileFault& fault) {
+        return fmt::format("{}: {}{}{}", file.string(), fault.what,
+                           fault.advice.empty() ? "" : "; ", fault.advice);
+      });
 }
 
 /// A key that is not encrypted is its owner's alone.

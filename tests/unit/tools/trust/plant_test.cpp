@@ -416,6 +416,18 @@ TEST_F(PlantTest, IssuesAFolderInWhichAPipeIsNoFile) {
   }
 }
 
+// `millrace trust issue` waited for whoever writes the pipe.
+TEST_F(PlantTest, TakesNoAuthorityFromAPipeOrFromWhatOthersMayWrite) {
+  create();
+  const fs::path file = folder / "authorities/identity.pem";
+  fs::permissions(file, fs::perms(0666));
+  EXPECT_THAT(open().issue(service(), {}, {}, now).error(),
+              HasSubstr("everybody on this host can write it"));
+  fs::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  EXPECT_THAT(open().issue(service(), {}, {}, now).error(), HasSubstr("is no regular file"));
+}
+
 TEST_F(PlantTest, SaysWhatAFolderIsNot) {
   EXPECT_THAT(Plant::open(temporary.path()).error(), HasSubstr("millrace trust init"));
 }
