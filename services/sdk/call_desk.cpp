@@ -118,10 +118,10 @@ std::optional<std::string> CallDesk::why_declined(const Request& request) const 
     return "it has declined this attempt before";
   }
   const bool full = running_.size() + waiting_.size() >= options_.concurrency;
-  // Its own run, which was given up, ends before it is run anew.
+  // Its own run, which was given up, ends before it is run anew. Also if a gateway that has started
+  // again asks: it would be given back to us at once, and declined again, until that run ends.
   const auto running = running_.find(request.call);
-  const bool anew = running != running_.end() && running->second.cancelled &&
-                    name_of(running->second.request) == name_of(request);
+  const bool anew = running != running_.end() && running->second.cancelled;
   if (full && !anew && (!request.may_wait || waiting_.size() >= options_.most_waiting)) {
     return fmt::format("it has room for {} at once", options_.concurrency);
   }

@@ -261,17 +261,6 @@ TEST_F(AStranger, ThatAsksUnderTheIdOfARunningCallHasItsTurnAfterIt) {
   EXPECT_EQ(only<Start>(next).front().request.text, "9");
 }
 
-// The gateway would take it for an instance that has room.
-TEST_F(AStranger, WhoseCancelledRunHasTheSameIdGetsNobodyRoomBeyondTheRest) {
-  started(of_a_stranger(request(1), "9"));
-  EXPECT_THAT(only<Cancel>(sut.on_withdrawn(key_of_a_stranger())), SizeIs(1));
-  Request late = request(1);
-  late.may_wait = false;
-  const auto sent = only<Send>(sut.on_request(late, now));
-  ASSERT_THAT(sent, SizeIs(1));
-  EXPECT_EQ(sent.front().reply.kind, fabric::ReplyKind::declined);
-}
-
 // A handler that runs was told that nobody waits.
 TEST_F(AStranger, ThatTakesBackItsOwnWaitingCallTellsNoHandlerOfTheSameId) {
   started(request(1));
