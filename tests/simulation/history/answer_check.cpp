@@ -62,7 +62,7 @@ void AnswerCheck::on(const Claimed& fact, Time) {
 }
 
 void AnswerCheck::on(const Replied& fact, Time) {
-  if (fact.reply.kind != fabric::ReplyKind::declined) {
+  if (fact.reply.kind == fabric::ReplyKind::final) {
     replies_[fact.reply.call].push_back(fact.reply);
   }
 }
@@ -206,9 +206,6 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
     if (fact.variable == gateway::Variable::request_state) {
       // So late it may have wiped RESPONSE_STATE, and the program waits again.
       finals_.erase(fact.call);
-    } else if (fact.variable == gateway::Variable::response_state && !crossed && !fact.crossed &&
-               channel.text_by == fact.gateway) {
-      judge_interim(fact);
     }
     return;
   }
@@ -238,25 +235,11 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   }
 }
 
-/// An interim state stands beside the text that was said with it.
-void AnswerCheck::judge_interim(const WriteDone& fact) {
-  const auto said = [&](const fabric::Reply& reply) {
-    return reply.kind == fabric::ReplyKind::interim && fact.value == gateway::Value{reply.state} &&
-           (fact.response == reply.text || fact.response == gateway::printable(reply.text));
-  };
-  if (std::ranges::none_of(replies_[fact.call], said)) {
-    violations_.push_back(
-        fmt::format("I10: an interim state of {} is shown beside \"{}\", which "
-                    "no instance has said with it",
-                    fact.call.to_string(), fact.response));
-  }
-}
-
 /// It is what the instance has said of this call that the answer names.
 void AnswerCheck::judge_writer(const WriteDone& fact) {
   const gateway::Answer& answer = *fact.answer;
   const auto said = [&](const fabric::Reply& reply) {
-    return reply.kind == fabric::ReplyKind::final && reply.instance == answer.instance &&
+    return reply.instance == answer.instance &&
            (answer.text == gateway::printable(reply.text) || answer.text == reply.text ||
             stands_for_a_refused_one(answer.text));
   };

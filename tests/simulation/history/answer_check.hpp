@@ -88,7 +88,6 @@ class AnswerCheck final : public Check {
   void on(const Other&, Time) {}
 
   void judge_value(const WriteAsked& fact);
-  void judge_interim(const WriteDone& fact);
   void judge_writer(const WriteDone& fact);
   static void close(Channel& channel, Time now);
   static void blur(Channel& channel, const gateway::PendingRequest& request);
