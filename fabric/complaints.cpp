@@ -18,7 +18,7 @@ std::optional<std::string> Complaints::note(const std::string& kind, const std::
     heard_.emplace(std::pair(kind, about), Heard{.since = now, .text = text});
     return text;
   }
-  const std::string line = fmt::format("{}; more is wrong than is told one by one", text);
+  const std::string line = fmt::format("{}; problems of more kinds are only counted", text);
   if (others_) {
     return note(*others_, line, now);
   }

@@ -1,4 +1,5 @@
-// What becomes of the channels of machines.
+// What the call control hears of its channels: those of machines, and those that the gateway plays
+// for message queues.
 #include "gateway/core/core.hpp"
 
 namespace millrace::gateway::core {
@@ -42,6 +43,43 @@ void Core::on_change(const fabric::ChannelKey& key, Variable variable) {
 
 machines::Channels Core::channels_of(const std::string& machine) const {
   return control_.channels_of(machine);
+}
+
+bool Core::tell_of_queues() {
+  bool some = false;
+  while (const auto event = queues_.next_event()) {
+    some = true;
+    const fabric::ChannelKey& key = event->key;
+    switch (event->kind) {
+      using enum MessageQueues::ChannelEvent::Kind;
+      case opened:
+        control_.on_link_up(key.machine, {key.channel}, now_);
+        // Whatever changes there, we do.
+        control_.set_told(key, true, now_);
+        break;
+      case down:
+        control_.on_link_down(key.machine, event->reason, now_);
+        break;
+      case retired:
+        control_.retire(key, now_);
+        break;
+      case read:
+        on_queue_read(key, event->shown);
+        break;
+      case written:
+        control_.on_write(key, WriteOutcome::written, "", now_);
+        break;
+      case changed:
+        control_.on_change(key, Variable::request_state, now_);
+        break;
+    }
+    queues_.on_event_told(*event);
+  }
+  return some;
+}
+
+void Core::on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
+  control_.on_read(key, snapshot, now_);
 }
 
 }  // namespace millrace::gateway::core

@@ -1,7 +1,5 @@
 // What channels do to the world: those of controllers, and those that the gateway plays for message
 // queues.
-#include <utility>
-
 #include <fmt/format.h>
 
 #include "gateway/core/core.hpp"
@@ -18,43 +16,6 @@ void Core::write(const fabric::ChannelKey& key, const Write& write) {
   } else {
     machines_.write(key, write.variable, write.value);
   }
-}
-
-bool Core::tell_of_queues() {
-  bool some = false;
-  while (const auto event = queues_.next_event()) {
-    some = true;
-    const fabric::ChannelKey& key = event->key;
-    switch (event->kind) {
-      using enum MessageQueues::ChannelEvent::Kind;
-      case opened:
-        control_.on_link_up(key.machine, {key.channel}, now_);
-        // Whatever changes there, we do.
-        control_.set_told(key, true, now_);
-        break;
-      case down:
-        control_.on_link_down(key.machine, event->reason, now_);
-        break;
-      case retired:
-        control_.retire(key, now_);
-        break;
-      case read:
-        on_queue_read(key, event->shown);
-        break;
-      case written:
-        control_.on_write(key, WriteOutcome::written, "", now_);
-        break;
-      case changed:
-        control_.on_change(key, Variable::request_state, now_);
-        break;
-    }
-    queues_.on_event_told(*event);
-  }
-  return some;
-}
-
-void Core::on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
-  control_.on_read(key, snapshot, now_);
 }
 
 void Core::write_queue(const fabric::ChannelKey& key, const Write& write) {

@@ -42,8 +42,7 @@ struct GatewayIdentity {
   std::uint64_t epoch = 0;
 };
 
-/// What becomes of channels. May ask channels_of(), and calls nothing else back
-/// from within.
+/// What becomes of channels. May ask channels_of(), and calls nothing else back from within.
 class MachinesListener {
  public:
   virtual ~MachinesListener() = default;

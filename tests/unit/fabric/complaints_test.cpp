@@ -40,7 +40,7 @@ TEST(Complaints, OfManyKindsLeaveRoomForNewOnesOnceTheyAreOver) {
   }
   static_cast<void>(sut.note("kind", "x", "one too many", start));
   EXPECT_EQ(sut.note("kind", "y", "two too many", start + 60s),
-            "two too many; more is wrong than is told one by one");
+            "two too many; problems of more kinds are only counted");
   EXPECT_EQ(sut.note("forged", "later", "another one", start + 120s), "another one");
 }
 
@@ -57,7 +57,7 @@ TEST(Complaints, OfTooManyKindsAreCountedTogether) {
     EXPECT_TRUE(sut.note("kind", std::to_string(i), "text", start));
   }
   EXPECT_EQ(sut.note("kind", "x", "one too many", start),
-            "one too many; more is wrong than is told one by one");
+            "one too many; problems of more kinds are only counted");
   EXPECT_EQ(sut.note("kind", "y", "two too many", start), std::nullopt);
   EXPECT_THAT(sut.due(start + 60s), ElementsAre("1 messages were wrong in other ways in 60 s"));
 }
