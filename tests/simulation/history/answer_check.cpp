@@ -45,9 +45,15 @@ void AnswerCheck::on(const ProgramMoved& fact, Time now) {
   Channel& channel = channels_[fact.key];
   channel.texts_left = fact.texts_stay;
   const auto& stretches = channel.stretches;
-  if (fact.texts_stay && !stretches.empty() && stretches.back().answered_by) {
+  // The last of all may be of a request that was given up before, and whose answer came late.
+  auto last = stretches.rbegin();
+  if (last != stretches.rend() && !last->answered_by) {
+    last = std::find_if(last, stretches.rend(),
+                        [&](const Stretch& one) { return one.request == channel.asked; });
+  }
+  if (fact.texts_stay && last != stretches.rend() && last->answered_by) {
     // Both states are 0 and the texts are ours: as if the last write had never arrived.
-    finals_.erase(*stretches.back().answered_by);
+    finals_.erase(*last->answered_by);
     channel.wiped = true;
   } else if (!fact.texts_stay) {
     channel.wiped = false;
