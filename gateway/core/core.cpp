@@ -18,14 +18,18 @@ Core::Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledge
     : fabric_(fabric),
       host_(host),
       options_(std::move(options)),
+      paces_(settings::paces_of(options_.machines)),
       ledger_(ledger),
       now_(host.now()),
       stall_(options_.lease),
-      control_(*this,
-               {.paces = settings::paces_of(options_.machines), .policies = options_.policies},
-               ledger),
+      numbers_(ledger.numbers()),
       queues_(fabric, host),
-      machines_(options_.own, fabric, host, *this) {}
+      machines_(options_.own, fabric, host, *this) {
+  context_.standing.resume(ledger.standing());
+  for (const Call& call : ledger.open_calls()) {
+    open(call.key).resume(call, policy_of(call.key, fabric::canonical_uuid(call.request.uuid)));
+  }
+}
 
 void Core::enter() {
   assert(!inside_);
@@ -40,14 +44,15 @@ void Core::enter() {
 }
 
 void Core::finish() {
+  remove_left_channels();
   // What a queue's call has asked may end a channel, of which the machines are told, and so on.
   do {
     machines_.finish(now_);
   } while (tell_of_queues());
   machines_.ask_values(now_);
-  if (ends_at_ && !may_end_ && (!control_.answering() || *ends_at_ <= now_.steady)) {
+  if (ends_at_ && !may_end_ && (!answering() || *ends_at_ <= now_.steady)) {
     may_end_ = true;
-    host_.may_end(control_.answering());
+    host_.may_end(answering());
   }
   if (const auto next = next_time(); next != wakes_at_) {
     wakes_at_ = next;
@@ -58,7 +63,7 @@ void Core::finish() {
 
 std::optional<SteadyTime> Core::next_time() const {
   std::optional<SteadyTime> first = may_end_ ? std::nullopt : ends_at_;
-  for (const auto& one : {control_.next_time(), machines_.next_time(), queues_.next_time()}) {
+  for (const auto& one : {next_time_of_calls(), machines_.next_time(), queues_.next_time()}) {
     if (one && (!first || *one < *first)) {
       first = one;
     }
@@ -77,7 +82,11 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
   enter();
   options_.machines = std::move(machines);
   options_.policies = std::move(policies);
-  control_.change(settings::paces_of(options_.machines), options_.policies, now_);
+  paces_ = settings::paces_of(options_.machines);
+  for (auto& [key, session] : sessions_) {
+    session.set_pace(pace_of(key.machine));
+  }
+  offer_again();
   queues_.set(settings::queues_of(options_.machines), ledger_.queues(), now_);
   machines_.set(options_.machines, now_);
   finish();
@@ -86,13 +95,17 @@ void Core::change(std::vector<settings::MachineSettings> machines, Policies poli
 void Core::stop() {
   enter();
   ends_at_ = now_.steady + longest_end;
-  control_.set_obstacle("the gateway is ending", now_);
+  stop_accepting("the gateway is ending");
   finish();
 }
 
 void Core::end() {
   enter();
-  control_.take_back(now_);
+  for (auto& [key, session] : sessions_) {
+    session.let_go(now_);
+    follow(session);
+  }
+  dispose(context_.answered.take_all());
   finish();
 }
 
@@ -101,10 +114,34 @@ void Core::on_time() {
   wakes_at_.reset();
   machines_.on_time(now_);
   queues_.on_time(now_);
-  if (const auto next = control_.next_time(); next && *next <= now_.steady) {
-    control_.on_time(now_);
+  if (const auto next = next_time_of_calls(); next && *next <= now_.steady) {
+    on_time_of_calls();
   }
   finish();
+}
+
+std::optional<SteadyTime> Core::next_time_of_calls() const {
+  std::optional<SteadyTime> first;
+  for (const auto& one : {dispatcher_.next_time(), context_.answered.next_time(), timers_.next()}) {
+    if (one && (!first || *one < *first)) {
+      first = one;
+    }
+  }
+  return first;
+}
+
+void Core::on_time_of_calls() {
+  const std::size_t known = dispatcher_.known();
+  apply(dispatcher_.on_time(now_.steady));
+  if (dispatcher_.known() != known) {
+    offer_again();
+  }
+  dispose(context_.answered.due(now_.steady));
+  for (const fabric::ChannelKey& key : timers_.take_due(now_.steady)) {
+    channel::ChannelSession& session = *index_.at(key);
+    session.on_wake(now_);
+    follow(session);
+  }
 }
 
 SteadyTime Core::beat() {
@@ -143,7 +180,7 @@ void Core::on_read(const fabric::ChannelKey& key, const Snapshot& snapshot) {
     // First, so that it is known when to look next.
     machines_.on_read(key, snapshot, now_);
     machines_.on_call_answered(key.machine, now_);
-    control_.on_read(key, snapshot, now_);
+    read_channel(key, snapshot);
   }
   finish();
 }
@@ -152,7 +189,7 @@ void Core::on_read_failed(const fabric::ChannelKey& key, const std::string& reas
   enter();
   if (machines_.linked(key.machine)) {
     machines_.on_call_answered(key.machine, now_);
-    control_.on_read_failed(key, reason, now_);
+    step(key, [&](channel::ChannelSession& session) { session.on_read_failed(reason, now_); });
   }
   finish();
 }
@@ -162,7 +199,7 @@ void Core::on_write(const fabric::ChannelKey& key, WriteOutcome outcome,
   enter();
   if (machines_.linked(key.machine)) {
     machines_.on_call_answered(key.machine, now_);
-    control_.on_write(key, outcome, reason, now_);
+    step(key, [&](channel::ChannelSession& session) { session.on_write(outcome, reason, now_); });
   }
   finish();
 }
@@ -207,10 +244,19 @@ void Core::on_variable_request(const fabric::VariableRequest& request) {
 
 void Core::on_recorded(const Ticket& ticket) {
   enter();
-  if (ticket.owner == Ticket::Owner::queue) {
-    queues_.on_recorded(ticket, now_);
-  } else {
-    control_.on_recorded(ticket, now_);
+  switch (ticket.owner) {
+    case Ticket::Owner::queue:
+      queues_.on_recorded(ticket, now_);
+      break;
+    case Ticket::Owner::numbers:
+      numbers_.on_recorded();
+      if (std::exchange(out_of_numbers_, false)) {
+        offer_again();
+      }
+      break;
+    default:
+      step(ticket.key,
+           [&](channel::ChannelSession& session) { session.on_recorded(ticket.number, now_); });
   }
   finish();
 }
@@ -218,7 +264,12 @@ void Core::on_recorded(const Ticket& ticket) {
 void Core::on_journal_trouble(const std::string& trouble) {
   enter();
   if (!ends_at_) {
-    control_.set_journal_trouble(trouble, now_);
+    context_.journal_trouble = trouble;
+    for (auto& [key, session] : sessions_) {
+      session.show_again(now_);
+      follow(session);
+    }
+    stop_accepting(trouble);
   }
   host_.notice({.kind = "journal"}, trouble,
                "make room on the disk, or give it its folder back; it goes on by itself");
@@ -227,31 +278,38 @@ void Core::on_journal_trouble(const std::string& trouble) {
 
 void Core::on_instance_ready(const fabric::InstanceIdentity& instance) {
   enter();
-  control_.on_instance_ready(instance, now_);
+  apply(dispatcher_.on_instance_ready(instance));
+  offer_again();
   finish();
 }
 
 void Core::on_instance_gone(const fabric::InstanceId& instance) {
   enter();
-  control_.on_instance_gone(instance, now_);
+  apply(dispatcher_.on_instance_gone(instance, now_.steady));
   finish();
 }
 
 void Core::on_load(const fabric::InstanceLoad& load) {
   enter();
-  control_.on_load(load, now_);
+  apply(dispatcher_.on_load(load, now_.steady));
   finish();
 }
 
 void Core::on_reply(const fabric::Reply& reply) {
   enter();
-  control_.on_reply(reply, now_);
+  step(reply.key, [&](channel::ChannelSession& session) { session.on_reply(reply, now_); });
   finish();
 }
 
 void Core::set_interest(const Interest& interest) {
   enter();
-  control_.set_interest(interest, now_);
+  const Interest before = std::exchange(context_.interest, interest);
+  if (interest.statuses && !before.statuses) {
+    for (auto& [key, session] : sessions_) {
+      session.show_again(now_);
+      follow(session);
+    }
+  }
   finish();
 }
 
@@ -271,22 +329,6 @@ void Core::on_channel(const fabric::ChannelStatus& status) {
   enter();
   machines_.on_channel(status, now_);
   finish();
-}
-
-control::Verdict Core::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
-                                 const control::OperatorAnswer& answer) {
-  enter();
-  control::Verdict verdict = control_.on_answer(key, call, answer, now_);
-  finish();
-  return verdict;
-}
-
-control::Verdict Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
-                                const std::string& by) {
-  enter();
-  control::Verdict verdict = control_.on_retry(key, call, by, now_);
-  finish();
-  return verdict;
 }
 
 }  // namespace millrace::gateway::core

@@ -1,26 +1,37 @@
-// The gateway without its sockets: call control, machines and message queues, and how they are
-// wired to each other and to the ports. Decides only.
+// The gateway without its sockets: the Service Interfaces of all channels, machines and message
+// queues, who gets which call, and how all that is wired to the ports. Decides only.
 //
-//   Core core(fabric, host, own, lease, machines, policies, ledger);
+//   Core core(fabric, host, {own, lease, machines, policies}, ledger);
 //   core.start();                                     → host.connect(…)
 //   core.on_link_up("cnc", {1, 2});                   → the link's read(…)
 //   core.on_read({"cnc", 1}, snapshot);
 //
-// Each function that is no `const` is an input: an event with the time that Host::now() has where
-// it begins. First it notices that this gateway stood still, if it did: others may have taken its
-// machines over meanwhile, so links may go before the event itself is looked at. Last it does what
-// the event has left to do, and asks to be woken.
+// Each public function that is no `const` is an input: an event with the time that Host::now() has
+// where it begins. First it notices that this gateway stood still, if it did: others may have taken
+// its machines over meanwhile, so links may go before the event itself is looked at. Last it does
+// what the event has left to do, and asks to be woken.
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
-#include "gateway/control/call_control.hpp"
+#include <tl/expected.hpp>
+
+#include "fabric/channel_key_hash.hpp"
+#include "gateway/channel/session.hpp"
+#include "gateway/core/call_numbers.hpp"
 #include "gateway/core/machines.hpp"
 #include "gateway/core/message_queues.hpp"
 #include "gateway/core/ports.hpp"
+#include "gateway/core/predecessor_calls.hpp"
+#include "gateway/core/timers.hpp"
+#include "gateway/dispatch/dispatcher.hpp"
+#include "gateway/journal/ledger.hpp"
 #include "gateway/machines/stall_detector.hpp"
 
 namespace millrace::gateway::core {
@@ -33,13 +44,35 @@ struct CoreOptions {
   Policies policies{};
 };
 
+/// What became of an operator's command.
+struct CommandResult {
+  bool done = false;
+  std::string detail;
+};
+
+/// What an operator wants a program to get.
+struct OperatorAnswer {
+  std::string text;
+  std::uint32_t state = 0;
+  /// For people: "operator@host".
+  std::string by;
+};
+
+/// What became of the calls of all channels since the start.
+struct CallCounts {
+  std::uint64_t answered = 0;
+  /// With an error in the service's place.
+  std::uint64_t failed = 0;
+  std::uint64_t withdrawn = 0;
+};
+
 class Core : public machines::LinkEvents, protected MachinesListener, private Outputs {
  public:
-  /// All must outlive this. `ledger` is what the journal adds up to.
+  /// Fabric and Host outlive this, and so does `ledger`, what the journal adds up to.
   Core(Fabric& fabric, Host& host, CoreOptions options, const journal::Ledger& ledger);
 
   void start();
-  /// The configuration has changed.
+  /// The configuration has changed: new policies are for calls that are accepted from now on.
   void change(std::vector<settings::MachineSettings> machines, Policies policies);
   /// No call is accepted any more; then Host::may_end().
   void stop();
@@ -71,14 +104,17 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
 
   // What the journal says.
   void on_recorded(const Ticket& ticket);
-  /// It cannot be written, and why; empty = it can again.
+  /// It cannot be written, and why; empty = it can again. No call is accepted meanwhile, and those
+  /// that wait for it say so.
   void on_journal_trouble(const std::string& trouble);
 
   // What happens on the fabric.
   void on_instance_ready(const fabric::InstanceIdentity& instance);
   void on_instance_gone(const fabric::InstanceId& instance);
   void on_load(const fabric::InstanceLoad& load);
+  /// A reply for a channel that no machine of ours has belongs to another gateway.
   void on_reply(const fabric::Reply& reply);
+  /// Who reads from now on. Who begins to read is shown what is not as it was shown last.
   void set_interest(const Interest& interest);
   /// What other gateways say.
   void on_machine(const fabric::MachineStatus& status);
@@ -87,23 +123,28 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   /// Left to other gateways if the channel is not ours.
   void on_variable_request(const fabric::VariableRequest& request);
 
-  // What an operator wants.
-  control::Verdict on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
-                             const control::OperatorAnswer& answer);
-  control::Verdict on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
-                            const std::string& by);
+  // What an operator wants: answer a channel's call, or have it given out again. `call` must still
+  // be pending, and the answer be one that a channel can take. core_commands.cpp.
+  CommandResult on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
+                          const OperatorAnswer& answer);
+  CommandResult on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
+                         const std::string& by);
 
-  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return control_.serves(key); }
-  [[nodiscard]] control::CallCounts counts() const { return control_.counts(); }
+  [[nodiscard]] bool serves(const fabric::ChannelKey& key) const { return sessions_.contains(key); }
+  [[nodiscard]] CallCounts counts() const;
 
  protected:
-  // The simulation sees through these what becomes of machines, and what the gateway shows its own
-  // calls of a message queue.
+  // What becomes of machines; core_channels.cpp. The simulation sees through these what becomes of
+  // them, and what the gateway shows its own calls of a message queue.
   void on_serve(const std::string& machine, const machines::Channels& channels) override;
   void on_lost(const std::string& machine, const std::string& reason) override;
   void on_link_dropped(const std::string& machine, const std::string& reason) override;
   void on_retired(const fabric::ChannelKey& key) override;
   void on_refused(const fabric::ChannelKey& key, const std::string& reason) override;
+  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
+  void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
+  void on_change(const fabric::ChannelKey& key, Variable variable) override;
+  [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override;
   virtual void on_queue_read(const fabric::ChannelKey& key, const Snapshot& snapshot);
   virtual void write_queue(const fabric::ChannelKey& key, const Write& write);
   [[nodiscard]] Snapshot look_at_queue(const fabric::ChannelKey& key) const {
@@ -113,15 +154,65 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
  private:
   void enter();
   void finish();
-  /// Tells the call control what its channels of message queues have to say; false if nothing.
-  bool tell_of_queues();
   [[nodiscard]] std::optional<SteadyTime> next_time() const;
+  /// When something is due with a channel or a call.
+  [[nodiscard]] std::optional<SteadyTime> next_time_of_calls() const;
+  void on_time_of_calls();
 
-  // What becomes of machines.
-  void on_inherited(const fabric::ChannelStatus& status, const std::string& from) override;
-  void on_pushed(const fabric::ChannelKey& key, bool pushed) override;
-  void on_change(const fabric::ChannelKey& key, Variable variable) override;
-  [[nodiscard]] machines::Channels channels_of(const std::string& machine) const override;
+  // Which channels there are; core_channels.cpp.
+  channel::ChannelSession* find(const fabric::ChannelKey& key);
+  channel::ChannelSession& open(const fabric::ChannelKey& key);
+  [[nodiscard]] Pace pace_of(const std::string& machine) const;
+  /// These are served, and those that are leaving are brought to their end.
+  void link_up(const std::string& machine, const machines::Channels& channels);
+  void link_down(const std::string& machine, const std::string& reason);
+  template <typename End>
+  void lose_link(const std::string& machine, End end);
+  void retire(const fabric::ChannelKey& key);
+  void remember(const fabric::ChannelKey& key, PredecessorCall call);
+  /// Ends channels that are retired or refused once nothing is left to do there.
+  void remove_left_channels();
+  void dispose(const std::vector<fabric::RequestKey>& requests);
+  /// Tells the channels of message queues what the queues have to say; false if nothing.
+  bool tell_of_queues();
+
+  // What the steps of a channel mean for calls; core_requests.cpp.
+  void read_channel(const fabric::ChannelKey& key, const Snapshot& snapshot);
+  /// Nothing if the channel has no session any more.
+  template <typename Step>
+  void step(const fabric::ChannelKey& key, Step step) {
+    if (channel::ChannelSession* session = find(key)) {
+      step(*session);
+      follow(*session);
+    }
+    remove_left_channels();
+  }
+  /// Does what the session's last steps ask for.
+  void follow(channel::ChannelSession& session);
+  void apply(const dispatch::Decisions& decisions);
+  /// The session has found a request.
+  void admit(channel::ChannelSession& session);
+  bool hold_for_predecessor(channel::ChannelSession& session, const std::string& canonical_uuid,
+                            const Policy& policy);
+  /// Why requests are left alone may be another reason now, or none.
+  void offer_again();
+  /// No call is accepted, and why; empty = they are again.
+  void stop_accepting(const std::string& reason);
+  [[nodiscard]] Policy policy_of(const fabric::ChannelKey& key,
+                                 const std::string& canonical_uuid) const;
+  fabric::CallId next_id();
+  void reserve_numbers();
+  /// An answer is on its way into a channel.
+  [[nodiscard]] bool answering() const;
+
+  // What an operator wants; core_commands.cpp.
+  CommandResult answer_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                               const OperatorAnswer& answer);
+  CommandResult retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                              const std::string& by);
+  /// The error is for the operator.
+  tl::expected<channel::ChannelSession*, std::string> find_pending(const fabric::ChannelKey& key,
+                                                                   const fabric::CallId& call);
 
   // What channels do; core_outputs.cpp.
   void read(const fabric::ChannelKey& key, ReadSet look) override;
@@ -138,12 +229,31 @@ class Core : public machines::LinkEvents, protected MachinesListener, private Ou
   Fabric& fabric_;
   Host& host_;
   CoreOptions options_;
+  std::map<std::string, Pace> paces_;
   const journal::Ledger& ledger_;
   Moment now_;
   /// An input is at work.
   bool inside_ = false;
   machines::StallDetector stall_;
-  control::CallControl control_;
+  dispatch::Dispatcher dispatcher_;
+  /// Before the sessions, which refer to it.
+  channel::ChannelContext context_{*this};
+  /// By machine.
+  std::map<std::string, std::shared_ptr<WriteEffects>> effects_;
+  std::map<fabric::ChannelKey, channel::ChannelSession> sessions_;
+  /// The same, to find one quickly.
+  std::unordered_map<fabric::ChannelKey, channel::ChannelSession*, fabric::ChannelKeyHash> index_;
+  /// Sessions that are retired or refused, until they are over.
+  std::set<fabric::ChannelKey> leaving_;
+  /// Of channels that have left.
+  CallCounts left_counts_;
+  PredecessorCalls predecessors_;
+  Timers timers_;
+  CallNumbers numbers_;
+  /// A request was left because no number was there.
+  bool out_of_numbers_ = false;
+  /// Why no call is accepted; empty while calls are.
+  std::string obstacle_;
   MessageQueues queues_;
   Machines machines_;
   /// What was asked of the host last.

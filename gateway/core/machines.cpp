@@ -102,26 +102,23 @@ void Machines::change(Machine& one, const settings::MachineSettings& settings, M
       retire(one, channel, now);
     }
   }
-  if (!one.listens_until) {
+  if (one.listening() == nullptr) {
     review(settings.name, now);
   }
 }
 
 void Machines::connect(Machine& one, Moment now) {
-  one.link = host_.connect(one.settings);
-  one.calls_under_way = 0;
+  one.phase = Machine::Connected{host_.connect(one.settings)};
   if (one.refusal.empty()) {
     one.report.on_down("connecting", now);
   }
 }
 
 void Machines::drop_link(Machine& one, const std::string& reason, Moment now) {
-  if (!one.link) {
+  if (one.connected() == nullptr) {
     return;
   }
-  one.link.reset();
-  one.up = false;
-  one.served.clear();
+  one.phase = Machine::StandingBy{};
   one.watch.link_down();
   one.values.on_dropped(now);
   listener_.on_link_dropped(one.settings.name, reason);
@@ -147,21 +144,20 @@ void Machines::publish(Machine& one) {
 
 Machines::Machine* Machines::find_linked(const std::string& machine) {
   Machine& one = machines_.at(machine);
-  return one.link ? &one : nullptr;
+  return one.connected() != nullptr ? &one : nullptr;
 }
 
 void Machines::on_link_up(const std::string& machine, const Channels& channels, Moment now) {
   if (Machine* one = find_linked(machine)) {
-    one->up = true;
-    one->found = channels;
+    one->connected()->found = channels;
     serve(*one, now);
   }
 }
 
 void Machines::on_link_down(const std::string& machine, const std::string& reason, Moment now) {
   if (Machine* one = find_linked(machine)) {
-    one->up = false;
-    one->served.clear();
+    one->connected()->found.reset();
+    one->connected()->served.clear();
     one->watch.link_down();
     if (one->refusal.empty()) {
       one->report.on_down(reason, now);
@@ -222,7 +218,7 @@ void Machines::on_channel(const fabric::ChannelStatus& status, Moment now) {
   // Also of machines that our configuration does not name now; it may name them again.
   last_seen_.insert_or_assign(status.key, status);
   const auto machine = machines_.find(status.key.machine);
-  if (machine != machines_.end() && machine->second.served.contains(status.key.channel)) {
+  if (machine != machines_.end() && machine->second.serves(status.key.channel)) {
     // Another gateway that did not hear us had it too.
     inherit(status.key);
   }
@@ -234,7 +230,7 @@ bool Machines::stood_still(Moment now) {
     one.report.forget_told();
     if (claims_.contested(name)) {
       contested = true;
-      if (one.link) {
+      if (one.connected() != nullptr) {
         drop_link(one, "this gateway stood still", now);
         listen(one, now);
       }
@@ -249,7 +245,9 @@ void Machines::tell_load(Moment now) {
     host_.say(Level::warn, line);
   }
   for (auto& [name, one] : machines_) {
-    one.report.on_load(one.link ? one.link->load() : machines::LinkLoad{}, now.steady);
+    const auto* const connected = one.connected();
+    one.report.on_load(connected != nullptr ? connected->link->load() : machines::LinkLoad{},
+                       now.steady);
     publish(one);
   }
 }
@@ -257,8 +255,9 @@ void Machines::tell_load(Moment now) {
 void Machines::read(const fabric::ChannelKey& key, ReadSet look) {
   Machine& one = machines_.at(key.machine);
   one.watch.looking(key.channel);
-  ++one.calls_under_way;
-  one.link->read(key.channel, look);
+  Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
+  ++connected.calls_under_way;
+  connected.link->read(key.channel, look);
 }
 
 void Machines::write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
@@ -266,14 +265,15 @@ void Machines::write(const fabric::ChannelKey& key, Variable variable, const Val
   if (variable == Variable::request_state) {
     one.watch.on_cleared(key.channel);
   }
-  ++one.calls_under_way;
-  one.link->write(key.channel, variable, value);
+  Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
+  ++connected.calls_under_way;
+  connected.link->write(key.channel, variable, value);
 }
 
 void Machines::on_call_answered(const std::string& machine, Moment now) {
-  Machine& one = machines_.at(machine);
-  if (one.calls_under_way > 0 && --one.calls_under_way == 0) {
-    one.rests_since = now.steady;
+  Machine::Connected& connected = std::get<Machine::Connected>(machines_.at(machine).phase);
+  if (connected.calls_under_way > 0 && --connected.calls_under_way == 0) {
+    connected.rests_since = now.steady;
   }
 }
 
@@ -291,7 +291,8 @@ void Machines::on_request(const fabric::VariableRequest& request, Moment now) {
 
 machines::Link* Machines::link_of(const std::string& machine) const {
   const auto one = machines_.find(machine);
-  return one == machines_.end() ? nullptr : one->second.link.get();
+  const auto* const connected = one == machines_.end() ? nullptr : one->second.connected();
+  return connected == nullptr ? nullptr : connected->link.get();
 }
 
 void Machines::finish(Moment now) {
@@ -303,8 +304,11 @@ void Machines::finish(Moment now) {
 void Machines::ask_values(Moment now) {
   for (auto& [name, one] : machines_) {
     if (one.values.is_due(now)) {
-      one.values.go_on(one.link.get(),
-                       one.calls_under_way > 0 ? std::nullopt : std::optional(one.rests_since),
+      const auto* const connected = one.connected();
+      one.values.go_on(connected != nullptr ? connected->link.get() : nullptr,
+                       connected == nullptr || connected->calls_under_way > 0
+                           ? std::nullopt
+                           : std::optional(connected->rests_since),
                        now);
     }
   }
@@ -329,7 +333,8 @@ void Machines::on_time(Moment now) {
     // It may leave.
     Machine& one = (next++)->second;
     const auto watch_time = one.watch.next_time();
-    const auto listens_until = one.listens_until;
+    const Machine::Listening* const listening = one.listening();
+    const auto listens_until = listening ? std::optional(listening->until) : std::nullopt;
     if (watch_time && *watch_time <= now.steady) {
       carry_out(one, one.watch.on_time(now.steady), now);
     } else {

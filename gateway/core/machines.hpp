@@ -17,6 +17,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "fabric/complaints.hpp"
@@ -96,7 +97,7 @@ class Machines {
   void on_answer(const std::string& machine, const machines::Answer& answer, Moment now);
   /// False if the link was taken away: what it still says is of no interest.
   [[nodiscard]] bool linked(const std::string& machine) const {
-    return machines_.at(machine).link != nullptr;
+    return machines_.at(machine).connected() != nullptr;
   }
 
   /// A session that was retired or refused is over.
@@ -131,22 +132,37 @@ class Machines {
     Machine(const settings::MachineSettings& of, machines::MachineReport told, MachineValues asked)
         : settings(of), report(std::move(told)), watch(of.watch), values(std::move(asked)) {}
 
+    /// Whether other gateways serve it is found out first.
+    struct Listening {
+      SteadyTime since;
+      SteadyTime until;
+    };
+    /// All its channels are another gateway's, which the controller shall not be troubled for.
+    struct StandingBy {};
+    struct Connected {
+      std::unique_ptr<machines::Link> link;
+      /// Reads and writes of calls that the link has not answered.
+      std::size_t calls_under_way = 0;
+      /// Since when there are none.
+      SteadyTime rests_since{};
+      /// The channels that the controller has; nothing while it does not answer.
+      std::optional<Channels> found{};
+      /// Those that are ours.
+      std::set<std::uint16_t> served{};
+    };
+
+    [[nodiscard]] Listening* listening() { return std::get_if<Listening>(&phase); }
+    [[nodiscard]] Connected* connected() { return std::get_if<Connected>(&phase); }
+    [[nodiscard]] const Connected* connected() const { return std::get_if<Connected>(&phase); }
+    [[nodiscard]] bool serves(std::uint16_t channel) const {
+      return connected() != nullptr && connected()->served.contains(channel);
+    }
+
     settings::MachineSettings settings;
     machines::MachineReport report;
-    /// It listens for other gateways since `listens_since`, until this.
-    std::optional<SteadyTime> listens_until{};
-    SteadyTime listens_since{};
+    std::variant<StandingBy, Listening, Connected> phase{};
     /// It may have served already; then its claim is not moved behind those of others.
     bool has_served = false;
-    std::unique_ptr<machines::Link> link{};
-    /// Reads and writes of calls that the link has not answered.
-    std::size_t calls_under_way = 0;
-    /// Since when there are none.
-    SteadyTime rests_since{};
-    bool up = false;
-    /// What the controller has, while the link is up.
-    Channels found{};
-    std::set<std::uint16_t> served{};
     /// The configuration names it no more.
     bool leaving = false;
     /// Who serves it in our place, as it was logged last.
@@ -168,6 +184,7 @@ class Machines {
   void listened(Machine& one, Moment now);
   void review(const std::string& machine, Moment now);
   bool refused_by_all(Machine& one, Moment now);
+  /// Of a machine that is up.
   void serve(Machine& one, Moment now);
   void connect(Machine& one, Moment now);
   void drop_link(Machine& one, const std::string& reason, Moment now);

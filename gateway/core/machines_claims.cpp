@@ -30,23 +30,22 @@ bool under_way(const fabric::ChannelStatus& status) {
 }  // namespace
 
 void Machines::listen(Machine& one, Moment now) {
-  if (!one.listens_until) {
-    one.listens_since = now.steady;
-  }
-  one.listens_until = now.steady + listen_time;
-  wake_at(one.listens_until);
+  const SteadyTime since = one.listening() != nullptr ? one.listening()->since : now.steady;
+  const SteadyTime until = now.steady + listen_time;
+  one.phase = Machine::Listening{since, until};
+  wake_at(until);
   one.report.on_down("listening whether another gateway serves this machine", now);
   publish(one);
 }
 
 void Machines::listened(Machine& one, Moment now) {
-  if (now.steady - *one.listens_until > most_late &&
-      now.steady - one.listens_since < longest_listen) {
+  const Machine::Listening& listening = *one.listening();
+  if (now.steady - listening.until > most_late && now.steady - listening.since < longest_listen) {
     listen(one, now);
     return;
   }
   const std::string machine = one.settings.name;
-  one.listens_until.reset();
+  one.phase = Machine::StandingBy{};
   if (!one.has_served) {
     const auto claimed = claims_.behind_those_that_serve(machine, one.report.status().claimed);
     one.report.claim(claimed, one.settings.channels);
@@ -99,7 +98,7 @@ void Machines::complain(const std::string& kind, const std::string& about, const
 
 void Machines::review(const std::string& machine, Moment now) {
   const auto found = machines_.find(machine);
-  if (found == machines_.end() || found->second.listens_until) {
+  if (found == machines_.end() || found->second.listening() != nullptr) {
     return;
   }
   Machine& one = found->second;
@@ -113,15 +112,15 @@ void Machines::review(const std::string& machine, Moment now) {
     // A call whose answer is half written is brought to its end all the same.
     if (listener_.channels_of(machine).empty()) {
       drop_link(one, one.refusal, now);
-    } else if (!one.link) {
+    } else if (one.connected() == nullptr) {
       connect(one, now);
     }
     publish(one);
     return;
   }
-  if (!one.link) {
+  if (one.connected() == nullptr) {
     connect(one, now);
-  } else if (one.up) {
+  } else if (one.connected()->found) {
     serve(one, now);
   }
   publish(one);
@@ -148,16 +147,20 @@ bool Machines::refused_by_all(Machine& one, Moment now) {
   for (const std::uint16_t channel : listener_.channels_of(name)) {
     refuse(one, channel, refusal, now);
   }
-  one.served.clear();
+  if (auto* const connected = one.connected()) {
+    connected->served.clear();
+  }
   one.report.on_down(refusal, now);
   return true;
 }
 
 void Machines::serve(Machine& one, Moment now) {
   const std::string& name = one.settings.name;
+  Machine::Connected& connected = std::get<Machine::Connected>(one.phase);
   Channels ours;
   std::string refused;
-  for (const std::uint16_t channel : one.leaving || !one.refusal.empty() ? Channels{} : one.found) {
+  for (const std::uint16_t channel :
+       one.leaving || !one.refusal.empty() ? Channels{} : *connected.found) {
     const fabric::ChannelKey key{name, channel};
     const auto* other = claims_.ahead(key, one.report.status().claimed);
     if (other == nullptr) {
@@ -174,11 +177,11 @@ void Machines::serve(Machine& one, Moment now) {
                                        one.settings.to_string(), refused));
   }
   for (const std::uint16_t channel : ours) {
-    if (!one.served.contains(channel)) {
+    if (!connected.served.contains(channel)) {
       inherit({name, channel});
     }
   }
-  one.served = {ours.begin(), ours.end()};
+  connected.served = {ours.begin(), ours.end()};
   one.has_served = one.has_served || !ours.empty();
   one.note = refused;
   if (one.refusal.empty()) {

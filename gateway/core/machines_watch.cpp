@@ -6,17 +6,18 @@
 namespace millrace::gateway::core {
 
 void Machines::carry_out(Machine& one, const machines::WatchActions& actions, Moment now) {
-  if (one.link && !actions.unsubscribe.empty()) {
-    one.link->unwatch(actions.unsubscribe);
+  const auto* const connected = one.connected();
+  if (connected != nullptr && !actions.unsubscribe.empty()) {
+    connected->link->unwatch(actions.unsubscribe);
   }
-  if (one.link && !actions.subscribe.empty()) {
-    one.link->watch(actions.subscribe);
+  if (connected != nullptr && !actions.subscribe.empty()) {
+    connected->link->watch(actions.subscribe);
   }
   for (const auto& [level, words] : actions.say) {
     host_.say(level, fmt::format("{}: {}", one.settings.to_string(), words));
   }
-  if (actions.status && one.up && one.refusal.empty()) {
-    one.report.on_up(one.served.size(), note_of(one), now);
+  if (actions.status && connected != nullptr && connected->found && one.refusal.empty()) {
+    one.report.on_up(connected->served.size(), note_of(one), now);
     publish(one);
   }
   wake_at(one.watch.next_time());

@@ -90,7 +90,7 @@ class MessageQueues {
     /// Of the queue that was meant: another one of this key may have taken its place.
     std::uint64_t number = 0;
   };
-  /// The next one for the call control; then on_event_told().
+  /// The next one for the core; then on_event_told().
   std::optional<ChannelEvent> next_event();
   void on_event_told(const ChannelEvent& event);
 

@@ -1,7 +1,7 @@
 // Where the gateway remembers its calls: in memory, or in a file that survives it.
 //
 //   auto journal = open_file(executor, {.folder = "/var/lib/millrace"}, log);   // or in_memory(…)
-//   CallControl control(options, journal->ledger());
+//   Core core(fabric, host, options, journal->ledger());
 //   journal->on_recorded([](const Ticket& ticket) { /* its entry is as safe as promised */ });
 //   journal->append(entry, ticket);
 #pragma once

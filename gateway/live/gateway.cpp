@@ -127,8 +127,8 @@ void Gateway::Impl::tell_calls() {
     return;
   }
   calls_told_at = now().steady;
-  const control::CallCounts counts = core.counts();
-  const control::CallCounts before = std::exchange(calls_told, counts);
+  const core::CallCounts counts = core.counts();
+  const core::CallCounts before = std::exchange(calls_told, counts);
   const std::uint64_t answered = counts.answered - before.answered;
   const std::uint64_t withdrawn = counts.withdrawn - before.withdrawn;
   if (answered + withdrawn > 0) {

@@ -1,4 +1,4 @@
-// The running gateway: carries out what the call control decides, on one io_context.
+// The running gateway: carries out what the core decides, on one io_context.
 //
 //   SpinAfterPublish spin;
 //   Gateway gateway(io.get_executor(), spin, settings, log);   // joins the fabric

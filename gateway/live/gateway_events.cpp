@@ -73,7 +73,7 @@ void Gateway::Impl::notice_service(const fabric::InstanceIdentity& there) {
   }
 }
 
-void Gateway::Impl::notice_lost(const control::LostService& lost) {
+void Gateway::Impl::notice_lost(const core::LostService& lost) {
   const fabric::InstanceIdentity& last = lost.last;
   static_cast<void>(notices.raise(
       {.key = {.kind = "service", .subject = lost.uuid},
@@ -123,18 +123,18 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
     publish(*done);
     return;
   }
-  const control::Verdict verdict = obey(command);
+  const core::CommandResult result = obey(command);
   const std::string line =
       fmt::format("{}: {} by {}: {}", to_us ? "this gateway" : command.key.to_string(),
-                  word_for(command.kind), command.issuer, verdict.detail);
+                  word_for(command.kind), command.issuer, result.detail);
   if (command.kind == fabric::CommandKind::ping) {
     log->debug("{}", line);
-  } else if (verdict.done) {
+  } else if (result.done) {
     log->info("{}", line);
   } else if (const auto first = complaints.note("command", command.issuer, line, now().steady)) {
     log->info("{}", *first);
   }
-  const fabric::Outcome outcome{own.id, command.id, verdict.done, fit_reason(verdict.detail),
+  const fabric::Outcome outcome{own.id, command.id, result.done, fit_reason(result.detail),
                                 now().wall};
   if (command.kind != fabric::CommandKind::ping) {
     done_commands.note(outcome, now().steady);
@@ -142,7 +142,7 @@ void Gateway::Impl::on_command(const fabric::Command& command) {
   publish(outcome);
 }
 
-control::Verdict Gateway::Impl::obey(const fabric::Command& command) {
+core::CommandResult Gateway::Impl::obey(const fabric::Command& command) {
   switch (command.kind) {
     case fabric::CommandKind::retry:
       return core.on_retry(command.key, command.call, command.issuer);

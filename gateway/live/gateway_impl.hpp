@@ -19,8 +19,8 @@
 #include "fabric/ends/gateway_watch.hpp"
 #include "fabric/ends/notice_end.hpp"
 #include "fabric/ends/variable_end.hpp"
-#include "gateway/control/lost_services.hpp"
 #include "gateway/core/core.hpp"
+#include "gateway/core/lost_services.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/done_commands.hpp"
 #include "gateway/live/gateway.hpp"
@@ -51,7 +51,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   /// What is to be said of certificates for Secure ADS, now and as their ends come nearer.
   void tell_certificates();
   void notice_service(const fabric::InstanceIdentity& there);
-  void notice_lost(const control::LostService& lost);
+  void notice_lost(const core::LostService& lost);
   void warn_of_queues();
 
   // Fabric; gateway_ports.cpp.
@@ -96,7 +96,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
 
   // What an operator wants. Commands for channels of others are theirs.
   void on_command(const fabric::Command& command) override;
-  control::Verdict obey(const fabric::Command& command);
+  core::CommandResult obey(const fabric::Command& command);
   fabric::ends::DataEnd& data_end();
 
   boost::asio::any_io_executor executor;
@@ -104,7 +104,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   base::program::Log log;
   settings::Settings settings;
   std::unique_ptr<journal::Journal> journal;
-  control::LostServices lost_services;
+  core::LostServices lost_services;
   boost::asio::steady_timer timer;
   std::optional<SteadyTime> armed;
   std::function<void()> finished;
@@ -114,7 +114,7 @@ struct Gateway::Impl final : fabric::ends::CallEndListener,
   /// What was said of each last, by its subject.
   std::map<std::string, fabric::Notice> certificates_told;
   /// What the log has of calls, once a minute.
-  control::CallCounts calls_told;
+  core::CallCounts calls_told;
   SteadyTime calls_told_at = std::chrono::steady_clock::now();
   core::GatewayIdentity own;
   fabric::dds::Participant participant;

@@ -4,6 +4,8 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <boost/asio/io_context.hpp>
@@ -11,13 +13,14 @@
 #include <boost/asio/steady_timer.hpp>
 
 #include "fabric/ends/call_end.hpp"
-#include "gateway/control/call_control.hpp"
+#include "gateway/core/core.hpp"
 #include "gateway/journal/journal.hpp"
 #include "gateway/live/spin_after_publish.hpp"
 #include "tests/bench/gateway/peers.hpp"
 #include "tests/bench/process_use.hpp"
 #include "tests/support/run_until.hpp"
 #include "tests/support/service_interface.hpp"
+#include "tests/support/silent_link.hpp"
 
 namespace millrace::bench {
 
@@ -26,42 +29,35 @@ namespace {
 namespace asio = boost::asio;
 using namespace millrace::gateway;
 
-Moment moment_now() {
-  return {std::chrono::steady_clock::now(),
-          std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now())};
-}
-
 }  // namespace
 
-struct MemoryGateway::Impl final : fabric::ends::CallEndListener, Outputs {
+struct MemoryGateway::Impl final : fabric::ends::CallEndListener, core::Fabric, core::Host {
   explicit Impl(const MemoryPlant& own_plant)
       : plant(own_plant),
         journal(journal::in_memory(io.get_executor())),
-        core(*this, {.paces = paces_of(plant)}, journal->ledger()),
+        core(*this, *this, options_of(plant, *journal), journal->ledger()),
         places(plant.machines.size() * plant.channels + 1),
         timer(io),
         participant({.domain = plant.domain, .configuration = dds_configuration(plant.interface)}),
         end(participant, io.get_executor(), *this) {
-    std::vector<std::uint16_t> numbers(plant.channels);
-    std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
-    on_readers(false, false);
-    journal->on_recorded([this](const Ticket& ticket) {
-      core.on_recorded(ticket, moment_now());
-      arm_timer();
-    });
     for (std::size_t i = 0; i < plant.machines.size(); ++i) {
       before[plant.machines[i]] = i * plant.channels;
-      core.on_link_up(plant.machines[i], numbers, moment_now());
-      arm_timer();
     }
+    on_readers(false, false);
+    journal->on_recorded([this](const Ticket& ticket) { core.on_recorded(ticket); });
+    core.start();
+    run([&] { return up == plant.machines.size(); });
   }
 
-  static std::map<std::string, Pace> paces_of(const MemoryPlant& plant) {
-    std::map<std::string, Pace> paces;
+  static core::CoreOptions options_of(const MemoryPlant& plant, const journal::Journal& journal) {
+    core::CoreOptions options{
+        .own = {.id = fabric::InstanceId::random(), .epoch = journal.ledger().numbers().epoch},
+        .lease = std::chrono::seconds(2)};
     for (const std::string& machine : plant.machines) {
-      paces[machine] = Pace{.idle = plant.idle};
+      options.machines.push_back(
+          {.name = machine, .pace = {.idle = plant.idle}, .watch = WatchMode::poll});
     }
-    return paces;
+    return options;
   }
 
   /// Its place among the channels of all machines, from 1.
@@ -89,63 +85,100 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, Outputs {
 
   void on_instance_ready(const fabric::InstanceIdentity& instance) override {
     instances.insert_or_assign(instance.id, instance);
-    core.on_instance_ready(instance, moment_now());
-    arm_timer();
+    core.on_instance_ready(instance);
   }
   void on_instance_changed(const fabric::InstanceIdentity& instance) override {
-    core.on_instance_ready(instance, moment_now());
-    arm_timer();
+    core.on_instance_ready(instance);
   }
   void on_instance_gone(const fabric::InstanceId& instance) override {
     ++lost;
     instances.erase(instance);
-    core.on_instance_gone(instance, moment_now());
-    arm_timer();
+    core.on_instance_gone(instance);
   }
-  void on_load(const fabric::InstanceLoad& load) override {
-    core.on_load(load, moment_now());
-    arm_timer();
-  }
+  void on_load(const fabric::InstanceLoad& load) override { core.on_load(load); }
   void on_reply(const fabric::Reply& reply) override {
-    const auto now = Clock::now();
     if (reply.kind == fabric::ReplyKind::final) {
-      result.replied.add(now - places[index_of(reply.key)].seen);
+      result.replied.add(Clock::now() - places[index_of(reply.key)].seen);
     }
-    core.on_reply(reply, moment_now());
-    arm_timer();
+    core.on_reply(reply);
   }
-
   void on_readers(bool of_channels, bool of_events) override {
-    core.set_interest({of_events, of_channels, Level::warn}, moment_now());
-    arm_timer();
+    core.set_interest({of_events, of_channels, Level::warn});
   }
 
-  void read(const fabric::ChannelKey& key, ReadSet look) override {
-    asio::post(io, [this, key, look] {
-      core.on_read(key, places[index_of(key)].variables.read(look), moment_now());
-      arm_timer();
-    });
+  /// To a controller in this process.
+  class MemoryLink final : public tests::SilentLink {
+   public:
+    MemoryLink(Impl& gateway, std::string machine)
+        : gateway_(gateway), machine_(std::move(machine)) {}
+    void read(std::uint16_t channel, ReadSet look) override {
+      asio::post(gateway_.io, [&gateway = gateway_, key = key_of(channel), look] {
+        gateway.core.on_read(key, gateway.places[gateway.index_of(key)].variables.read(look));
+      });
+    }
+    void write(std::uint16_t channel, Variable variable, const Value& value) override {
+      asio::post(gateway_.io, [&gateway = gateway_, key = key_of(channel), variable, value] {
+        gateway.write(key, variable, value);
+      });
+    }
+
+   private:
+    [[nodiscard]] fabric::ChannelKey key_of(std::uint16_t channel) const {
+      return {machine_, channel};
+    }
+
+    Impl& gateway_;
+    std::string machine_;
+  };
+
+  void write(const fabric::ChannelKey& key, Variable variable, const Value& value) {
+    Place& place = places[index_of(key)];
+    place.variables.write(variable, value);
+    if (variable == Variable::response_state) {
+      result.released.add(Clock::now() - place.asked);
+      ++finished;
+      ask(index_of(key));
+    }
+    core.on_write(key, WriteOutcome::written, "");
   }
-  void write(const fabric::ChannelKey& key, const Write& write) override {
-    asio::post(io, [this, key, write] {
-      Place& place = places[index_of(key)];
-      place.variables.write(write.variable, write.value);
-      if (write.variable == Variable::response_state) {
-        result.released.add(Clock::now() - place.asked);
-        ++finished;
-        ask(index_of(key));
-      }
-      core.on_write(key, WriteOutcome::written, "", moment_now());
-      arm_timer();
+
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings& machine) override {
+    asio::post(io, [this, name = machine.name] {
+      std::vector<std::uint16_t> numbers(plant.channels);
+      std::iota(numbers.begin(), numbers.end(), std::uint16_t{1});
+      core.on_link_up(name, numbers);
+      ++up;
     });
+    return std::make_unique<MemoryLink>(*this, machine.name);
   }
-  void record(const JournalEntry& entry, const Ticket& ticket) override {
+  void append(const JournalEntry& entry, const Ticket& ticket) override {
     if (const auto* dispatched = std::get_if<DispatchedEntry>(&entry)) {
       // In the same step as its acceptance.
       places[index_of(dispatched->key)].seen = Clock::now();
     }
     journal->append(entry, ticket);
   }
+  void say(Level, const std::string&) override {}
+  void notice(const fabric::NoticeKey&, const std::string&, const std::string&) override {}
+  void may_end(bool) override {}
+  [[nodiscard]] Moment now() const override {
+    return {Clock::now(), std::chrono::time_point_cast<std::chrono::nanoseconds>(
+                              std::chrono::system_clock::now())};
+  }
+  void wake_at(std::optional<SteadyTime> time) override {
+    if (!time || (armed && *armed <= *time)) {
+      return;
+    }
+    armed = time;
+    timer.expires_at(*time);
+    timer.async_wait([this](boost::system::error_code error) {
+      if (!error) {
+        armed.reset();
+        core.on_time();
+      }
+    });
+  }
+
   void publish(const fabric::Request& request) override {
     given_at = Clock::now();
     given_to = request.assigned;
@@ -159,26 +192,16 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, Outputs {
   void publish(const fabric::ChannelStatus& status) override {
     static_cast<void>(end.publish(status));
   }
+  void publish(const fabric::MachineStatus&) override {}
+  void publish(const fabric::DataSample&) override {}
+  void publish(const fabric::ProgramEvent&) override {}
+  void publish(const fabric::InstanceId&, const fabric::VariableReply&) override {}
+  void publish(const fabric::Outcome&) override {}
   void dispose(const fabric::RequestKey& request) override { end.withdraw(request); }
   void dispose(const fabric::ChannelKey&) override {}
-  void say(const fabric::ChannelKey&, Level, const std::string&) override {}
-  void tell_write_problem(const fabric::ChannelKey&, const std::string&) override {}
-
-  void arm_timer() {
-    const auto next = core.next_time();
-    if (!next || (armed && *armed <= *next)) {
-      return;
-    }
-    armed = next;
-    timer.expires_at(*next);
-    timer.async_wait([this](boost::system::error_code error) {
-      if (!error) {
-        armed.reset();
-        core.on_time(moment_now());
-        arm_timer();
-      }
-    });
-  }
+  void dispose(const fabric::MachineStatus&) override {}
+  void dispose(const fabric::DataSample&) override {}
+  void watch_channels() override {}
 
   void run(const std::function<bool()>& done) {
     io.restart();
@@ -204,7 +227,7 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, Outputs {
   std::map<std::string, std::size_t> before;
   asio::io_context io{1};
   std::unique_ptr<journal::Journal> journal;
-  control::CallControl core;
+  core::Core core;
   bool attentive = true;
   live::SpinAfterPublish spin;
   std::vector<Place> places;
@@ -212,6 +235,8 @@ struct MemoryGateway::Impl final : fabric::ends::CallEndListener, Outputs {
   std::optional<SteadyTime> armed;
   std::map<fabric::InstanceId, fabric::InstanceIdentity> instances;
   Result result;
+  /// Links that are up.
+  std::size_t up = 0;
   std::size_t to_start = 0;
   std::size_t finished = 0;
   std::size_t lost = 0;

@@ -1,5 +1,5 @@
 // The core between its ports: what each of its inputs begins and ends with. What it decides has
-// tests of its own (call_control_test, machines_test, message_queues_test).
+// tests of its own (core_calls_test, core_channels_test, machines_test, message_queues_test).
 #include "gateway/core/core.hpp"
 
 #include <functional>

@@ -14,7 +14,6 @@
 #include "gateway/channel/session.hpp"
 #include "gateway/journal/ledger.hpp"
 #include "tests/support/service_interface.hpp"
-#include "tests/unit/gateway/recorded_control.hpp"
 
 namespace millrace::gateway {
 
@@ -30,6 +29,12 @@ inline fabric::InstanceId instance(std::uint8_t number) {
 inline Response response(const std::string& text, std::uint32_t state) {
   return Response::of(text, state).value();
 }
+
+/// What the journal was given while it did not work.
+struct Unconfirmed {
+  Ticket ticket;
+  JournalEntry entry;
+};
 
 /// What becomes of one write.
 struct Fate {
@@ -178,7 +183,7 @@ class Desk final : public Outputs {
   std::vector<fabric::Event> events;
   std::vector<std::string> said;
   std::vector<std::string> write_problems;
-  std::vector<Record> unconfirmed;
+  std::vector<Unconfirmed> unconfirmed;
   std::uint64_t calls = 0;
   std::uint64_t offers = 0;
   std::uint64_t freed = 0;

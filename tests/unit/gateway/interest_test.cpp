@@ -1,7 +1,7 @@
 // What nobody hears is not put into words, and changes nothing else.
 #include <gmock/gmock.h>
 
-#include "tests/unit/gateway/call_control_test.hpp"
+#include "tests/unit/gateway/core_calls_test.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -12,7 +12,7 @@ using testing::SizeIs;
 
 constexpr Interest nobody{.events = false, .statuses = false, .least = Level::error};
 
-class InterestTest : public CallControlTest {
+class InterestTest : public CoreCallsTest {
  protected:
   void start_before(const Interest& interest) {
     start();

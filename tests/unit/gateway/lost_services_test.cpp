@@ -1,9 +1,9 @@
-#include "gateway/control/lost_services.hpp"
+#include "gateway/core/lost_services.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 namespace {
 
 using testing::ElementsAre;
@@ -55,4 +55,4 @@ TEST(LostServices, AreForgottenAfterAQuarterOfAnHour) {
 }
 
 }  // namespace
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

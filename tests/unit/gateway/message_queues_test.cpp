@@ -34,7 +34,7 @@ class MessageQueuesTest : public testing::Test {
     sut.set(all, known, ports.time);
   }
   void up(const machines::Channels& channels) { sut.on_up("press", channels, link, ports.time); }
-  /// What the call control is told, in its order.
+  /// What the core is told, in its order.
   std::vector<Kind> told() {
     std::vector<Kind> kinds;
     while (const auto event = sut.next_event()) {

@@ -11,10 +11,12 @@
 
 #include "gateway/core/ports.hpp"
 #include "gateway/machines/claims.hpp"
+#include "tests/support/silent_link.hpp"
 
 namespace millrace::gateway {
 
 using namespace std::chrono_literals;
+using tests::SilentLink;
 
 inline constexpr std::uint64_t own_epoch = 1;
 inline constexpr std::uint64_t other_epoch = 2;
@@ -24,20 +26,6 @@ inline fabric::InstanceId gateway_id(std::uint8_t number) {
   id.bytes.fill(number);
   return id;
 }
-
-/// A link that answers nothing.
-class SilentLink : public machines::Link {
- public:
-  void read(std::uint16_t, ReadSet) override {}
-  void write(std::uint16_t, Variable, const Value&) override {}
-  void watch(const machines::Channels&) override {}
-  void unwatch(const machines::Channels&) override {}
-  void ask(const machines::Question&) override {}
-  void open(const fabric::ChannelKey&, const queues::QueueSettings&) override {}
-  void ask(const fabric::ChannelKey&, const queues::Step&) override {}
-  void watch(const fabric::ChannelKey&) override {}
-  [[nodiscard]] machines::LinkLoad load() const override { return {}; }
-};
 
 namespace core {
 

@@ -53,34 +53,6 @@ TEST_P(EachDrain, TakesTwoMessagesOfOneTextForTwo) {
   EXPECT_NE(sut.executed[0].first, sut.executed[1].first);
 }
 
-/// Runs `happen` once, after `at` steps of a run in which messages are written as there is room.
-template <typename Happen>
-void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
-  plant.serve();
-  int written = 0;
-  int looked = -1;
-  bool happened = false;
-  for (int i = 0; !happened || written < messages; ++i) {
-    ASSERT_LT(i, 20'000);
-    if (!happened && i == at) {
-      happened = true;
-      happen(written);
-    }
-    // A program that initialises the queue and fills it to where it was between two looks cannot be
-    // seen.
-    const bool may_write = i % 3 == 0 && written < messages && (!happened || plant.looks > looked);
-    if (may_write && plant.ring.write(std::to_string(written + 1))) {
-      ++written;
-      looked = plant.looks;
-    }
-    if (!plant.step()) {
-      plant.pass(std::chrono::milliseconds(20));
-    }
-  }
-  ASSERT_TRUE(plant.settle());
-  ASSERT_EQ(written, messages);
-}
-
 TEST_P(EachDrain, LosesNothingAndRepeatsUnderTheSameIdWhereverTheGatewayIsKilled) {
   for (const std::uint32_t elements : {3U, 5U}) {
     for (int at = 0; at < 160; ++at) {

@@ -6,14 +6,16 @@
 #include <deque>
 #include <functional>
 #include <map>
-#include <optional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
-#include "gateway/control/call_control.hpp"
-#include "gateway/queues/queue.hpp"
+#include <gtest/gtest.h>
+
+#include "gateway/core/core.hpp"
+#include "tests/unit/gateway/ports.hpp"
 
 namespace millrace::gateway {
 
@@ -49,7 +51,7 @@ struct RingModel {
   bool unseen = false;
 };
 
-class QueuePlant : public Outputs {
+class QueuePlant : public core::RecordedPorts {
  public:
   inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
@@ -60,68 +62,62 @@ class QueuePlant : public Outputs {
     settings.control = "SD.CONTROL";
     settings.uuid = uuid;
     settings.drain = drain;
+    key = settings.key("press");
     ledger.apply(NumbersEntry{7, 1'000'000});
     start();
   }
 
   /// As a process that has just been started finds things.
   void start() {
-    ++runs;
     todo.clear();
-    const fabric::ChannelKey key = settings.key("press");
-    const auto known = ledger.queues().find(key);
-    queue.emplace("press", settings, known == ledger.queues().end() ? QueueBook() : known->second);
-    control.emplace(*this, control::CallControlOptions{}, ledger);
-    queue->on_up(now);
-    control->on_link_up(key.machine, {1}, now);
-    control->set_told(key, true, now);
+    settings::MachineSettings machine;
+    machine.name = "press";
+    machine.watch = WatchMode::poll;
+    machine.queues = {settings};
+    core = std::make_unique<core::Core>(
+        *this, *this,
+        core::CoreOptions{.own = {gateway_id(5), "host1", 4711, "1", 7},
+                          .lease = std::chrono::seconds(2),
+                          .machines = {machine}},
+        ledger);
+    linked = false;
+    core->start();
+    while (!linked) {
+      pass(*wakes_at - time.steady);
+    }
+    core->on_link_up("press", {1});
     if (served) {
       serve();
     }
-    tell_news();
   }
 
   void serve() {
     served = true;
     fabric::InstanceIdentity one;
-    one.id.bytes.fill(static_cast<std::uint8_t>(service));
+    one.id = gateway_id(service);
     one.uuid = uuid;
-    todo.push_back([this, one] { control->on_instance_ready(one, now); });
+    todo.push_back([this, one] { core->on_instance_ready(one); });
   }
 
   /// One step; false if nothing is left to do now.
   bool step() {
-    // The controller and the calls have their turns alternately.
-    if (++steps % 2 == 0) {
-      if (auto asked = queue->next(now)) {
-        answer(*asked);
-        tell_news();
-        return true;
-      }
+    if (todo.empty()) {
+      return false;
     }
-    if (!todo.empty()) {
-      const auto next = std::move(todo.front());
-      todo.pop_front();
-      next();
-      tell_news();
-      return true;
-    }
-    if (auto asked = queue->next(now)) {
-      todo.push_back([this, wanted = *asked, link = links] {
-        if (link == links) {
-          answer(wanted);
-        }
-      });
-      return true;
-    }
-    return false;
+    const auto next = std::move(todo.front());
+    todo.pop_front();
+    next();
+    return true;
   }
 
   /// Time passes, and whoever waits for it has his turn.
-  void pass(std::chrono::milliseconds time) {
-    now.steady += time;
-    now.wall += time;
-    control->on_time(now);
+  void pass(std::chrono::nanoseconds passed) {
+    time.steady += passed;
+    time.wall += passed;
+    if (wakes_at && *wakes_at <= time.steady) {
+      wakes_at.reset();
+      core->on_time();
+    }
   }
 
   /// Until nothing is left to do, and once more after a look that is due; false if that takes too
@@ -138,25 +134,15 @@ class QueuePlant : public Outputs {
     return true;
   }
 
-  /// The controller does not answer any more; what was asked may be done there all the same.
-  void cut_link(bool done) {
-    if (const auto asked = queue->next(now);
-        done && asked && std::holds_alternative<queues::WriteLastGet>(*asked)) {
-      ring.last_get = std::get<queues::WriteLastGet>(*asked).element;
-    }
-    ++links;
-    queue->on_down("gone");
-    queue->on_up(now);
-    tell_news();
-  }
+  /// The controller tells of a change in the queue.
+  void tell() { core->on_queue_event(key); }
+  void switch_controller_off() { core->on_link_down("press", "switched off"); }
 
   /// The service is killed and started anew, without its memory; its calls go to the new one.
   void kill_service() {
     answers.clear();
-    fabric::InstanceId old;
-    old.bytes.fill(static_cast<std::uint8_t>(service++));
-    todo.push_back([this, old] {
-      control->on_instance_gone(old, now);
+    todo.push_back([this, old = gateway_id(service++)] {
+      core->on_instance_gone(old);
       serve();
     });
   }
@@ -164,108 +150,91 @@ class QueuePlant : public Outputs {
   /// The gateway is killed: what the journal was given it keeps, all else is gone.
   void crash() { start(); }
 
+  /// Messages in the journal that are not answered.
+  [[nodiscard]] std::uint64_t waiting() const { return ledger.queues().at(key).waiting(); }
+
   RingModel ring;
   queues::QueueSettings settings;
+  fabric::ChannelKey key;
   journal::Ledger ledger;
-  std::optional<queues::Queue> queue;
-  std::optional<control::CallControl> control;
-  Moment now{SteadyTime(std::chrono::hours(1)), fabric::Time(std::chrono::hours(1))};
+  std::unique_ptr<core::Core> core;
   std::deque<std::function<void()>> todo;
   /// What the service has run, with the id of each call; one that it knows it answers again.
   std::vector<std::pair<fabric::CallId, std::string>> executed;
   std::map<fabric::CallId, std::string> answers;
-  std::vector<std::string> lines;
+  using RecordedPorts::said;
   std::vector<std::string> filling;
   std::vector<std::string> troubles;
   bool served = false;
-  /// Requests are lost with the service that had them.
-  bool deaf = false;
-  /// Answers of the controller that are lost, or refused.
+  /// The gateway has begun to connect.
+  bool linked = false;
+  /// The controller refuses what it is asked.
   bool refuses = false;
   /// LastGet was written into a queue that was initialised since the look before: nobody can see
   /// that.
   bool unseen_at_write = false;
   int looks = 0;
-  int links = 0;
-  int service = 1;
-  int runs = 0;
-  int steps = 0;
+  std::uint8_t service = 1;
 
  private:
-  void answer(const queues::Step& wanted) {
+  class RingLink final : public SilentLink {
+   public:
+    explicit RingLink(QueuePlant& plant) : plant_(plant) {}
+    using SilentLink::ask;
+    void ask(const fabric::ChannelKey&, const queues::Step& step) override {
+      plant_.todo.emplace_back([&plant = plant_, step] {
+        plant.core->on_queue_answer(plant.key, plant.answer_to(step));
+      });
+    }
+
+   private:
+    QueuePlant& plant_;
+  };
+
+  std::unique_ptr<machines::Link> connect(const settings::MachineSettings&) override {
+    linked = true;
+    return std::make_unique<RingLink>(*this);
+  }
+
+  queues::StepAnswer answer_to(const queues::Step& wanted) {
     const auto refusal = tl::unexpected(std::string("cannot be read: refused"));
     if (std::holds_alternative<queues::ReadControl>(wanted)) {
       ++looks;
       ring.unseen = false;
-      refuses ? queue->on_control(refusal, now) : queue->on_control(ring.control(), now);
-    } else if (std::holds_alternative<queues::ReadQueue>(wanted)) {
-      refuses ? queue->on_array(refusal, now) : queue->on_array(ring.texts, now);
-    } else {
-      if (!refuses) {
-        unseen_at_write = unseen_at_write || ring.unseen;
-        ring.last_get = std::get<queues::WriteLastGet>(wanted).element;
-      }
-      refuses ? queue->on_written(refusal, now) : queue->on_written({}, now);
+      return refuses ? queues::Answer<queues::Control>(refusal) : ring.control();
     }
+    if (std::holds_alternative<queues::ReadQueue>(wanted)) {
+      return refuses ? queues::Answer<std::vector<std::string>>(refusal) : ring.texts;
+    }
+    if (refuses) {
+      return queues::Answer<void>(refusal);
+    }
+    unseen_at_write = unseen_at_write || ring.unseen;
+    ring.last_get = std::get<queues::WriteLastGet>(wanted).element;
+    return queues::Answer<void>();
   }
 
-  void tell_news() {
-    const auto news = queue->take_news();
-    for (const auto& entry : news.entries) {
-      ledger.apply(entry);
-    }
-    if (news.wait) {
-      todo.push_back([this] { queue->on_journalled(now); });
-    }
-    if (news.shows) {
-      todo.push_back([this] { control->on_change(queue->key(), Variable::request_state, now); });
-    }
-    for (const auto& line : news.lines) {
-      lines.push_back(line.text);
-    }
-    if (news.filling) {
-      filling.push_back(*news.filling);
-    }
-    if (news.trouble) {
-      troubles.push_back(*news.trouble);
-    }
-  }
-
-  void read(const fabric::ChannelKey& key, ReadSet look) override {
-    todo.emplace_back([this, key, look] {
-      const Snapshot shown = queue->look(look);
-      queue->on_read(look);
-      control->on_read(key, shown, now);
-    });
-  }
-  void write(const fabric::ChannelKey& key, const Write& write) override {
-    queue->write(write, now);
-    tell_news();
-    todo.emplace_back([this, key] {
-      control->on_write(key, WriteOutcome::written, "", now);
-      queue->on_acknowledged();
-    });
-  }
-  void record(const JournalEntry& entry, const Ticket& ticket) override {
-    ledger.apply(entry);
-    todo.emplace_back([this, ticket] { control->on_recorded(ticket, now); });
-  }
+  using RecordedPorts::publish;
   void publish(const fabric::Request& request) override {
-    if (!deaf) {
-      todo.emplace_back([this, request] { run(request); });
+    todo.emplace_back([this, request] { run(request); });
+  }
+  void append(const JournalEntry& entry, const Ticket& ticket) override {
+    ledger.apply(entry);
+    if (ticket) {
+      todo.emplace_back([this, ticket] { core->on_recorded(ticket); });
     }
   }
-  void publish(const fabric::Event&) override {}
-  void publish(const fabric::ChannelStatus&) override {}
-  void dispose(const fabric::RequestKey&) override {}
-  void dispose(const fabric::ChannelKey&) override {}
-  void say(const fabric::ChannelKey&, Level, const std::string&) override {}
-  void tell_write_problem(const fabric::ChannelKey&, const std::string&) override {}
+  void notice(const fabric::NoticeKey& about, const std::string& text,
+              const std::string&) override {
+    if (about.kind == "queue") {
+      troubles.push_back(text);
+    } else if (about.kind == "queue_filling") {
+      filling.push_back(text);
+    }
+  }
 
   void run(const fabric::Request& request) {
-    fabric::InstanceId alive;
-    alive.bytes.fill(static_cast<std::uint8_t>(service));
-    if (request.assigned != alive) {
+    if (request.assigned != gateway_id(service)) {
       return;
     }
     if (!answers.contains(request.call)) {
@@ -281,7 +250,7 @@ class QueuePlant : public Outputs {
     reply.state = 1;
     reply.asked_text = request.text;
     reply.asked_state = request.state;
-    todo.push_back([this, reply] { control->on_reply(reply, now); });
+    todo.push_back([this, reply] { core->on_reply(reply); });
   }
 };
 
@@ -301,6 +270,34 @@ inline std::vector<std::string> numbers(int first, int last) {
     all.push_back(std::to_string(i));
   }
   return all;
+}
+
+/// Runs `happen` once, after `at` steps of a run in which messages are written as there is room.
+template <typename Happen>
+void run_with(QueuePlant& plant, int at, int messages, Happen happen) {
+  plant.serve();
+  int written = 0;
+  int looked = -1;
+  bool happened = false;
+  for (int i = 0; !happened || written < messages; ++i) {
+    ASSERT_LT(i, 20'000);
+    if (!happened && i == at) {
+      happened = true;
+      happen(written);
+    }
+    // A program that initialises the queue and fills it to where it was between two looks cannot be
+    // seen.
+    const bool may_write = i % 3 == 0 && written < messages && (!happened || plant.looks > looked);
+    if (may_write && plant.ring.write(std::to_string(written + 1))) {
+      ++written;
+      looked = plant.looks;
+    }
+    if (!plant.step()) {
+      plant.pass(std::chrono::milliseconds(20));
+    }
+  }
+  ASSERT_TRUE(plant.settle());
+  ASSERT_EQ(written, messages);
 }
 
 }  // namespace millrace::gateway

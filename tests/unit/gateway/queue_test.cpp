@@ -22,7 +22,7 @@ TEST(MessageQueueReader, SaysThatAProgramHasInitialisedTheQueue) {
   ASSERT_TRUE(sut.settle());
   sut.ring.initialise();
   ASSERT_TRUE(sut.settle());
-  EXPECT_THAT(sut.lines, Contains(HasSubstr("LastGet is 1, not 2 as this gateway has left it")));
+  EXPECT_THAT(sut.said, Contains(HasSubstr("LastGet is 1, not 2 as this gateway has left it")));
 }
 
 TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
@@ -35,7 +35,7 @@ TEST(MessageQueueReader, GoesOnWhereASecondReaderHasLeftLastGet) {
   sut.ring.write("3");
   ASSERT_TRUE(sut.settle());
   EXPECT_THAT(texts_of(sut), ElementsAre("3"));
-  EXPECT_THAT(sut.lines, Contains(HasSubstr("somebody else reads it too")));
+  EXPECT_THAT(sut.said, Contains(HasSubstr("somebody else reads it too")));
   EXPECT_EQ(sut.ring.last_get, 4);
 }
 
@@ -100,7 +100,7 @@ TEST(MessageQueueReader, ReadsAQueueThatNobodyServesIntoTheJournal) {
     ASSERT_TRUE(sut.ring.write(std::to_string(i))) << "full at " << i;
     ASSERT_TRUE(sut.settle());
   }
-  EXPECT_EQ(sut.queue->view().waiting, 20);
+  EXPECT_EQ(sut.waiting(), 20);
   sut.crash();
   sut.serve();
   ASSERT_TRUE(sut.settle());
@@ -147,7 +147,7 @@ TEST(MessageQueueReader, WarnsBeforeAsManyWaitAsMayAndLeavesMoreInTheQueue) {
     }
   }
   EXPECT_EQ(written, 8 + 4);
-  EXPECT_EQ(sut.queue->view().waiting, 8);
+  EXPECT_EQ(sut.waiting(), 8);
   sut.serve();
   ASSERT_TRUE(sut.settle());
   EXPECT_EQ(texts_of(sut), numbers(1, written));
@@ -161,7 +161,7 @@ TEST(MessageQueueReader, ReadsNoMoreAtOnceThanMayWait) {
     ASSERT_TRUE(sut.ring.write(std::to_string(number)));
   }
   ASSERT_TRUE(sut.settle());
-  EXPECT_EQ(sut.queue->view().waiting, 4);
+  EXPECT_EQ(sut.waiting(), 4);
 }
 
 TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAnswer) {
@@ -173,7 +173,7 @@ TEST(MessageQueueReader, SaysThatThereIsRoomAgainAlsoWhileTheControllerDoesNotAn
   }
   ASSERT_TRUE(sut.settle());
   ASSERT_THAT(sut.filling, ElementsAre(HasSubstr("3 of 4 messages that may wait")));
-  sut.queue->on_down("switched off");
+  sut.switch_controller_off();
   sut.serve();
   ASSERT_TRUE(sut.settle());
   EXPECT_EQ(texts_of(sut), numbers(1, 3));
@@ -185,9 +185,9 @@ TEST(MessageQueueReader, LooksAtOnceWhenItIsToldAndTakesWhatItIsToldLate) {
   sut.serve();
   ASSERT_TRUE(sut.settle());
   ASSERT_TRUE(sut.ring.write("1"));
-  sut.queue->on_event(sut.now);
+  sut.tell();
   for (int i = 0; i < 200 && sut.step(); ++i) {
-    sut.queue->on_event(sut.now);
+    sut.tell();
   }
   EXPECT_THAT(texts_of(sut), ElementsAre("1"));
 }
@@ -209,44 +209,14 @@ TEST(MessageQueueReader, LooksAgainAtWhatItWasToldOfWhileItLooked) {
 
 TEST(MessageQueueReader, HasItsCallsBesideThoseOfItsChannel) {
   QueuePlant sut(3);
-  EXPECT_EQ(sut.queue->key().to_string(), "press.alarms/1");
+  EXPECT_EQ(sut.key.to_string(), "press.alarms/1");
   sut.serve();
   ASSERT_TRUE(sut.settle());
   sut.ring.write("1");
   ASSERT_TRUE(sut.settle());
   // The ledger holds the queue and no call.
   EXPECT_THAT(sut.ledger.open_calls(), IsEmpty());
-  EXPECT_EQ(sut.ledger.queues().at(sut.queue->key()).waiting(), 0);
-}
-
-TEST(MessageQueueReader, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigurationChanges) {
-  QueuePlant sut(3);
-  sut.ring.initialise();
-  ASSERT_TRUE(sut.ring.write("one"));
-  ASSERT_TRUE(sut.settle());
-  queues::Queue& queue = *sut.queue;
-  queue.write({Variable::response, "ok"}, sut.now);
-  queue.write({Variable::request_state, 0U}, sut.now);
-  auto settings = sut.settings;
-  settings.backlog = 5;
-  settings.uuid = "another";
-  queue.change(settings);
-  EXPECT_EQ(queue.look(ReadSet::all).uuid, QueuePlant::uuid);
-  EXPECT_EQ(queue.look(ReadSet::all).response, "ok");
-  queue.write({Variable::response_state, 1U, true}, sut.now);
-  EXPECT_EQ(queue.view().answered, 1U);
-}
-
-TEST(MessageQueueReader, GivesAMessageThatWaitsToTheServiceThatTheConfigurationNamesNow) {
-  QueuePlant sut(3);
-  sut.ring.initialise();
-  ASSERT_TRUE(sut.ring.write("one"));
-  ASSERT_TRUE(sut.settle());
-  auto settings = sut.settings;
-  settings.uuid = "another";
-  sut.queue->change(settings);
-  EXPECT_TRUE(sut.queue->take_news().shows);
-  EXPECT_EQ(sut.queue->look(ReadSet::request).uuid, "another");
+  EXPECT_EQ(sut.ledger.queues().at(sut.key).waiting(), 0);
 }
 
 /// A queue whose journal confirms when it is told to.
@@ -328,6 +298,33 @@ TEST_F(AQueueWithASlowJournal, CallsTheNextMessageOnceItIsJournalled) {
   EXPECT_EQ(shown(), "");
   sut.on_journalled(now);
   EXPECT_EQ(shown(), "second");
+}
+
+TEST_F(AQueueWithASlowJournal, EndsAMessageWhoseAnswerIsWrittenWhileTheConfigurationChanges) {
+  ring.write("one");
+  work();
+  sut.on_journalled(now);
+  sut.write({Variable::response, "ok"}, now);
+  sut.write({Variable::request_state, 0U}, now);
+  auto changed = settings();
+  changed.backlog = 5;
+  changed.uuid = "another";
+  sut.change(changed);
+  EXPECT_EQ(sut.look(ReadSet::all).uuid, QueuePlant::uuid);
+  EXPECT_EQ(sut.look(ReadSet::all).response, "ok");
+  sut.write({Variable::response_state, 1U, true}, now);
+  EXPECT_EQ(sut.view().answered, 1U);
+}
+
+TEST_F(AQueueWithASlowJournal, GivesAMessageThatWaitsToTheServiceThatTheConfigurationNamesNow) {
+  ring.write("one");
+  work();
+  sut.on_journalled(now);
+  auto changed = settings();
+  changed.uuid = "another";
+  sut.change(changed);
+  EXPECT_TRUE(sut.take_news().shows);
+  EXPECT_EQ(sut.look(ReadSet::request).uuid, "another");
 }
 
 // What stands beside the request of a message is taken for an answer to it.

@@ -213,7 +213,7 @@ TEST_F(RefusedAnswer, MayComeWhileTheJournalIsToldOfTheNextAttempt) {
     ASSERT_FALSE(desk.unconfirmed.empty());
     desk.journal_works = true;
     const auto records = desk.unconfirmed;
-    for (const Record& record : records) {
+    for (const Unconfirmed& record : records) {
       desk.ledger.apply(record.entry);
       sut().on_recorded(record.ticket.number, desk.now);
       desk.settle();

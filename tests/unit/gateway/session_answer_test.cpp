@@ -396,7 +396,7 @@ TEST_F(ChannelAnswer, SkipsInterimStatesThatAFinalOneOvertakes) {
   reply(desk.interim("nearly there", 6));
   reply(desk.reply("done", 1));
   desk.journal_works = true;
-  for (const Record& record : std::exchange(desk.unconfirmed, {})) {
+  for (const Unconfirmed& record : std::exchange(desk.unconfirmed, {})) {
     desk.ledger.apply(record.entry);
     sut().on_recorded(record.ticket.number, desk.now);
     desk.settle();

@@ -1,9 +1,9 @@
-#include "gateway/control/timers.hpp"
+#include "gateway/core/timers.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 namespace {
 
 using namespace std::chrono_literals;
@@ -59,4 +59,4 @@ TEST_F(TimersOfChannels, AreNotDueOnceTheChannelIsRemoved) {
 }
 
 }  // namespace
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

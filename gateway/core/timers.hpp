@@ -17,7 +17,7 @@
 #include "fabric/channel_key_hash.hpp"
 #include "gateway/moment.hpp"
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 
 class Timers {
  public:
@@ -40,4 +40,4 @@ class Timers {
   std::set<Due, Before> order_;
 };
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

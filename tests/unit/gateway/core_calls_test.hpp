@@ -1,4 +1,4 @@
-// A call control with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
+// A core with the channels 1 and 2 of the machine "cnc", its journal's ledger and its time.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/gateway/recorded_control.hpp"
+#include "tests/unit/gateway/recorded_core.hpp"
 
 namespace millrace::gateway {
 
-class CallControlTest : public testing::Test {
+class CoreCallsTest : public testing::Test {
  protected:
   inline static const std::string uuid = "560aacbf-6335-44a9-895a-8b27f3ed5e47";
 
@@ -25,9 +25,9 @@ class CallControlTest : public testing::Test {
     return one;
   }
 
-  CallControlTest() { ledger.apply(NumbersEntry{7, 1000}); }
+  CoreCallsTest() { ledger.apply(NumbersEntry{7, 1000}); }
 
-  void start(control::CallControlOptions options = {}) { sut.emplace(std::move(options), ledger); }
+  void start(const Policies& policies = {}) { sut.emplace(policies, ledger, now); }
 
   /// A request as the session finds it: state, texts, state again.
   Actions request(std::uint16_t channel, const std::string& wanted = uuid,
@@ -41,8 +41,8 @@ class CallControlTest : public testing::Test {
   /// Confirms the records in `actions`; returns what comes of it.
   Actions confirm(const Actions& actions) {
     Actions all;
-    for (const Done& one : actions) {
-      if (const auto* record = std::get_if<Record>(&one.action)) {
+    for (const Action& one : actions) {
+      if (const auto* record = std::get_if<Record>(&one)) {
         ledger.apply(record->entry);
         std::ranges::copy(sut->on_recorded(record->ticket, now), std::back_inserter(all));
       }
@@ -56,7 +56,7 @@ class CallControlTest : public testing::Test {
     Snapshot shown{ReadSet::all, uuid, "2", 1, 0, ""};
     Actions todo = request(channel);
     for (std::size_t next = 0; next < todo.size(); ++next) {
-      const Action action = todo[next].action;
+      const Action action = todo[next];
       Actions more;
       if (const auto* record = std::get_if<Record>(&action)) {
         ledger.apply(record->entry);
@@ -97,8 +97,8 @@ class CallControlTest : public testing::Test {
   template <typename Wanted>
   static std::vector<Wanted> all(const Actions& actions) {
     std::vector<Wanted> found;
-    for (const Done& one : actions) {
-      if (const auto* wanted = std::get_if<Wanted>(&one.action)) {
+    for (const Action& one : actions) {
+      if (const auto* wanted = std::get_if<Wanted>(&one)) {
         found.push_back(*wanted);
       }
     }
@@ -108,7 +108,7 @@ class CallControlTest : public testing::Test {
   void link_up() { confirm(sut->on_link_up("cnc", {1, 2}, now)); }
 
   journal::Ledger ledger;
-  std::optional<RecordedControl> sut;
+  std::optional<RecordedCore> sut;
   Moment now{SteadyTime(std::chrono::hours(1)), fabric::Time(std::chrono::hours(1))};
 };
 

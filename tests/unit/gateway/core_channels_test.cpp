@@ -2,7 +2,7 @@
 // way.
 #include <gmock/gmock.h>
 
-#include "tests/unit/gateway/call_control_test.hpp"
+#include "tests/unit/gateway/core_calls_test.hpp"
 
 namespace millrace::gateway {
 namespace {
@@ -13,7 +13,7 @@ using testing::IsEmpty;
 using testing::SizeIs;
 using namespace std::chrono_literals;
 
-TEST_F(CallControlTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
+TEST_F(CoreCallsTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -24,7 +24,7 @@ TEST_F(CallControlTest, FinishesTheCallOfAChannelThatLeavesTheConfiguration) {
   EXPECT_THAT(sut->channels_of("cnc"), ElementsAre(1, 2));
 }
 
-TEST_F(CallControlTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
+TEST_F(CoreCallsTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
   start();
   link_up();
   // The read that the link has begun.
@@ -35,12 +35,12 @@ TEST_F(CallControlTest, LetsGoOfAnIdleChannelAsSoonAsNothingIsUnderWay) {
   EXPECT_THAT(sut->on_time(now), IsEmpty());
 }
 
-TEST_F(CallControlTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
+TEST_F(CoreCallsTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  const auto actions = sut->release({"cnc", 1}, "served by another gateway", now);
+  const auto actions = sut->refuse({"cnc", 1}, "served by another gateway", now);
   EXPECT_THAT(all<Withdraw>(actions), SizeIs(1));
   EXPECT_THAT(all<Hide>(actions), SizeIs(1));
   EXPECT_THAT(all<Write>(actions), IsEmpty());
@@ -49,15 +49,15 @@ TEST_F(CallControlTest, LeavesTheCallToTheOtherGatewayThatServesTheChannel) {
 
 // The other gateway, which had stood still, saw an idle channel and gave the call out again. Found
 // by the simulation.
-TEST_F(CallControlTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
+TEST_F(CoreCallsTest, ShowsToTheLastACallThatItHadGivenOutBeforeItLeftTheChannel) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  EXPECT_THAT(all<Show>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Show>(sut->refuse({"cnc", 1}, "served by another gateway", now)), IsEmpty());
 }
 
-TEST_F(CallControlTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
+TEST_F(CoreCallsTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
   start();
   link_up();
   auto elsewhere = instance(1);
@@ -65,12 +65,12 @@ TEST_F(CallControlTest, ShowsThatItHasNotGivenOutTheCallThatItLeaves) {
   sut->on_instance_ready(elsewhere, now);
   confirm(request(2));
   request(1);
-  const auto shown = all<Show>(sut->release({"cnc", 1}, "served by another gateway", now));
+  const auto shown = all<Show>(sut->refuse({"cnc", 1}, "served by another gateway", now));
   ASSERT_THAT(shown, SizeIs(1));
   EXPECT_EQ(shown.front().status.call, fabric::CallId{});
 }
 
-TEST_F(CallControlTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
+TEST_F(CoreCallsTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
   start();
   link_up();
   auto one = instance(1);
@@ -78,20 +78,20 @@ TEST_F(CallControlTest, SaysWhenItEndsWhichCallsItHasNotGivenOut) {
   sut->on_instance_ready(one, now);
   confirm(request(2));
   request(1);
-  const auto actions = sut->take_back(now);
+  const auto actions = sut->end(now);
   ASSERT_THAT(all<Show>(actions), SizeIs(1));
   EXPECT_EQ(all<Show>(actions).front().status.key, (fabric::ChannelKey{"cnc", 1}));
   EXPECT_EQ(all<Show>(actions).front().status.call, fabric::CallId{});
 }
 
-TEST_F(CallControlTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
+TEST_F(CoreCallsTest, WaitsForNoAnswerOfALinkThatWasTakenAway) {
   start();
   link_up();
-  EXPECT_THAT(all<Hide>(sut->release({"cnc", 2}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->refuse({"cnc", 2}, "served by another gateway", now)), IsEmpty());
   EXPECT_THAT(all<Hide>(sut->on_link_dropped("cnc", "not wanted", now)), SizeIs(1));
 }
 
-TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
+TEST_F(CoreCallsTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -99,7 +99,7 @@ TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   ledger.apply(AnsweredEntry{{7, 1001}, {instance(1).id, 1, "1.4", 1}});
   ledger.apply(ClearingEntry{{7, 1001}});
   start();
-  EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->refuse({"cnc", 1}, "served by another gateway", now)), IsEmpty());
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {}, now)), SizeIs(1));
   const Snapshot unreleased{ReadSet::all, uuid, "2", 0, 0, "1.4"};
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)), IsEmpty())
@@ -108,7 +108,7 @@ TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
   EXPECT_THAT(all<Read>(sut->on_time(now)), SizeIs(1));
   EXPECT_THAT(all<Read>(sut->on_read({"cnc", 1}, unreleased, now)), SizeIs(1));
   EXPECT_THAT(all<Write>(sut->on_read({"cnc", 1}, unreleased, now)),
-              ElementsAre(Write{Variable::response_state, 1U, true}));
+              ElementsAre(Write{Variable::response_state, 1U}));
   EXPECT_THAT(all<Hide>(sut->on_write({"cnc", 1}, WriteOutcome::written, "", now)), IsEmpty())
       << "nobody else would write it again if it is lost";
   const Snapshot released{ReadSet::states, "", "", 0, 1, ""};
@@ -117,14 +117,14 @@ TEST_F(CallControlTest, BringsAnAnswerToItsEndThatHasBegunToReleaseTheProgram) {
 
 // The kernel had cleared REQUEST_STATE for an interim state, so the other gateway saw no request
 // and the program waited for ever. Found by the simulation.
-TEST_F(CallControlTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
+TEST_F(CoreCallsTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
   ledger.apply(InterimEntry{{7, 1001}, 1000});
   start();
-  EXPECT_THAT(all<Hide>(sut->release({"cnc", 1}, "served by another gateway", now)), IsEmpty());
+  EXPECT_THAT(all<Hide>(sut->refuse({"cnc", 1}, "served by another gateway", now)), IsEmpty());
   sut->on_link_up("cnc", {}, now);
   sut->on_instance_ready(instance(1), now);
   const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 0, 1000, ""}, now);
@@ -132,34 +132,34 @@ TEST_F(CallControlTest, BringsACallToItsEndThatAnotherGatewayCannotSee) {
   EXPECT_THAT(all<Publish>(seen), SizeIs(1)) << "its instance answers once more";
 }
 
-TEST_F(CallControlTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
+TEST_F(CoreCallsTest, LeavesACallToAnotherGatewayThatCanSeeIt) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
   ledger.apply(InterimEntry{{7, 1001}, 1000});
   start();
-  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->refuse({"cnc", 1}, "served by another gateway", now);
   sut->on_link_up("cnc", {}, now);
   const auto seen = sut->on_read({"cnc", 1}, {ReadSet::request, uuid, "2", 1, 1000, ""}, now);
   EXPECT_THAT(all<Hide>(seen), SizeIs(1));
 }
 
 // Found by the simulation: the call was given out before its entry was on a slow disk.
-TEST_F(CallControlTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChannelComesLate) {
+TEST_F(CoreCallsTest, WaitsForTheEntryOfACallAlsoWhereOneFromBeforeItLeftTheChannelComesLate) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   const auto before = all<Record>(request(1));
   ASSERT_THAT(before, SizeIs(1));
-  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->refuse({"cnc", 1}, "served by another gateway", now);
   sut->on_link_up("cnc", {1}, now);
   const auto next = request(1);
   EXPECT_THAT(all<Publish>(sut->on_recorded(before.front().ticket, now)), IsEmpty());
   EXPECT_THAT(all<Publish>(confirm(next)), SizeIs(1));
 }
 
-TEST_F(CallControlTest, TakesAChannelBackThatWasLeaving) {
+TEST_F(CoreCallsTest, TakesAChannelBackThatWasLeaving) {
   start();
   link_up();
   sut->retire({"cnc", 1}, now);
@@ -168,13 +168,13 @@ TEST_F(CallControlTest, TakesAChannelBackThatWasLeaving) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CallControlTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
+TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f (pid 1 on host7)"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f (pid 1 on host7)");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   ASSERT_THAT(all<Show>(actions), testing::Not(IsEmpty()));
@@ -182,49 +182,49 @@ TEST_F(CallControlTest, HoldsAnAtMostOnceCallThatAnotherGatewayMayHaveGivenOut) 
   EXPECT_THAT(
       all<Show>(actions).back().status.reason,
       HasSubstr("gateway 5f (pid 1 on host7), which is gone, may have given this call out"));
-  control::Verdict verdict;
-  EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now))),
+  core::CommandResult result;
+  EXPECT_THAT(all<Publish>(confirm(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now))),
               SizeIs(1));
 }
 
 // With two gateways that lost each other, what the first had given out was forgotten when the
 // second left a call of its own. Found by the simulation.
-TEST_F(CallControlTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
+TEST_F(CoreCallsTest, HoldsWhateverOfSeveralInheritedCallsIsStillAskedFor) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
-  sut->inherit({"cnc", 1}, {"00000000-0000-4000-8000-000000000002", "gateway 60"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
+  sut->inherit({"cnc", 1}, "00000000-0000-4000-8000-000000000002", "gateway 60");
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
 // Found by the simulation.
-TEST_F(CallControlTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
+TEST_F(CoreCallsTest, StillHoldsACallThatItHeldBeforeItLeftTheChannel) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
-  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->refuse({"cnc", 1}, "served by another gateway", now);
   link_up();
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
-TEST_F(CallControlTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesTheChannel) {
+TEST_F(CoreCallsTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServesTheChannel) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   answered_call(1);
   answered_call(2);
-  EXPECT_THAT(all<Withdraw>(sut->release({"cnc", 1}, "served by another gateway", now)), SizeIs(1));
+  EXPECT_THAT(all<Withdraw>(sut->refuse({"cnc", 1}, "served by another gateway", now)), SizeIs(1));
   EXPECT_THAT(all<Withdraw>(sut->on_link_dropped("cnc", "stood still", now)), IsEmpty());
   now.steady += 2 * channel::AnsweredRequests::quiet;
   EXPECT_THAT(all<Withdraw>(sut->on_time(now)), SizeIs(1));
@@ -232,14 +232,14 @@ TEST_F(CallControlTest, TakesItsAnsweredRequestsBackAlsoWhereAnotherGatewayServe
 
 // A gateway that had left a channel to another one, which died before it took it, gave its own
 // at-most-once call out again. Found by the simulation.
-TEST_F(CallControlTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
+TEST_F(CoreCallsTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheChannel) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
   confirm(request(1));
-  sut->release({"cnc", 1}, "served by another gateway", now);
+  sut->refuse({"cnc", 1}, "served by another gateway", now);
   link_up();
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
@@ -247,13 +247,13 @@ TEST_F(CallControlTest, HoldsAnAtMostOnceCallThatItHadGivenOutBeforeItLeftTheCha
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
-TEST_F(CallControlTest, StillHoldsAnInheritedCallAfterARestart) {
+TEST_F(CoreCallsTest, StillHoldsAnInheritedCallAfterARestart) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
   confirm(request(1));
   start();
   sut->on_instance_ready(once, now);
@@ -263,21 +263,21 @@ TEST_F(CallControlTest, StillHoldsAnInheritedCallAfterARestart) {
   EXPECT_THAT(all<Publish>(confirm(sut->on_time(now))), IsEmpty());
 }
 
-TEST_F(CallControlTest, RunsAnInheritedCallThatMayRunTwice) {
+TEST_F(CoreCallsTest, RunsAnInheritedCallThatMayRunTwice) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CallControlTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
+TEST_F(CoreCallsTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
   const Snapshot idle{ReadSet::state, "", "", 0, 0, ""};
   sut->on_read({"cnc", 1}, idle, now);
   now.steady += 1s;
@@ -289,26 +289,25 @@ TEST_F(CallControlTest, ForgetsWhatItInheritedOnceTheProgramAsksNothing) {
 // Two gateways that had lost each other hear each other again while the look of one is on its way,
 // and that look is from before the request. Found by the simulation (seed 25671): the call ran
 // twice.
-TEST_F(CallControlTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest) {
+TEST_F(CoreCallsTest, RemembersWhatItInheritedWhenALookFromBeforeShowsNoRequest) {
   start();
   link_up();
   auto once = instance(1);
   once.delivery = fabric::Delivery::at_most_once;
   sut->on_instance_ready(once, now);
-  sut->inherit({"cnc", 1}, {uuid, "gateway 5f"});
+  sut->inherit({"cnc", 1}, uuid, "gateway 5f");
   sut->on_read({"cnc", 1}, {ReadSet::state, "", "", 0, 0, ""}, now);
   const auto actions = request(1);
   EXPECT_THAT(all<Publish>(confirm(actions)), IsEmpty());
   EXPECT_EQ(all<Show>(actions).back().status.state, fabric::ChannelState::held);
 }
 
-TEST_F(CallControlTest, AppliesNewPoliciesToRequestsThatWait) {
+TEST_F(CoreCallsTest, AppliesNewPoliciesToRequestsThatWait) {
   start();
   link_up();
   request(1);
   now.steady += 5s;
-  EXPECT_THAT(all<Read>(sut->change({}, {.everywhere = {.unserved = Rule{1s, 901}}}, now)),
-              SizeIs(1));
+  EXPECT_THAT(all<Read>(sut->change({.everywhere = {.unserved = Rule{1s, 901}}}, now)), SizeIs(1));
   request(1);
   sut->on_time(now);
   const auto records = all<Record>(request(1));
@@ -316,20 +315,20 @@ TEST_F(CallControlTest, AppliesNewPoliciesToRequestsThatWait) {
   EXPECT_EQ(std::get<AnsweredEntry>(records.back().entry).answer.state, 901U);
 }
 
-TEST_F(CallControlTest, KeepsThePolicyUnderWhichACallWasAccepted) {
-  start({.policies = {.everywhere = {.deadline = Rule{10s, 0}}}});
+TEST_F(CoreCallsTest, KeepsThePolicyUnderWhichACallWasAccepted) {
+  start({.everywhere = {.deadline = Rule{10s, 0}}});
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  sut->change({}, {.everywhere = {.deadline = Rule{1s, 902}}}, now);
+  sut->change({.everywhere = {.deadline = Rule{1s, 902}}}, now);
   now.steady += 5s;
   EXPECT_THAT(all<Record>(sut->on_time(now)), IsEmpty());
 }
 
 // The deadline of one call had passed, its instance got the call of another channel, which then
 // looked at the link that was gone: the gateway crashed. Found by the simulation.
-TEST_F(CallControlTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
-  start({.policies = {.everywhere = {.deadline = Rule{1s, 902}}}});
+TEST_F(CoreCallsTest, AsksNothingOfALinkThatIsTakenAwayWhileACallEnds) {
+  start({.everywhere = {.deadline = Rule{1s, 902}}});
   link_up();
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));

@@ -1,12 +1,28 @@
 // What an operator wants of a channel's call.
 #include <utility>
 
-#include "gateway/control/call_control.hpp"
+#include "gateway/core/core.hpp"
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 
-Verdict CallControl::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
-                               const OperatorAnswer& answer, Moment now) {
+CommandResult Core::on_answer(const fabric::ChannelKey& key, const fabric::CallId& call,
+                              const OperatorAnswer& answer) {
+  enter();
+  CommandResult result = answer_pending(key, call, answer);
+  finish();
+  return result;
+}
+
+CommandResult Core::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
+                             const std::string& by) {
+  enter();
+  CommandResult result = retry_pending(key, call, by);
+  finish();
+  return result;
+}
+
+CommandResult Core::answer_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                   const OperatorAnswer& answer) {
   const channel::ChannelSession* const there = find(key);
   const fabric::Awaited awaited = there != nullptr && there->call() != nullptr
                                       ? there->call()->awaited
@@ -19,14 +35,13 @@ Verdict CallControl::on_answer(const fabric::ChannelKey& key, const fabric::Call
   if (!session) {
     return {false, session.error()};
   }
-  (*session)->settle({*std::move(response), answer.by}, now);
-  follow(**session, now);
-  finish();
+  (*session)->settle({*std::move(response), answer.by}, now_);
+  follow(**session);
   return {true, "the answer is on its way to the program"};
 }
 
-Verdict CallControl::on_retry(const fabric::ChannelKey& key, const fabric::CallId& call,
-                              const std::string& by, Moment now) {
+CommandResult Core::retry_pending(const fabric::ChannelKey& key, const fabric::CallId& call,
+                                  const std::string& by) {
   const auto found = find_pending(key, call);
   if (!found) {
     return {false, found.error()};
@@ -37,15 +52,13 @@ Verdict CallControl::on_retry(const fabric::ChannelKey& key, const fabric::CallI
     return {false, *unserved + "; start the service, then retry"};
   }
   context_.standing.forget(key);
-  session.retry(by, now);
-  follow(session, now);
-  carry_out(dispatcher_.add(*session.call()), now);
-  Verdict verdict{true, session.status().reason};
-  finish();
-  return verdict;
+  session.retry(by, now_);
+  follow(session);
+  apply(dispatcher_.add(*session.call()));
+  return {true, session.status().reason};
 }
 
-tl::expected<channel::ChannelSession*, std::string> CallControl::find_pending(
+tl::expected<channel::ChannelSession*, std::string> Core::find_pending(
     const fabric::ChannelKey& key, const fabric::CallId& call) {
   channel::ChannelSession* session = find(key);
   if (session != nullptr && session->status().state == fabric::ChannelState::unserved) {
@@ -64,4 +77,4 @@ tl::expected<channel::ChannelSession*, std::string> CallControl::find_pending(
   return session;
 }
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

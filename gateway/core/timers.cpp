@@ -1,8 +1,8 @@
-#include "gateway/control/timers.hpp"
+#include "gateway/core/timers.hpp"
 
 #include <tuple>
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 
 /// Of channels that are due together the order is always the same.
 bool Timers::Before::operator()(const Due& a, const Due& b) const {
@@ -42,4 +42,4 @@ std::vector<fabric::ChannelKey> Timers::take_due(SteadyTime now) {
   return due;
 }
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

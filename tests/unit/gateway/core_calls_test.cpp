@@ -1,4 +1,4 @@
-#include "tests/unit/gateway/call_control_test.hpp"
+#include "tests/unit/gateway/core_calls_test.hpp"
 
 #include <gmock/gmock.h>
 
@@ -11,12 +11,12 @@ using testing::IsEmpty;
 using testing::SizeIs;
 using namespace std::chrono_literals;
 
-TEST_F(CallControlTest, LooksAtEachChannelOfALinkThatCameUp) {
+TEST_F(CoreCallsTest, LooksAtEachChannelOfALinkThatCameUp) {
   start();
   EXPECT_THAT(all<Read>(sut->on_link_up("cnc", {1, 2}, now)), SizeIs(2));
 }
 
-TEST_F(CallControlTest, GivesARequestToTheInstanceThatServesIt) {
+TEST_F(CoreCallsTest, GivesARequestToTheInstanceThatServesIt) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -26,7 +26,7 @@ TEST_F(CallControlTest, GivesARequestToTheInstanceThatServesIt) {
   EXPECT_EQ(published.front().request.call, (fabric::CallId{7, 1001}));
 }
 
-TEST_F(CallControlTest, ReservesCallNumbersWhenALinkComesUp) {
+TEST_F(CoreCallsTest, ReservesCallNumbersWhenALinkComesUp) {
   start();
   const auto records = all<Record>(sut->on_link_up("cnc", {1, 2}, now));
   ASSERT_THAT(records, SizeIs(1));
@@ -35,7 +35,7 @@ TEST_F(CallControlTest, ReservesCallNumbersWhenALinkComesUp) {
 
 // On a full disk a number was given that the journal did not hold; after a power cut it was given
 // again. Found by the simulation.
-TEST_F(CallControlTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
+TEST_F(CoreCallsTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
   start();
   const auto up = sut->on_link_up("cnc", {1, 2}, now);
   sut->on_instance_ready(instance(1), now);
@@ -47,7 +47,7 @@ TEST_F(CallControlTest, ClaimsNoCallBeforeTheJournalHoldsItsNumber) {
 }
 
 // Another channel's request was claimed although nobody served it. Found by the simulation.
-TEST_F(CallControlTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
+TEST_F(CoreCallsTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
   DispatchedEntry dispatched;
   dispatched.call = {7, 1};
   dispatched.key = {"cnc", 1};
@@ -62,7 +62,7 @@ TEST_F(CallControlTest, TakesAnInstanceThatOnlyTheJournalKnowsForNobody) {
   EXPECT_EQ(left.front().event.kind, fabric::EventKind::unserved);
 }
 
-TEST_F(CallControlTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
+TEST_F(CoreCallsTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -82,7 +82,7 @@ TEST_F(CallControlTest, ReservesTheNextCallNumbersWhenHalfAreUsed) {
   EXPECT_THAT(reserved, ElementsAre(NumbersEntry{7, 3000}));
 }
 
-TEST_F(CallControlTest, TakesUpALeftRequestWhenAnInstanceAppears) {
+TEST_F(CoreCallsTest, TakesUpALeftRequestWhenAnInstanceAppears) {
   start();
   link_up();
   EXPECT_THAT(all<Tell>(request(1)), SizeIs(1));
@@ -90,7 +90,7 @@ TEST_F(CallControlTest, TakesUpALeftRequestWhenAnInstanceAppears) {
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CallControlTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
+TEST_F(CoreCallsTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -100,7 +100,7 @@ TEST_F(CallControlTest, GivesTheNextCallToAnInstanceAsSoonAsItHasAnswered) {
   EXPECT_THAT(all<Publish>(confirm(sut->on_reply(reply, now))), SizeIs(1));
 }
 
-TEST_F(CallControlTest, GivesTheCallsOfALostInstanceToAnother) {
+TEST_F(CoreCallsTest, GivesTheCallsOfALostInstanceToAnother) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -114,47 +114,47 @@ TEST_F(CallControlTest, GivesTheCallsOfALostInstanceToAnother) {
   EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
-TEST_F(CallControlTest, ClaimsNothingWhileTheJournalIsFull) {
+TEST_F(CoreCallsTest, ClaimsNothingWhileTheJournalIsFull) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
-  sut->set_obstacle("the disk is full", now);
+  sut->on_journal_trouble("the disk is full", now);
   const auto actions = request(1);
   EXPECT_THAT(all<Record>(actions), IsEmpty());
   ASSERT_THAT(all<Show>(actions), SizeIs(1));
   EXPECT_EQ(all<Show>(actions).front().status.reason, "the disk is full");
-  EXPECT_THAT(all<Read>(sut->set_obstacle("", now)), SizeIs(1));
+  EXPECT_THAT(all<Read>(sut->on_journal_trouble("", now)), SizeIs(1));
   EXPECT_THAT(all<Publish>(confirm(request(1))), SizeIs(1));
 }
 
-TEST_F(CallControlTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
+TEST_F(CoreCallsTest, SaysOfACallThatWaitsForTheJournalWhyAndThatItDoesNoMore) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   const auto assigned = request(1);
-  const auto shown = all<Show>(sut->set_journal_trouble("the journal cannot be written", now));
+  const auto shown = all<Show>(sut->on_journal_trouble("the journal cannot be written", now));
   ASSERT_THAT(shown, SizeIs(1));
   EXPECT_EQ(shown.front().status.state, fabric::ChannelState::running);
   EXPECT_EQ(shown.front().status.reason, "the journal cannot be written");
-  const auto well = all<Show>(sut->set_journal_trouble("", now));
+  const auto well = all<Show>(sut->on_journal_trouble("", now));
   ASSERT_THAT(well, SizeIs(1));
   EXPECT_EQ(well.front().status.reason, "");
   EXPECT_THAT(all<Publish>(confirm(assigned)), SizeIs(1));
 }
 
-TEST_F(CallControlTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull) {
+TEST_F(CoreCallsTest, LeavesACallThatItsInstanceRunsAsItIsWhileTheJournalIsFull) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   const auto published = all<Publish>(confirm(request(1)));
   ASSERT_THAT(published, SizeIs(1));
-  EXPECT_THAT(all<Show>(sut->set_journal_trouble("the journal cannot be written", now)), IsEmpty());
+  EXPECT_THAT(all<Show>(sut->on_journal_trouble("the journal cannot be written", now)), IsEmpty());
   const auto answered = all<Show>(sut->on_reply(answer_to(published.front().request), now));
   ASSERT_FALSE(answered.empty());
   EXPECT_EQ(answered.back().status.reason, "the journal cannot be written");
 }
 
-TEST_F(CallControlTest, ResumesTheCallsOfAnEarlierRunAtTheirInstance) {
+TEST_F(CoreCallsTest, ResumesTheCallsOfAnEarlierRunAtTheirInstance) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -169,7 +169,7 @@ TEST_F(CallControlTest, ResumesTheCallsOfAnEarlierRunAtTheirInstance) {
   EXPECT_EQ(published.front().request.attempt, 1U);
 }
 
-TEST_F(CallControlTest, IgnoresRepliesForChannelsOfOthers) {
+TEST_F(CoreCallsTest, IgnoresRepliesForChannelsOfOthers) {
   start();
   link_up();
   fabric::Reply reply;
@@ -178,8 +178,8 @@ TEST_F(CallControlTest, IgnoresRepliesForChannelsOfOthers) {
   EXPECT_FALSE(sut->serves({"other", 1}));
 }
 
-TEST_F(CallControlTest, AnswersAnUnservedRequestOnlyWherePatienceIsConfigured) {
-  start({.policies = {.everywhere = {.unserved = Rule{5s, 901}}}});
+TEST_F(CoreCallsTest, AnswersAnUnservedRequestOnlyWherePatienceIsConfigured) {
+  start({.everywhere = {.unserved = Rule{5s, 901}}});
   link_up();
   request(1);
   now.steady += 5s;
@@ -194,38 +194,38 @@ TEST_F(CallControlTest, AnswersAnUnservedRequestOnlyWherePatienceIsConfigured) {
   EXPECT_THAT(all<Read>(confirm(actions)), SizeIs(1));
 }
 
-TEST_F(CallControlTest, LetsAnOperatorAnswerThePendingCallOnly) {
+TEST_F(CoreCallsTest, LetsAnOperatorAnswerThePendingCallOnly) {
   start();
   link_up();
-  control::Verdict verdict;
+  core::CommandResult result;
   const fabric::ChannelKey key{"cnc", 1};
-  sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, verdict, now);
-  EXPECT_FALSE(verdict.done);
-  EXPECT_EQ(verdict.detail, "no call is pending on this channel");
+  sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, result, now);
+  EXPECT_FALSE(result.done);
+  EXPECT_EQ(result.detail, "no call is pending on this channel");
   sut->on_instance_ready(instance(1), now);
   confirm(request(1));
-  sut->on_answer(key, {7, 1000}, {"go on", 7, "ann"}, verdict, now);
-  EXPECT_EQ(verdict.detail, "another call is pending by now: 7-1001");
-  const auto actions = sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, verdict, now);
-  EXPECT_TRUE(verdict.done);
+  sut->on_answer(key, {7, 1000}, {"go on", 7, "ann"}, result, now);
+  EXPECT_EQ(result.detail, "another call is pending by now: 7-1001");
+  const auto actions = sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, result, now);
+  EXPECT_TRUE(result.done);
   EXPECT_THAT(all<Record>(actions), SizeIs(1));
-  sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, verdict, now);
-  EXPECT_EQ(verdict.detail, "the call's answer is being written");
+  sut->on_answer(key, {7, 1001}, {"go on", 7, "ann"}, result, now);
+  EXPECT_EQ(result.detail, "the call's answer is being written");
 }
 
-TEST_F(CallControlTest, TellsAnOperatorThatARequestIsLeftAlone) {
+TEST_F(CoreCallsTest, TellsAnOperatorThatARequestIsLeftAlone) {
   start();
   link_up();
   request(1);
-  control::Verdict verdict;
-  sut->on_retry({"cnc", 1}, {}, "ann", verdict, now);
-  EXPECT_FALSE(verdict.done);
-  EXPECT_THAT(verdict.detail, testing::HasSubstr("left alone, so there is no call to act on"));
-  EXPECT_THAT(verdict.detail, testing::HasSubstr("served by nobody"));
+  core::CommandResult result;
+  sut->on_retry({"cnc", 1}, {}, "ann", result, now);
+  EXPECT_FALSE(result.done);
+  EXPECT_THAT(result.detail, testing::HasSubstr("left alone, so there is no call to act on"));
+  EXPECT_THAT(result.detail, testing::HasSubstr("served by nobody"));
 }
 
 // The status said for ever that its instances were draining.
-TEST_F(CallControlTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
+TEST_F(CoreCallsTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone) {
   start();
   link_up();
   auto draining = instance(1);
@@ -242,7 +242,7 @@ TEST_F(CallControlTest, SaysAnewWhyARequestIsLeftAloneWhenItsLastInstanceIsGone)
   EXPECT_THAT(again.back().status.reason, testing::HasSubstr("served by nobody"));
 }
 
-TEST_F(CallControlTest, LetsAnOperatorRetryAHeldCall) {
+TEST_F(CoreCallsTest, LetsAnOperatorRetryAHeldCall) {
   start();
   link_up();
   auto once = instance(1);
@@ -253,16 +253,16 @@ TEST_F(CallControlTest, LetsAnOperatorRetryAHeldCall) {
   sut->on_instance_gone(once.id, now);
   now.steady += 2s;
   EXPECT_THAT(all<Publish>(confirm(sut->on_time(now))), IsEmpty());
-  control::Verdict verdict;
-  const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now);
-  EXPECT_TRUE(verdict.done);
+  core::CommandResult result;
+  const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now);
+  EXPECT_TRUE(result.done);
   const auto published = all<Publish>(confirm(actions));
   ASSERT_THAT(published, SizeIs(1));
   EXPECT_EQ(published.front().request.assigned, instance(2).id);
   EXPECT_EQ(published.front().request.attempt, 2U);
 }
 
-TEST_F(CallControlTest, RefusesToRetryACallThatNoInstanceCanTake) {
+TEST_F(CoreCallsTest, RefusesToRetryACallThatNoInstanceCanTake) {
   start();
   link_up();
   auto once = instance(1);
@@ -272,18 +272,18 @@ TEST_F(CallControlTest, RefusesToRetryACallThatNoInstanceCanTake) {
   sut->on_instance_gone(once.id, now);
   now.steady += 2s;
   confirm(sut->on_time(now));
-  control::Verdict verdict;
-  EXPECT_THAT(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now), IsEmpty());
-  EXPECT_FALSE(verdict.done);
-  EXPECT_THAT(verdict.detail, testing::HasSubstr("served by nobody"));
-  EXPECT_THAT(verdict.detail, testing::HasSubstr("start the service, then retry"));
+  core::CommandResult result;
+  EXPECT_THAT(sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now), IsEmpty());
+  EXPECT_FALSE(result.done);
+  EXPECT_THAT(result.detail, testing::HasSubstr("served by nobody"));
+  EXPECT_THAT(result.detail, testing::HasSubstr("start the service, then retry"));
   sut->on_instance_ready(instance(2), now);
-  const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", verdict, now);
-  EXPECT_TRUE(verdict.done);
+  const auto actions = sut->on_retry({"cnc", 1}, {7, 1001}, "ann", result, now);
+  EXPECT_TRUE(result.done);
   EXPECT_THAT(all<Publish>(confirm(actions)), SizeIs(1));
 }
 
-TEST_F(CallControlTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithIt) {
+TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithIt) {
   start();
   link_up();
   auto once = instance(1);
@@ -322,7 +322,7 @@ TEST_F(CallControlTest, TellsAfterARestartSinceWhenACallIsHeldAndWhoWasLostWithI
   EXPECT_EQ(shown.back().status.reason, before.reason);
 }
 
-TEST_F(CallControlTest, TellsAfterARestartSinceWhenARequestHasNoService) {
+TEST_F(CoreCallsTest, TellsAfterARestartSinceWhenARequestHasNoService) {
   start();
   link_up();
   const auto left = request(1);
@@ -341,7 +341,7 @@ TEST_F(CallControlTest, TellsAfterARestartSinceWhenARequestHasNoService) {
 
 // Above a thousand calls a second Cyclone could not free what each withdrawal left behind, and the
 // gateway's memory grew without limit. Found by the long run.
-TEST_F(CallControlTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
+TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
@@ -356,16 +356,16 @@ TEST_F(CallControlTest, TakesAnAnsweredRequestBackOnlyWhenItsChannelIsQuiet) {
   EXPECT_EQ(sut->next_time(), std::nullopt);
 }
 
-TEST_F(CallControlTest, TakesAnsweredRequestsBackWhenTheGatewayEnds) {
+TEST_F(CoreCallsTest, TakesAnsweredRequestsBackWhenTheGatewayEnds) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);
   answered_call(1);
-  EXPECT_THAT(all<Withdraw>(sut->take_back(now)), SizeIs(1));
-  EXPECT_THAT(sut->take_back(now), IsEmpty());
+  EXPECT_THAT(all<Withdraw>(sut->end(now)), SizeIs(1));
+  EXPECT_THAT(sut->end(now), IsEmpty());
 }
 
-TEST_F(CallControlTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {
+TEST_F(CoreCallsTest, TakesAnAnsweredRequestBackBeforeItLetsGoOfTheChannel) {
   start();
   link_up();
   sut->on_instance_ready(instance(1), now);

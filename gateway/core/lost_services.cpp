@@ -1,8 +1,8 @@
-#include "gateway/control/lost_services.hpp"
+#include "gateway/core/lost_services.hpp"
 
 #include <algorithm>
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 
 bool LostServices::on_ready(const fabric::InstanceIdentity& identity) {
   if (instances_.size() < most_instances || instances_.contains(identity.id)) {
@@ -38,4 +38,4 @@ std::vector<std::string> LostServices::on_time(Moment now) {
   return over;
 }
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

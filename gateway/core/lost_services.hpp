@@ -15,7 +15,7 @@
 #include "fabric/messages.hpp"
 #include "gateway/moment.hpp"
 
-namespace millrace::gateway::control {
+namespace millrace::gateway::core {
 
 struct LostService {
   /// Canonical.
@@ -51,4 +51,4 @@ class LostServices {
   std::map<std::string, SteadyTime> lost_;
 };
 
-}  // namespace millrace::gateway::control
+}  // namespace millrace::gateway::core

@@ -1,0 +1,58 @@
+// The numbers of a gateway's calls. The journal holds them a block ahead, so that none is given
+// twice, even if its newest entries are lost with the power. Pure.
+//
+//   CallNumbers numbers(ledger.numbers());
+//   if (const auto entry = numbers.reserve()) append(*entry);      // then numbers.on_recorded()
+//   if (!numbers.used_up()) call.id = numbers.take();
+#pragma once
+
+#include <cassert>
+#include <cstdint>
+#include <optional>
+
+#include "fabric/messages.hpp"
+#include "gateway/journal_entry.hpp"
+
+namespace millrace::gateway::core {
+
+class CallNumbers {
+ public:
+  /// Goes on behind what the journal knows, which must have an epoch.
+  explicit CallNumbers(const NumbersEntry& known)
+      : epoch_(known.epoch),
+        last_(known.reserved),
+        recorded_(known.reserved),
+        reserved_(known.reserved) {
+    assert(epoch_ != 0);
+  }
+
+  [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
+  /// The journal has not confirmed a next one.
+  [[nodiscard]] bool used_up() const { return last_ == recorded_; }
+  fabric::CallId take() {
+    assert(last_ < recorded_);
+    return {epoch_, ++last_};
+  }
+  /// The next block is reserved when half of the last one is used, so that no call waits for the
+  /// disk.
+  std::optional<NumbersEntry> reserve() {
+    if (reserved_ != recorded_ || reserved_ - last_ >= block / 2) {
+      return std::nullopt;
+    }
+    reserved_ += block;
+    return NumbersEntry{epoch_, reserved_};
+  }
+  /// The journal holds what was reserved.
+  void on_recorded() { recorded_ = reserved_; }
+
+ private:
+  /// A restart goes on behind the block (our choice).
+  static constexpr std::uint64_t block = 1000;
+
+  std::uint64_t epoch_;
+  std::uint64_t last_;
+  std::uint64_t recorded_;
+  std::uint64_t reserved_;
+};
+
+}  // namespace millrace::gateway::core

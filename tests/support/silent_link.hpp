@@ -1,0 +1,21 @@
+// A link to a controller that carries nothing, for those who want a part of one.
+#pragma once
+
+#include "gateway/machines/link.hpp"
+
+namespace millrace::tests {
+
+class SilentLink : public gateway::machines::Link {
+ public:
+  void read(std::uint16_t, gateway::ReadSet) override {}
+  void write(std::uint16_t, gateway::Variable, const gateway::Value&) override {}
+  void watch(const gateway::machines::Channels&) override {}
+  void unwatch(const gateway::machines::Channels&) override {}
+  void ask(const gateway::machines::Question&) override {}
+  void open(const fabric::ChannelKey&, const gateway::queues::QueueSettings&) override {}
+  void ask(const fabric::ChannelKey&, const gateway::queues::Step&) override {}
+  void watch(const fabric::ChannelKey&) override {}
+  [[nodiscard]] gateway::machines::LinkLoad load() const override { return {}; }
+};
+
+}  // namespace millrace::tests
