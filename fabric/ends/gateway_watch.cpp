@@ -68,8 +68,7 @@ struct GatewayWatch::Impl : std::enable_shared_from_this<Impl> {
   void lose(const ClaimKey& key, MachineClaim& claim);
   /// Whose certificates have been taken back since: what they have said holds no more.
   void drop_revoked();
-  void tell_flood(const std::optional<std::string>& program, std::string_view what,
-                  std::size_t most);
+  void complain(const std::string& kind, const std::string& about, const std::string& text);
   template <typename IsGone>
   void forget_channels(const IsGone& is_gone);
   /// Others speak for channels since claims have changed.
@@ -167,7 +166,9 @@ void GatewayWatch::Impl::drain_machines() {
   // Each callback may close this watch.
   while (listener != nullptr && machines) {
     const auto batch = machines->take();
-    tell_flood(machines->take_flooding(), "machines", machines->most_keys());
+    if (const auto flood = machines->take_flooding()) {
+      complain("keys", *flood, *flood);
+    }
     if (batch.empty()) {
       take_lost_writers();
       drop_revoked();
@@ -221,26 +222,14 @@ void GatewayWatch::Impl::lose(const ClaimKey& key, MachineClaim& claim) {
 
 void GatewayWatch::Impl::ignore(Handle writer, const std::string& program,
                                 const std::string& what) {
-  const auto line = complaints.note(
+  complain(
       "speaker", std::to_string(writer),
-      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what),
-      std::chrono::steady_clock::now());
-  if (line) {
-    tell([&] { listener->on_ignored(*line); });
-  }
+      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what));
 }
 
-void GatewayWatch::Impl::tell_flood(const std::optional<std::string>& program,
-                                    std::string_view what, std::size_t most) {
-  if (!program) {
-    return;
-  }
-  const auto line = complaints.note(
-      "keys", *program,
-      fmt::format("participant {} tells of more than {} {}: further ones are dropped", *program,
-                  most, what),
-      std::chrono::steady_clock::now());
-  if (line) {
+void GatewayWatch::Impl::complain(const std::string& kind, const std::string& about,
+                                  const std::string& text) {
+  if (const auto line = complaints.note(kind, about, text, std::chrono::steady_clock::now())) {
     tell([&] { listener->on_ignored(*line); });
   }
 }
@@ -304,7 +293,9 @@ void GatewayWatch::Impl::drop_revoked() {
 void GatewayWatch::Impl::drain_channels() {
   while (listener != nullptr && channels) {
     const auto batch = channels->take();
-    tell_flood(channels->take_flooding(), "channels", channels->most_keys());
+    if (const auto flood = channels->take_flooding()) {
+      complain("keys", *flood, *flood);
+    }
     if (batch.empty()) {
       return;
     }

@@ -27,9 +27,6 @@ namespace {
 /// than ever wait; about 1 kB each.
 constexpr std::size_t most_answered = 4096;
 
-/// Channels that one writer may ask for, far more than a gateway has.
-constexpr std::size_t most_channels = 4096;
-
 /// Whoever asks.
 RequestKey any_of(RequestKey key) {
   key.asker = 0;
@@ -105,8 +102,7 @@ void ReplyEnd::Impl::read(const dds::Listener& on_request) {
       wire::Keep::all,
       wire::EndpointOptions{.user_data = registry::format_identity(identity),
                             .listener = on_request.get(),
-                            .doubtful = true,
-                            .most_keys = most_channels});
+                            .doubtful = true});
 }
 
 void ReplyEnd::Impl::close() {
@@ -119,12 +115,9 @@ void ReplyEnd::Impl::drain() {
   // Each callback may close this end.
   while (listener != nullptr) {
     auto batch = requests->take();
-    if (const auto program = requests->take_flooding()) {
-      if (const auto line = complaints.note(
-              "keys", *program,
-              fmt::format("participant {} asks for more than {} channels: further ones are dropped",
-                          *program, most_channels),
-              std::chrono::steady_clock::now())) {
+    if (const auto flood = requests->take_flooding()) {
+      if (const auto line =
+              complaints.note("keys", *flood, *flood, std::chrono::steady_clock::now())) {
         listener->on_ignored(*line);
       }
       if (listener == nullptr) {

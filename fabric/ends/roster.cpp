@@ -14,9 +14,6 @@ namespace {
 /// not have got one either.
 constexpr std::chrono::milliseconds stall{50};
 
-/// A process beats for itself, by a writer of its own.
-constexpr std::size_t most_beating = 4;
-
 SteadyTime now() {
   return std::chrono::steady_clock::now();
 }
@@ -35,7 +32,7 @@ void Roster::open(const dds::Participant& participant, std::weak_ptr<void> alive
   const dds::Listener beat_listener(dds_create_listener(nullptr));
   on_beat.listen_for_data(beat_listener.get());
   beats_.emplace(participant, participant.options().fabric, wire::Keep::last,
-                 wire::EndpointOptions{.listener = beat_listener.get(), .most_keys = most_beating});
+                 wire::EndpointOptions{.listener = beat_listener.get()});
 
   const dds::Listener endpoint_listener(dds_create_listener(nullptr));
   on_endpoint.listen_for_data(endpoint_listener.get());
@@ -57,12 +54,8 @@ Discovery::News Roster::look_around() {
   if (proofs_) {
     look_at_badges(news);
   }
-  if (const auto program = std::exchange(flooding_, std::nullopt)) {
-    news.ignored.push_back(
-        {"beats", *program,
-         fmt::format(
-             "participant {} beats for more than {} processes: beats for others are dropped",
-             *program, most_beating)});
+  if (const auto flood = std::exchange(flooding_, std::nullopt)) {
+    news.ignored.push_back({"keys", *flood, *flood});
   }
   return news;
 }

@@ -87,8 +87,8 @@ bool Roster::take_beats(Use use) {
     return false;
   }
   const auto batch = beats_->take();
-  if (auto program = beats_->take_flooding()) {
-    flooding_ = *std::move(program);
+  if (auto flood = beats_->take_flooding()) {
+    flooding_ = *std::move(flood);
     on_endpoint_->post();
   }
   const SteadyTime at = std::chrono::steady_clock::now();

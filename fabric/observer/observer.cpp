@@ -82,7 +82,7 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   bool drain_beats();
   void tell_changes();
   void tell_ignored();
-  void tell_flood(const std::string& program, const char* topic, std::size_t most);
+  void complain(const std::string& kind, const std::string& about, const std::string& text);
   void hand_out(Sample sample);
 
   template <typename Value>
@@ -159,8 +159,8 @@ struct Observer::Impl : std::enable_shared_from_this<Impl>, ends::GatewayWatchLi
   bool drain(std::optional<wire::Reader<Value>>& reader) {
     for (int i = 0; i < batches_per_turn && listener != nullptr && reader; ++i) {
       auto batch = reader->take();
-      if (const auto program = reader->take_flooding()) {
-        tell_flood(*program, wire::Codec<Value>::topic().name, reader->most_keys());
+      if (const auto flood = reader->take_flooding()) {
+        complain("keys", *flood, *flood);
       }
       if (batch.empty() || listener == nullptr) {
         return false;
@@ -388,21 +388,14 @@ bool Observer::Impl::counts(wire::Taken<Outcome>& taken) {
 
 void Observer::Impl::ignore(dds_instance_handle_t writer, const std::string& program,
                             const std::string& what) {
-  const auto line = complaints.note(
+  complain(
       what.substr(0, what.find(' ')), std::to_string(writer),
-      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what),
-      std::chrono::steady_clock::now());
-  if (line && listener != nullptr) {
-    listener->on_ignored(*line);
-  }
+      fmt::format("participant {} {}, which is another's to say: that is ignored", program, what));
 }
 
-void Observer::Impl::tell_flood(const std::string& program, const char* topic, std::size_t most) {
-  const auto line = complaints.note(
-      topic, program,
-      fmt::format("participant {} tells of more than {} things on {}: further ones are dropped",
-                  program, most, topic),
-      std::chrono::steady_clock::now());
+void Observer::Impl::complain(const std::string& kind, const std::string& about,
+                              const std::string& text) {
+  const auto line = complaints.note(kind, about, text, std::chrono::steady_clock::now());
   if (line && listener != nullptr) {
     listener->on_ignored(*line);
   }

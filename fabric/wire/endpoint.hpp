@@ -22,8 +22,6 @@ struct EndpointOptions {
   /// A reader that hands out also what nobody is believed to have said, marked so
   /// (Taken::standing).
   bool doubtful = false;
-  /// Of a reader, in place of Topic::most_keys; 0: what the topic says.
-  std::size_t most_keys = 0;
   /// A writer whose samples wait until Writer::flush, or until a datagram is full.
   bool batched = false;
   /// A writer that is taken for gone, although its process is there, when it has neither written

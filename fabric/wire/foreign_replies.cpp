@@ -88,6 +88,11 @@ std::vector<Taken<Reply>> ForeignReplies::take() {
                                   number_of(sample.code) > millrace_code_refused) {
                                 one.value.kind = unknown_kind;
                               }
+                              if (!one.valid && one.presence == Presence::withdrawn) {
+                                // Cyclone keeps its key, and asks no filter.
+                                const std::lock_guard guard(lock_);
+                                keys_.admits(key_of(one.value));
+                              }
                               taken.push_back(std::move(one));
                             });
   return taken;

@@ -30,15 +30,21 @@ bool KeyLimit::admits(dds_instance_handle_t writer, dds_instance_handle_t key) {
     }
   }
   auto& keys = known->second;
-  if (keys.size() < most_) {
-    keys.insert(key);
-    return true;
+  if (keys.size() >= most_ && !keys.contains(key)) {
+    flooding_ = writer;
+    return false;
   }
-  if (keys.contains(key)) {
-    return true;
+  keys[key] = ++admitted_;
+  return true;
+}
+
+void KeyLimit::forget(dds_instance_handle_t key, std::uint64_t before) {
+  const std::lock_guard guard(lock_);
+  for (auto& [writer, keys] : keys_) {
+    if (const auto known = keys.find(key); known != keys.end() && known->second <= before) {
+      keys.erase(known);
+    }
   }
-  flooding_ = writer;
-  return false;
 }
 
 }  // namespace millrace::fabric::wire

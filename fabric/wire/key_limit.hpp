@@ -1,17 +1,19 @@
-// How many keys a reader keeps of each writer: Cyclone keeps about 0.6 kB of each until it is
-// disposed or its writer is gone, and a stranger can make up any number.
+// How many keys a reader keeps of each writer: Cyclone keeps about 0.6 kB of each until no writer
+// has it any more, and a stranger can make up any number.
 //
 //   KeyLimit limit(4);                     // outlives the topic, and is not moved
 //   limit.watch(topic);                    // before the reader is created
 //   if (auto writer = limit.take_flooding()) …
+//   const auto before = limit.admitted();
+//   for (…) if (presence_of(info) == Presence::orphaned) limit.forget(key, before);  // taken since
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 
 #include "fabric/dds/entity.hpp"
@@ -35,6 +37,14 @@ class KeyLimit {
   void watch(const dds::Entity& topic);
   /// Whether a sample of this key is to be kept. In Cyclone's threads.
   bool admits(dds_instance_handle_t writer, dds_instance_handle_t key);
+  /// How many samples were admitted so far.
+  [[nodiscard]] std::uint64_t admitted() const {
+    const std::lock_guard guard(lock_);
+    return admitted_;
+  }
+  /// What was taken after `before` says that no writer has this key any more. Not if a sample of it
+  /// was admitted since: that one Cyclone still keeps.
+  void forget(dds_instance_handle_t key, std::uint64_t before);
   /// A writer of which something was dropped since the last call.
   std::optional<dds_instance_handle_t> take_flooding() {
     const std::lock_guard guard(lock_);
@@ -43,8 +53,12 @@ class KeyLimit {
 
  private:
   const std::size_t most_;
-  std::mutex lock_;
-  std::unordered_map<dds_instance_handle_t, std::unordered_set<dds_instance_handle_t>> keys_;
+  mutable std::mutex lock_;
+  std::uint64_t admitted_ = 0;
+  /// By writer: each key, and which sample of it was admitted last.
+  std::unordered_map<dds_instance_handle_t,
+                     std::unordered_map<dds_instance_handle_t, std::uint64_t>>
+      keys_;
   /// The first one in front.
   std::deque<dds_instance_handle_t> writers_;
   std::optional<dds_instance_handle_t> flooding_;

@@ -72,10 +72,9 @@ class Reader {
 
   [[nodiscard]] const Witness& witness() const { return witness_; }
 
-  /// A writer of which samples of too many keys were dropped since the last call
-  /// (Topic::most_keys), as people may look for it; and how many are taken of it.
+  /// For the log, if samples of too many keys of a writer were dropped since the last call
+  /// (Topic::most_keys).
   std::optional<std::string> take_flooding();
-  [[nodiscard]] std::size_t most_keys() const { return limit_ ? limit_->most() : 0; }
   /// What DDS calls the program of a writer.
   [[nodiscard]] std::string program_of(dds_instance_handle_t writer) const {
     return wire::program_of(reader_, writer);
@@ -108,6 +107,8 @@ class Reader {
   /// Whether it is to be handed out now.
   bool judge(Taken<Value>& taken);
   void drop(const Taken<Value>& taken);
+  /// What a sample that was taken after `before` says of its key.
+  void note_key(const dds_sample_info_t& info, std::uint64_t before);
   void take_from_aside(std::vector<Taken<Value>>& taken);
 
   Witness witness_;
@@ -166,7 +167,7 @@ Reader<Value>::Reader(const dds::Participant& participant, const std::string& pa
                       const EndpointOptions& options)
     : witness_(participant),
       doubtful_(options.doubtful),
-      limit_(limit_of(options.most_keys > 0 ? options.most_keys : Codec<Value>::topic().most_keys)),
+      limit_(limit_of(Codec<Value>::topic().most_keys)),
       topic_(create_topic(participant, Codec<Value>::topic())),
       subscriber_(create_subscriber(participant, partition)) {
   if (limit_) {
@@ -219,6 +220,17 @@ void Reader<Value>::drop(const Taken<Value>& taken) {
   }
 }
 
+template <typename Value>
+void Reader<Value>::note_key(const dds_sample_info_t& info, std::uint64_t before) {
+  const Presence presence = presence_of(info);
+  if (presence == Presence::orphaned) {
+    limit_->forget(info.instance_handle, before);
+  } else if (presence == Presence::withdrawn && !info.valid_data) {
+    // Cyclone asks no filter whether it is to keep a key that is disposed without a sample.
+    limit_->admits(info.publication_handle, info.instance_handle);
+  }
+}
+
 /// What is proved by now, and what has waited for too long.
 template <typename Value>
 void Reader<Value>::take_from_aside(std::vector<Taken<Value>>& taken) {
@@ -249,10 +261,14 @@ std::vector<Taken<Value>> Reader<Value>::take() {
   std::size_t count = 0;
   // Nothing is left only if nothing was there.
   do {
+    const std::uint64_t before = limit_ ? limit_->admitted() : 0;
     count = take_lent<typename Codec<Value>::Sample>(
         reader_, [&](const auto& sample, const dds_sample_info_t& info) {
           Taken<Value> one{Codec<Value>::decode(sample), info.valid_data, presence_of(info),
                            info.publication_handle};
+          if (limit_) {
+            note_key(info, before);
+          }
           if (!witness_.asks() || judge(one)) {
             taken.push_back(std::move(one));
           } else if (one.standing == Standing::unproven) {
@@ -276,7 +292,11 @@ std::vector<Taken<Value>> Reader<Value>::take() {
 template <typename Value>
 std::optional<std::string> Reader<Value>::take_flooding() {
   const auto writer = limit_ ? limit_->take_flooding() : std::nullopt;
-  return writer ? std::optional(program_of(*writer)) : std::nullopt;
+  if (!writer) {
+    return std::nullopt;
+  }
+  return fmt::format("participant {} tells of more than {} things on {}: further ones are dropped",
+                     program_of(*writer), limit_->most(), Codec<Value>::topic().name);
 }
 
 template <typename Value>

@@ -45,11 +45,16 @@ dds::Qos common_qos(const Topic& topic, std::string_view user_data) {
 
 }  // namespace
 
-const Topic request_topic{"millrace/v3/request", &millrace_Request_desc, true, calls_in_flight};
-const Topic reply_topic{"millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight};
+// A writer asks one instance: its keys are the channels of who asks.
+const Topic request_topic{
+    "millrace/v3/request", &millrace_Request_desc, true, calls_in_flight, false, 4'096};
+// Twice as many as an instance keeps for those who find it later (ends/reply_end.cpp).
+const Topic reply_topic{
+    "millrace/v3/reply", &millrace_Reply_desc, true, calls_in_flight, false, 8'192};
 const Topic channel_topic{
     "millrace/channel", &millrace_ChannelStatus_desc, true, last_only, false, 16'384};
-const Topic beat_topic{"millrace/v3/beat", &millrace_Beat_desc, false, last_only, true};
+// A process beats for itself, by a writer of its own.
+const Topic beat_topic{"millrace/v3/beat", &millrace_Beat_desc, false, last_only, true, 4};
 const Topic machine_topic{
     "millrace/machine", &millrace_MachineStatus_desc, true, last_only, false, 1'024};
 const Topic event_topic{"millrace/event", &millrace_Event_desc, false, events_in_flight};

@@ -42,7 +42,7 @@ struct Topic {
   bool best_effort = false;
   /// Of so many keys of each writer a reader takes samples, and drops those of others before
   /// anything is kept of them: far more than a plant has, and as many as a stranger may cost us
-  /// memory. 0: all, where a writer's keys come and go with instances.
+  /// memory. 0: the topic has no key.
   std::size_t most_keys = 0;
 };
 

@@ -216,7 +216,6 @@ const noReasons = new Set([
   'this controller shows REQUEST_STATE = 0 only after RESPONSE_STATE is written, if at all; if its kernel clears REQUEST_STATE itself, set kernel_clears_request_state for this machine, and its first answer need not wait',
   'tells of a call of a gateway', 'takes back a call', 'asks in the epoch of a gateway', 'answers a call of instance {}',
   'says what came of a command', 'participant {} {}, which is another\'s to say: that is ignored',
-  'participant {} tells of more than {} things on {}: further ones are dropped',
   'would release the program, which waits for RESPONSE and looks at no state', 'already connected', 'channels 1 to {} have a Service Interface',
   '{} of channel 1 (AMS port {}, index group {})',
   'half a TlsConnectInfo: {}', 'no TLS and TlsConnectInfo in {} ms', 'closed after the handshake (fault)',

@@ -1,6 +1,7 @@
 // A fabric with trust, on which somebody who belongs to it tries to be more: a gateway speaks for
 // the machines that its certificate names, and who is revoked is believed no more, also if he is
 // on.
+#include <algorithm>
 #include <cstdlib>
 
 #include <boost/asio/executor_work_guard.hpp>
@@ -12,6 +13,7 @@
 #include "fabric/observer/observer.hpp"
 #include "fabric/profile/profile.hpp"
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/request_key.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/writer.hpp"
@@ -380,6 +382,47 @@ TEST_F(BadgeTest, AGatewayThatIsRevokedAsksInVain) {
   const std::string done = content_of(sut.record());
   gateway.await_error("does not take what it is given");
   EXPECT_EQ(content_of(sut.record()), done);
+}
+
+// Also one that does not know that it is.
+TEST_F(BadgeTest, AGatewayThatIsRevokedTakesNoCallBack) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Flags flags = sut.as("slow");
+  flags.insert(flags.end(), {"--uuid", root_uuid, "--work", "4000"});
+  Process service = sut.slow_service(flags);
+  const auto id = fabric::InstanceId::parse(service.await("serves \\S+ as (\\S+) on domain").at(1));
+  auto options = fabric::profile::read_profile(sut.unaware("gateway-3").at(1)).value();
+  options.domain = sut.domain();
+  fabric::dds::Participant participant(options);
+  wire::Writer<fabric::Request> requests(participant,
+                                         wire::mailbox_partition("millrace", root_uuid, *id));
+  wire::Reader<fabric::Reply> replies(participant, wire::service_partition("millrace", root_uuid),
+                                      wire::Keep::all);
+  await("the mailbox", [&] { return !requests.matched().empty(); });
+  fabric::Request asked{.key = {"cnc", 1},
+                        .call = {77, 1},
+                        .assigned = *id,
+                        .uuid = root_uuid,
+                        .text = "4",
+                        .state = 1};
+  ASSERT_TRUE(requests.write(asked));
+  await("its run", [&] { return !content_of(sut.record()).empty(); });
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  await("the instance, which knows", [&] {
+    asked.key.channel = 2;
+    ++asked.call.number;
+    EXPECT_TRUE(requests.write(asked));
+    return service.error_output().find("the certificate of gateway-3 is revoked") !=
+           std::string::npos;
+  });
+  ASSERT_TRUE(
+      requests.write(fabric::withdrawal_of({.key = {"cnc", 1}, .epoch = 77, .instance = *id})));
+  await("the answer", [&] {
+    const auto taken = replies.take();
+    return std::ranges::any_of(taken, [](const wire::Taken<fabric::Reply>& one) {
+      return one.valid && one.value.call.number == 1 && one.value.text == "4";
+    });
+  });
 }
 
 TEST_F(BadgeTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {

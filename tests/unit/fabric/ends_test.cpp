@@ -228,6 +228,22 @@ TEST_F(AStrangerBesideEnds, HidesNoWithdrawal) {
   EXPECT_THAT(service->heard.withdrawn, ElementsAre(key_of(sent)));
 }
 
+TEST_F(AStrangerBesideEnds, AsksForSoManyChannelsAndNoMore) {
+  constexpr std::size_t most = 4'096;
+  const auto service = start(identity());
+  const InstanceIdentity& who = service->end.identity();
+  stranger.emplace(elsewhere, wire::mailbox_partition("millrace", who.uuid, who.id));
+  ASSERT_TRUE(until([&] { return !stranger->matched().empty(); }));
+  for (std::uint16_t channel = 1; channel <= most + 64; ++channel) {
+    ASSERT_TRUE(stranger->write(request(1, who, {.machine = "cnc", .channel = channel})));
+  }
+  ASSERT_TRUE(until(
+      [&] { return service->heard.requests.size() >= most && !service->heard.ignored.empty(); }));
+  EXPECT_THAT(service->heard.requests, SizeIs(most));
+  EXPECT_THAT(service->heard.ignored,
+              ElementsAre(HasSubstr("tells of more than 4096 things on millrace/v3/request")));
+}
+
 /// Used by Cyclone's threads while the test looks.
 class RepliesAtOnce : public ends::ReplyEndListener {
  public:

@@ -7,10 +7,12 @@
 #include "fabric/ends/call_end.hpp"
 #include "fabric/ends/reply_end.hpp"
 #include "fabric/registry/identity_text.hpp"
+#include "fabric/reply_keys.hpp"
 #include "fabric/reply_kind.hpp"
 #include "fabric/wire/command_codec.hpp"
 #include "fabric/wire/reader.hpp"
 #include "fabric/wire/sample_fields.hpp"
+#include "fabric/wire/writer.hpp"
 #include "idl/millrace.h"
 #include "tests/support/lawless_writer.hpp"
 #include "tests/support/run_until.hpp"
@@ -177,6 +179,21 @@ TEST_F(AForeignReply, OfAProcessThatOnlyCallsItselfTheInstanceIsDropped) {
   stranger.write(reply(instance, 1));
   ASSERT_TRUE(until([&] { return !gateway.ignored.empty(); }));
   EXPECT_THAT(gateway.replies, SizeIs(0));
+}
+
+TEST_F(AForeignReply, ThatIsOnlyDisposedIsOneThatNobodyAsked) {
+  wire::Writer<Reply> stranger(there, partition);
+  ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
+  Reply one = reply(InstanceId::random(), 1);
+  for (one.call.epoch = 1; one.call.epoch <= ReplyKeys::most_others + 64; ++one.call.epoch) {
+    stranger.withdraw(one);
+  }
+  ASSERT_TRUE(until([&] {
+    // A gateway says such a thing when somebody comes or goes, or beats.
+    const wire::Writer<Reply> somebody(there, partition);
+    return !gateway.ignored.empty();
+  }));
+  EXPECT_THAT(gateway.ignored, ElementsAre(HasSubstr("replies to calls that nobody asked here")));
 }
 
 TEST_F(AForeignReply, OrOneOfOursThatAnInstanceLeftBehindIsTaken) {

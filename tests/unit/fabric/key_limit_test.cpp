@@ -1,6 +1,11 @@
 #include "fabric/wire/key_limit.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+
+#include "fabric/wire/reader.hpp"
+#include "fabric/wire/writer.hpp"
+#include "tests/support/run_until.hpp"
+#include "tests/unit/fabric/two_processes.hpp"
 
 namespace millrace::fabric::wire {
 namespace {
@@ -24,6 +29,93 @@ TEST(KeyLimit, ForgetsTheFirstOfTooManyWriters) {
   }
   EXPECT_FALSE(sut.admits(2, 8));
   EXPECT_TRUE(sut.admits(1, 8));
+}
+
+TEST(KeyLimit, HasRoomAgainForAKeyThatNoWriterHasAnyMore) {
+  KeyLimit sut(1);
+  EXPECT_TRUE(sut.admits(1, 11));
+  EXPECT_TRUE(sut.admits(2, 11));
+  sut.forget(11, sut.admitted());
+  EXPECT_TRUE(sut.admits(1, 12));
+  EXPECT_TRUE(sut.admits(2, 12));
+}
+
+// Its writer has written it again while the news that nobody has it was taken.
+TEST(KeyLimit, ForgetsNoKeyOfWhichASampleHasComeSince) {
+  KeyLimit sut(1);
+  EXPECT_TRUE(sut.admits(1, 11));
+  const auto before = sut.admitted();
+  EXPECT_TRUE(sut.admits(1, 11));
+  sut.forget(11, before);
+  EXPECT_FALSE(sut.admits(1, 12));
+}
+
+/// A reader, and a writer of ever new keys in another process.
+class AReader : public testing::Test {
+ protected:
+  void match() {
+    boost::asio::io_context context;
+    ASSERT_TRUE(tests::run_until(context, [&] { return !stranger.matched().empty(); }));
+  }
+  /// `key` is no other's.
+  static Reply reply(std::size_t key) {
+    return {.key = {.machine = "cnc", .channel = 1}, .call = {.epoch = key, .number = 1}};
+  }
+  /// What has come as soon as `done`.
+  template <typename Done>
+  void take_until(const Done& done) {
+    boost::asio::io_context context;
+    ASSERT_TRUE(tests::run_until(context, [&] {
+      for (const Taken<Reply>& taken : sut.take()) {
+        heard += taken.valid ? 1 : 0;
+      }
+      flood = flood ? flood : sut.take_flooding();
+      return done();
+    })) << heard;
+  }
+
+  static constexpr std::size_t most = 8'192;
+  TwoProcesses processes;
+  dds::Participant here{processes.here()};
+  dds::Participant there{processes.there()};
+  Reader<Reply> sut{here, "millrace/*", Keep::all};
+  Writer<Reply> stranger{there, "millrace/weather"};
+  std::size_t heard = 0;
+  std::optional<std::string> flood;
+};
+
+TEST_F(AReader, TakesNoMoreKeysOfAWriterThanItsTopicSaysAndNamesTheWriter) {
+  match();
+  for (std::size_t key = 1; key <= most + 64; ++key) {
+    ASSERT_TRUE(stranger.write(reply(key)));
+  }
+  take_until([&] { return heard >= most && flood; });
+  EXPECT_EQ(heard, most);
+  ASSERT_TRUE(flood.has_value());
+  EXPECT_THAT(*flood, testing::MatchesRegex("participant [0-9a-f:]+ tells of more than 8192 things "
+                                            "on millrace/v3/reply: further ones are dropped"));
+}
+
+// An instance that answers for months has answered ever new callers.
+TEST_F(AReader, HearsAWriterWithoutEndThatLetsItsOldKeysGo) {
+  match();
+  for (std::size_t key = 1; key <= most + 1'024; ++key) {
+    ASSERT_TRUE(stranger.write(reply(key)));
+    stranger.let_go(reply(key));
+    if (key % 64 == 0) {
+      ASSERT_NO_FATAL_FAILURE(take_until([&] { return heard >= key; }));
+    }
+  }
+  EXPECT_EQ(flood, std::nullopt);
+}
+
+// Cyclone asks nobody whether it is to keep such a key.
+TEST_F(AReader, NamesAWriterThatDisposesEverNewKeys) {
+  match();
+  for (std::size_t key = 1; key <= most + 64; ++key) {
+    stranger.withdraw(reply(key));
+  }
+  take_until([&] { return flood.has_value(); });
 }
 
 }  // namespace

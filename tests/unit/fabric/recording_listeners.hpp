@@ -42,6 +42,7 @@ struct RecordingInstance : ends::ReplyEndListener {
     withdrawn_by.push_back(key.asker);
   }
   void on_orphaned(const RequestKey& key) override { orphaned.push_back(without_asker(key)); }
+  void on_ignored(const std::string& reason) override { ignored.push_back(reason); }
   /// As who has asked knows it.
   static RequestKey without_asker(RequestKey key) {
     key.asker = 0;
@@ -52,6 +53,7 @@ struct RecordingInstance : ends::ReplyEndListener {
   std::vector<RequestKey> withdrawn;
   std::vector<std::uint64_t> withdrawn_by;
   std::vector<RequestKey> orphaned;
+  std::vector<std::string> ignored;
 };
 
 }  // namespace millrace::fabric
