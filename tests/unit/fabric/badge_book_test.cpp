@@ -69,6 +69,17 @@ TEST_F(BadgeBookTest, ForgetsNoWriterThatAnotherReaderIsMatchedWith) {
   EXPECT_TRUE(sut.proof_of_writer(some_writer).badge);
 }
 
+TEST_F(BadgeBookTest, ForgetsNoWriterThatIsMatchedAgain) {
+  show();
+  sut.unmatched(some_writer);
+  sut.matched(some_writer, bearer);
+  for (BadgeBook::Handle i = 10'000; i < 10'000 + 2 * BadgeBook::most_departed; ++i) {
+    sut.matched(i, bearer);
+    sut.unmatched(i);
+  }
+  EXPECT_TRUE(sut.proof_of_writer(some_writer).badge);
+}
+
 TEST_F(BadgeBookTest, KnowsWhetherAGatewayOfAMachineIsThere) {
   EXPECT_FALSE(sut.has_gateway_of("press_1"));
   sut.put_on(9, 90, {.name = "gateway-9", .roles = {"gateway"}, .machines = {"press_1"}});

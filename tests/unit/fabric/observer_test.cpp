@@ -9,6 +9,7 @@
 #include "fabric/ends/command_end.hpp"
 #include "fabric/registry/identity_text.hpp"
 #include "fabric/wire/command_codec.hpp"
+#include "fabric/wire/notice_codec.hpp"
 #include "fabric/wire/writer.hpp"
 #include "tests/unit/fabric/ends.hpp"
 
@@ -226,6 +227,15 @@ TEST_F(AnObserver, TakesAChannelFromWhoClaimsItFirst) {
   call_end.reset();
   ASSERT_TRUE(until([&] { return count<ChannelStatus>() > 2; }));
   EXPECT_EQ(all<ChannelStatus>().back().calls, 3U);
+}
+
+TEST_F(AnObserver, SaysWhoTellsOfMoreThanItTakes) {
+  wire::Writer<Notice> stranger(elsewhere, "millrace");
+  ASSERT_TRUE(until([&] { return !stranger.matched().empty(); }));
+  for (std::size_t i = 0; i <= wire::Codec<Notice>::topic().most_keys; ++i) {
+    ASSERT_TRUE(stranger.write({.key = {InstanceId::random(), "flood", std::to_string(i)}}));
+  }
+  EXPECT_TRUE(until_ignored("things on millrace/notice: further ones are dropped"));
 }
 
 }  // namespace

@@ -75,6 +75,29 @@ TEST_F(RegistryTest, TellsThatAnIdentityChanged) {
   EXPECT_THAT(sut.changes().changed, ElementsAre(identity));
 }
 
+TEST_F(RegistryTest, TellsAChangeOfAnIdentityOnce) {
+  see_both();
+  match();
+  sut.changes();
+  identity.draining = true;
+  sut.reader_seen(reader, {identity, process}, start);
+  sut.changes();
+  match();
+  EXPECT_THAT(sut.changes().changed, IsEmpty());
+}
+
+TEST_F(RegistryTest, KeepsAnInstanceReadyOfWhoseReplyWritersOneIsGone) {
+  constexpr registry::EndpointHandle second = 3;
+  see_both();
+  sut.writer_seen(second, {identity.id, process});
+  match();
+  sut.changes();
+  sut.endpoint_gone(second);
+  EXPECT_THAT(sut.changes().gone, IsEmpty());
+  sut.endpoint_gone(reply_writer);
+  EXPECT_THAT(sut.changes().gone, ElementsAre(identity.id));
+}
+
 TEST_F(RegistryTest, TellsThatAnInstanceIsGoneWithEitherEndpoint) {
   for (const registry::EndpointHandle lost : {reader, reply_writer}) {
     see_both();
@@ -160,6 +183,21 @@ TEST_F(RegistryTest, TakesAProcessThatIsSilentForGoneAndForReadyWhenItIsHeardAga
   sut.beat(beats, start + 2s);
   EXPECT_THAT(sut.changes().ready, ElementsAre(identity));
   EXPECT_EQ(sut.next_time(), start + 2400ms);
+}
+
+TEST_F(RegistryTest, LooksForSilenceWhenTheFirstOfSeveralProcessesMayBeSilent) {
+  for (const auto& [often, seldom] :
+       {std::pair(process, other_participant), std::pair(other_participant, process)}) {
+    registry::Registry several;
+    const InstanceIdentity one{.id = InstanceId::random(), .uuid = "weather", .lease = 500ms};
+    const InstanceIdentity other{.id = InstanceId::random(), .uuid = "weather", .lease = 10s};
+    several.reader_seen(reader, {one, often}, start);
+    several.reader_seen(reader + 1, {other, seldom}, start);
+    several.beat_writer_seen(beats, often);
+    several.beat(beats, start + 200ms);
+    several.on_time(start + 400ms);
+    EXPECT_EQ(several.next_time(), start + 600ms);
+  }
 }
 
 TEST_F(RegistryTest, ExpectsABeatOnlyOfWhoPromisesIt) {
@@ -311,6 +349,28 @@ TEST_F(RegistryTest, SaysOnceThatSomebodyHasProvedNothing) {
   // A foreign program may show its badge last.
   sut.named(process, "square-root");
   EXPECT_EQ(sut.changes().ready.size(), 1U);
+}
+
+TEST_F(RegistryTest, SaysThatSomebodyHasProvedNothingHoweverMuchHeAnnounces) {
+  sut.ask_for_names();
+  see_both();
+  const InstanceIdentity more{.id = InstanceId::random(), .uuid = "weather"};
+  sut.reader_seen(3, {more, process}, start + registry::Registry::proof_time / 2);
+  sut.on_time(start + registry::Registry::proof_time);
+  EXPECT_EQ(sut.take_unproven().size(), 2U);
+}
+
+TEST_F(RegistryTest, SaysOnceThatSomebodyWhoBeatsHasProvedNothing) {
+  constexpr SteadyTime late = start + registry::Registry::proof_time;
+  identity.lease = 500ms;
+  sut.ask_for_names();
+  see_both();
+  sut.beat_writer_seen(beats, process);
+  sut.beat(beats, late);
+  sut.on_time(late);
+  EXPECT_EQ(sut.take_unproven().size(), 1U);
+  sut.on_time(late + 400ms);
+  EXPECT_THAT(sut.take_unproven(), IsEmpty());
 }
 
 TEST_F(RegistryTest, IsNotKeptFromTheRightOneByWhoHasProvedNothing) {

@@ -79,6 +79,14 @@ TEST_F(ClaimsTest, AreVoidOnceTheirGatewayIsGone) {
   EXPECT_FALSE(sut.contested("cnc"));
 }
 
+TEST_F(ClaimsTest, OfOthersStandWhenAGatewayIsGone) {
+  sut.set(claim(1, 1s));
+  sut.set(claim(2, 2s));
+  sut.remove("cnc", gateway(1));
+  EXPECT_TRUE(sut.contested("cnc"));
+  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
+}
+
 TEST_F(ClaimsTest, OfOurOwnAreNotListenedTo) {
   sut.set(claim(5, 1s));
   EXPECT_FALSE(sut.contested("cnc"));
@@ -147,6 +155,14 @@ TEST_F(ClaimsTest, CountWhereItIsNotKnownWhichControllerIsMeant) {
     sut.set(other);
     EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull()) << address;
   }
+}
+
+TEST_F(ClaimsTest, CountWhereOurOwnControllerIsKnownByItsHostOnly) {
+  sut.expect("cnc", "127.0.0.1:48898, 127.0.0.1.1.1");
+  auto other = claim(1, 1s);
+  other.address = "10.0.0.8:48898, 10.0.0.8.1.1";
+  EXPECT_EQ(sut.set(other), machines::Claims::Heard::taken);
+  EXPECT_THAT(sut.ahead({"cnc", 1}, at(9s)), NotNull());
 }
 
 TEST_F(ClaimsTest, AreNotRememberedWithoutEnd) {

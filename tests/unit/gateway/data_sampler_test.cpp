@@ -356,6 +356,32 @@ TEST_F(DataSampler, WhatTheBudgetDoesNotAllowForIsSampledMoreSlowlyAndSaid) {
   EXPECT_EQ(samples.back().period, 100ms);
 }
 
+TEST_F(DataSampler, ItsPaceIsMeasuredAnewAfterTheLinkWasDown) {
+  with_sums = false;
+  DataSettings settings = one_group({"V.E.A", "V.E.B"});
+  settings.requests_per_second = 10;
+  begin(settings);
+  run(30s);
+  ASSERT_GT(samples.back().period, 150ms);
+
+  sut->on_down("the controller is off", now);
+  keep_news();
+
+  EXPECT_EQ(samples.back().period, 100ms);
+}
+
+TEST_F(DataSampler, WhatIsSampledForSomethingElseIsNamedByThat) {
+  refused["V.E.NO"] = ErrorCode::symbol_not_found;
+  DataSettings settings = one_group({"V.E.NO"});
+  settings.groups[0].name = "/programs";
+  begin(settings);
+
+  run(1s);
+
+  ASSERT_THAT(lines, SizeIs(1));
+  EXPECT_THAT(lines[0], HasSubstr("press/1: programs: V.E.NO cannot be read"));
+}
+
 TEST_F(DataSampler, AShortBudgetIsSharedAmongGroups) {
   with_sums = false;
   DataSettings settings;

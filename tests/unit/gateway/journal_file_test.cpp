@@ -132,6 +132,27 @@ TEST_P(JournalFile, RefusesAFolderThatAnotherGatewayUses) {
   }
 }
 
+TEST_P(JournalFile, StaysThatOfTheGatewayThatHasItWhenAnotherOneIsRefused) {
+  open();
+  append(dispatched(1));
+  ASSERT_TRUE(run_until(io, [&] { return recorded == 1; }));
+  EXPECT_THROW(
+      open_file(io.get_executor(), {.folder = folder.path() / "journal"}, base::program::no_log()),
+      std::runtime_error);
+  append(dispatched(2));
+  ASSERT_TRUE(run_until(io, [&] { return recorded == 2; }));
+  open();
+  EXPECT_EQ(sut->ledger().open_calls().size(), 2U);
+}
+
+TEST_P(JournalFile, ConfirmsNothingOnceItIsClosed) {
+  open();
+  append(dispatched(1));
+  sut.reset();
+  io.poll();
+  EXPECT_EQ(recorded, 0);
+}
+
 TEST_P(JournalFile, RefusesAFileThatIsNoJournal) {
   std::filesystem::create_directories(file().parent_path());
   std::ofstream(file()) << "dear diary";

@@ -141,6 +141,11 @@ TEST(MachineFlag, TakesTheUsualPortAndNetIdWhereNoneIsGiven) {
             "press (10.0.0.5:48898, 10.0.0.5.1.1)");
 }
 
+TEST(MachineFlag, TakesWhatStandsBehindTheLastColonForThePort) {
+  EXPECT_EQ(settings::parse_machine("press=fe80::7:48899/5.1.2.3.4.5").to_string(),
+            "press (fe80::7:48899, 5.1.2.3.4.5)");
+}
+
 TEST(MachineFlag, SaysWhatItExpects) {
   for (const auto& [text, expected] : {
            std::pair("press", "expected NAME=HOST:PORT/NETID"),

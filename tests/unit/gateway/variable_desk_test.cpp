@@ -13,6 +13,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::SizeIs;
 
 TEST_F(VariableDesk, ReadsManyNamesInOneRequest) {
@@ -246,6 +247,19 @@ TEST_F(VariableDesk, HasRoomForSoManyNames) {
   ask(request({"V.E.A"}, 99));
   ASSERT_THAT(answers, SizeIs(1));
   EXPECT_THAT(answers[0].reply.reason, HasSubstr("8192 variables of press are being asked for"));
+}
+
+TEST_F(VariableDesk, HasRoomAgainForNamesThatItHasAnswered) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < fabric::most_variables; ++i) {
+    names.push_back("V.E.N" + std::to_string(i));
+  }
+  for (std::size_t asked = 0; asked <= Desk::most_names; asked += names.size()) {
+    ask(request(names));
+    settle();
+    pass(1s);
+  }
+  EXPECT_THAT(answers.back().reply.reason, Not(HasSubstr("are being asked for")));
 }
 
 TEST_F(VariableDesk, LeavesWhoWaitsToTheGatewayThatServesTheChannelNow) {

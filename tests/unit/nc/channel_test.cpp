@@ -196,5 +196,29 @@ TEST_F(NcChannel, PrefersTheCyclesOfTheController) {
   EXPECT_EQ(std::get<MessageEvent>(events.front()).text, "own");
 }
 
+// Somebody may correct it while nothing runs.
+TEST_F(NcChannel, RunsASubprogramAsItIsWhenItsRunBegins) {
+  class Corrected : public MapEnvironment {
+   public:
+    using MapEnvironment::MapEnvironment;
+    tl::expected<std::string, Fault> load(std::string_view /*program*/) override { return text; }
+    std::string text;
+  } programs{std::filesystem::path()};
+  Channel sut;
+  std::vector<std::string> said;
+  for (const char* text : {"before", "after"}) {
+    programs.text = "#MSG [\"" + std::string(text) + "\"]\nM17\n";
+    start(sut, "L CYCLE [NAME=\"part.cyc\"]\nM30\n");
+    for (int i = 0; i < 3; ++i) {
+      for (const Event& event : sut.tick(now_ += 1s, programs)) {
+        if (const auto* message = std::get_if<MessageEvent>(&event)) {
+          said.push_back(message->text);
+        }
+      }
+    }
+  }
+  EXPECT_EQ(said, (Texts{"before", "after"}));
+}
+
 }  // namespace
 }  // namespace millrace::cnc::nc::test

@@ -20,7 +20,7 @@ TEST(LcmPacket, IsWhatLiblcmSends) {
 }
 
 TEST(LcmPacket, MayHaveAnEmptyMessageAndTheLongestName) {
-  const std::string name(longest_channel, 'c');
+  const std::string name(63, 'c');
   const std::string datagram = format_packet({.channel = name});
   const auto sut = parse_packet(datagram);
   ASSERT_TRUE(sut);
@@ -33,7 +33,7 @@ TEST(LcmPacket, IsNoneWithoutItsMagicAndTheEndOfItsName) {
   EXPECT_EQ(parse_packet("LC02\0\0\0"s).error(), PacketFault::foreign);
   EXPECT_EQ(parse_packet("LC01\0\0\0\x01REQ\0hello"s).error(), PacketFault::foreign);
   EXPECT_EQ(parse_packet("LC02\0\0\0\x01REQ"s).error(), PacketFault::foreign);
-  const std::string name(longest_channel + 1, 'c');
+  const std::string name(64, 'c');
   EXPECT_EQ(parse_packet("LC02\0\0\0\x01"s + name + "\0"s).error(), PacketFault::foreign);
 }
 

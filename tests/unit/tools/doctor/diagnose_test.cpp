@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tools/doctor/report_json.hpp"
+
 namespace millrace::tools::doctor {
 namespace {
 
@@ -405,6 +407,13 @@ TEST_F(TheDoctor, ComparesClocksOnlyAsFarAsItKnowsThem) {
   EXPECT_THAT(with(150ms, 100ms), Contains(is(Severity::fine, "± 100 ms")));
   EXPECT_THAT(with(-3s, 1ms), Contains(is(Severity::warning, "3.00 s behind", "NTP")));
   EXPECT_THAT(with(60s, 1ms), Contains(is(Severity::problem, "60.0 s ahead", "NTP")));
+}
+
+TEST_F(TheDoctor, TellsHowFarAClockIsAheadApartFromHowSureThatIs) {
+  found.clocks = {{"hall", "sq1", {1500ms, 2ms}}};
+  const auto clock = json_of(found, {}).at("clocks").at(0);
+  EXPECT_EQ(clock.at("ahead_ms"), 1500.0);
+  EXPECT_EQ(clock.at("error_ms"), 2.0);
 }
 
 TEST_F(TheDoctor, PassesOnWhatProgramsSayOfThemselves) {

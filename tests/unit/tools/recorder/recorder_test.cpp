@@ -1,10 +1,13 @@
 #include "tools/recorder/recorder.hpp"
 
+#include <algorithm>
 #include <csignal>
+#include <fstream>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "tests/support/forgetful_disk.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/tools/recording/one_call.hpp"
 #include "tools/mcap/repair_file.hpp"
@@ -20,6 +23,11 @@ using recording::Entry;
 using recording::tests::at;
 using recording::tests::one_call;
 using recording::tests::square_root;
+
+bool is_written(const Entry& entry) {
+  const auto* event = std::get_if<fabric::Event>(&entry.sample);
+  return event != nullptr && event->kind == fabric::EventKind::written;
+}
 
 class RecorderTest : public testing::Test {
  protected:
@@ -222,6 +230,44 @@ TEST_F(RecorderTest, LosesNothingOlderThanAQuarterOfASecondWhenItDies) {
   }  // without finish(), as in a crash
   ASSERT_TRUE(mcap::repair_file(folder.path() / "run.mcap.part", repaired, "test"));
   EXPECT_EQ(read(repaired).size(), 7U);
+}
+
+TEST_F(RecorderTest, ClosesAChunkOnlyWhenItsOwnFirstEntryIsAQuarterOfASecondOld) {
+  Recorder sut(options());
+  ASSERT_TRUE(sut.start(now));
+  record(sut, 1, 0);
+  ASSERT_TRUE(sut.tick(now += 250ms));
+  record(sut, 2, 250);
+  ASSERT_TRUE(sut.tick(now += 100ms));
+  record(sut, 3, 350);
+  ASSERT_TRUE(sut.finish(21, 0, at(10'000)));
+  auto source = mcap::FileSource::open(folder.path() / "run.mcap");
+  EXPECT_EQ(mcap::read_summary(*source)->chunks.size(), 2U);
+}
+
+TEST_F(RecorderTest, HasEachCallThatEndedBeforeAPowerCutIfAskedTo) {
+  Options forced = options();
+  forced.sync = Sync::call;
+  const tests::TemporaryFolder left;
+  tests::ForgetfulDisk disk(folder.path());
+  {
+    Recorder sut(forced);
+    ASSERT_TRUE(sut.start(now));
+    for (unsigned call = 1; call <= 3; ++call) {
+      record(sut, call, 10.0 * call);
+      disk.promise(call);
+    }
+  }
+  for (const tests::PowerCut& cut : disk.power_cuts()) {
+    cut.restore(left.path());
+    const auto repaired = left.path() / "repaired.mcap";
+    if (cut.promised > 0) {
+      ASSERT_TRUE(mcap::repair_file(left.path() / "run.mcap.part", repaired, "test")) << cut.where;
+      const auto entries = read(repaired);
+      EXPECT_GE(static_cast<unsigned>(std::ranges::count_if(entries, is_written)), cut.promised)
+          << cut.where;
+    }
+  }
 }
 
 TEST_F(RecorderTest, PutsAFailedCallOnTheDiskAtOnce) {
@@ -473,6 +519,18 @@ TEST_F(RecorderTest, EndsAFileLaterThatItCouldNotEndOnAFullDisk) {
   ASSERT_TRUE(sut.finish(14, 0, at(10'000)));
   EXPECT_EQ(read(folder.path() / "run-0001.mcap").size(), 7U);
   EXPECT_EQ(read(folder.path() / "run-0002.mcap").size(), 7U);
+}
+
+TEST_F(RecorderTest, NoticesAFullDiskAsSoonAsAChunkDoesNotFit) {
+  FullDisk disk;
+  Recorder sut(options(), disk.space());
+  ASSERT_TRUE(sut.start(now));
+  disk.fill(folder.path() / "run.mcap.part");
+  constexpr std::uint64_t calls_of_a_chunk = 1'000;
+  for (std::uint64_t number = 1; number <= calls_of_a_chunk; ++number) {
+    record(sut, number, static_cast<double>(10 * number));
+  }
+  EXPECT_TRUE(sut.disk_is_full());
 }
 
 TEST_F(RecorderTest, CountsWhatIsInItsFileAndNotWhatTheDiskRefused) {

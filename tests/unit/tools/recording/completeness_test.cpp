@@ -175,6 +175,16 @@ TEST_F(ACompleteness, LetsACallThatIsUnderWayBe) {
   EXPECT_EQ(missing(), Missing{});
 }
 
+TEST_F(ACompleteness, LetsACallBeThatItsChannelShowsAgain) {
+  add({gateway(-1000)});
+  auto entries = one_call(17, 0);
+  entries.resize(3);
+  add(entries);
+  add({channel(3, fabric::ChannelState::idle)});
+  add({channel(5, fabric::ChannelState::running, {epoch, 17})});
+  EXPECT_EQ(missing(), Missing{});
+}
+
 TEST_F(ACompleteness, KnowsNothingOfCallsThatWereSeenBeforeItListened) {
   add({gateway(-1000)});
   // 17 was seen before, 18 is the first of which everything came.

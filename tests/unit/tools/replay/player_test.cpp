@@ -98,6 +98,15 @@ TEST_F(PlayerTest, StopsWhenItIsTold) {
   EXPECT_EQ(stage.outcomes[0].reason, "enough");
 }
 
+TEST_F(PlayerTest, AsksNothingMoreOnceItIsStopped) {
+  stage.silent = {0};
+  play({.pace = {.timing = Timing::fast}});
+  ASSERT_TRUE(run_until(io, [&] { return !stage.issued.empty(); }));
+  player->stop("enough");
+  ASSERT_TRUE(run_until(io, [&] { return stage.done; }));
+  EXPECT_THAT(stage.issued, ElementsAre(0));
+}
+
 TEST_F(PlayerTest, StepsThroughThePlan) {
   play({.pace = {.timing = Timing::step}});
   EXPECT_EQ(player->upcoming(), 0U);

@@ -1,9 +1,11 @@
 #include "tools/web/metrics/metrics.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/tools/recording/one_call.hpp"
+#include "tools/web/metrics/plant_figures.hpp"
 
 namespace millrace::tools::web::metrics {
 namespace {
@@ -140,6 +142,17 @@ TEST_F(TheMetrics, HaveNoMoreSeriesThanTheyHaveRoomFor) {
   EXPECT_LE(lines, 4 * (Metrics::most_services + 1));
   EXPECT_THAT(all, HasSubstr("{service=\"other\",machine=\"other\",result=\"answered\"} 800\n"));
   EXPECT_THAT(all, Not(HasSubstr("service 900")));
+}
+
+TEST_F(TheMetrics, TellOfAsManyChannelsAsTheyHaveRoomFor) {
+  for (std::size_t channel = 1; channel <= most_channels + 1; ++channel) {
+    add(Entry{.sample = fabric::ChannelStatus{.key = {"cnc", static_cast<std::uint16_t>(channel)},
+                                              .since = at(0)}});
+  }
+  const std::string all = text();
+  EXPECT_THAT(all, HasSubstr(fmt::format("millrace_channel_state{{machine=\"cnc\",channel=\"{}\"",
+                                         most_channels)));
+  EXPECT_THAT(all, Not(HasSubstr(fmt::format("channel=\"{}\"", most_channels + 1))));
 }
 
 TEST_F(TheMetrics, KeepForeignNamesInTheirQuotes) {
