@@ -163,14 +163,14 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     return options;
   }
 
-  /// Calls go on beside what it does, 2,000 times a second: instances of this delivery start once
+  /// Calls go on beside what it does, `rate` times a second: instances of this delivery start once
   /// it has begun. `as`: all participants of a process are the same member. `beside`: who hears it,
   /// besides the gateway and the instances.
   void attack(const dds::ParticipantOptions& as, const std::function<void(std::size_t)>& act,
               const std::string& delivery = "at-least-once",
-              std::vector<const Process*> beside = {}) {
+              std::vector<const Process*> beside = {}, unsigned rate = 2000) {
     Stopwatch watch(as);
-    Flood flood(2000, [&](std::size_t i) {
+    Flood flood(rate, [&](std::size_t i) {
       act(i);
       if (i % 64 == 0) {
         watch.take();
@@ -187,7 +187,7 @@ class AnInsider : public AHostileParticipant, public testing::WithParamInterface
     expect_calls_unharmed();
     flood.end();
     std::cout << "beside " << flood.done() << " hostile samples: " << watch.result() << '\n';
-    EXPECT_GT(flood.done(), 100U);
+    EXPECT_GT(flood.done(), rate / 20);
     memory.expect_less_than(16.0);
   }
 
@@ -297,20 +297,22 @@ TEST_P(AnInsider, SaysThatAGatewayIsGoneAndNobodyTakesItsMachine) {
   wire::Reader<MachineStatus> heard(participant, "millrace", wire::Keep::last);
   wire::Writer<MachineStatus> sut(participant, "millrace");
   std::map<InstanceId, MachineStatus> known;
-  attack(as,
-         [&](std::size_t) {
-           for (const wire::Taken<MachineStatus>& taken : heard.take()) {
-             if (taken.valid) {
-               known.insert_or_assign(taken.value.gateway, taken.value);
-             }
-           }
-           for (auto& [id, status] : known) {
-             sut.withdraw(status);
-             status.claimed = {};
-             static_cast<void>(sut.write(status));
-           }
-         },
-         "at-least-once", {&second});
+  attack(
+      as,
+      [&](std::size_t) {
+        for (const wire::Taken<MachineStatus>& taken : heard.take()) {
+          if (taken.valid) {
+            known.insert_or_assign(taken.value.gateway, taken.value);
+          }
+        }
+        for (auto& [id, status] : known) {
+          sut.withdraw(status);
+          status.claimed = {};
+          static_cast<void>(sut.write(status));
+        }
+      },
+      // Seldom: a host that is too busy to hear a gateway for its lease takes it for gone.
+      "at-least-once", {&second}, 200);
   second.await_error(
       with_trust() ? "shows no badge of its certificate \\(participant [0-9a-f:]+\\): what it "
                      "says on millrace/machine is not listened"
