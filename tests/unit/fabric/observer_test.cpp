@@ -121,6 +121,9 @@ TEST_F(AnObserver, TakesAReplyFromTheInstanceThatWasAskedOnly) {
 
 TEST_F(AnObserver, TakesAWithdrawalFromWhoHasAskedOnly) {
   wire::Writer<Request> stranger(elsewhere, mailbox);
+  // Whoever finds it after the disposal sees nothing.
+  constexpr std::size_t instance_and_observer = 2;
+  ASSERT_TRUE(until([&] { return stranger.matched().size() == instance_and_observer; }));
   ASSERT_TRUE(stranger.write(withdrawal_of(key_of(asked))));
   stranger.withdraw(asked);
   EXPECT_TRUE(until_ignored("takes back a call"));
