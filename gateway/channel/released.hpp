@@ -7,10 +7,10 @@
 //
 // Where a read has shown REQUEST_STATE 0 before the release, each later value that is not 0 is a
 // new request. Where none has (a kernel that clears REQUEST_STATE itself), the request is over when
-// REQUEST_STATE reads another value, or 0 and the gateway has not written it, or when RESPONSE_STATE reads 0 after it has read the
-// state of the answer: the program's write of REQUEST_STATE sets it to 0 (documented,
-// IB/tf5200_service_interface/356533387.html). Texts that differ prove that the program has gone
-// on, not that its next request is complete.
+// REQUEST_STATE reads another value, or 0 and the gateway has not written it, or when
+// RESPONSE_STATE reads 0 after it has read the state of the answer: the program's write of
+// REQUEST_STATE sets it to 0 (documented, IB/tf5200_service_interface/356533387.html). Texts that
+// differ prove that the program has gone on, not that its next request is complete.
 #pragma once
 
 #include <cstdint>
