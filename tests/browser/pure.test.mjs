@@ -247,7 +247,7 @@ const partOf = (sentence) => new RegExp(sentence.split('{}').map((part) => part.
 
 test('each reason of a gateway has a German sentence, with all its values', () => {
   const root = process.env.MILLRACE_SOURCE;
-  const rooms = ['channel', 'control', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
+  const rooms = ['channel', 'core', 'dispatch', 'machines', 'queues'].flatMap((room) => readdirSync(`${root}/gateway/${room}`)
     .filter((file) => file.endsWith('.cpp') && file !== 'watch.cpp').map((file) => `gateway/${room}/${file}`));
   const files = [...rooms, 'gateway/response.cpp', 'gateway/words.cpp', 'gateway/journal/keeper.cpp', 'gateway/live/certificate_notices.cpp', 'gateway/live/machine_link.cpp',
     'gateway/live/service_interfaces.cpp', 'gateway/live/symbol_queue.cpp', 'cnc/ads/client.cpp', 'cnc/ads/dial.cpp', 'cnc/ads/link_words.cpp', 'cnc/ads/secure_handshake.cpp', 'cnc/ads/tls.cpp',

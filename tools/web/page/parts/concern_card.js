@@ -102,9 +102,10 @@ function todoOf(concern) {
   const advice = words.advice[concern.kind];
   const isQueue = concern.kind === 'unserved' && concern.channels[0]?.machine.includes('.');
   const todo = concern.gone ? words.plant.restartGateway(visible(concern.gone.host)) : isQueue ? advice?.todoOfQueue : advice?.todo;
+  const known = words.reason(concern.todo ?? '');
   return advice && [
     element('p', { class: 'who' }, element('span', { class: 'label' }, words.plant.who), advice.who),
     element('p', { class: 'todo' }, element('span', { class: 'label' }, words.plant.todo),
-      concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todo),
+      known ? visible(known) : concern.todo ? element('span', { lang: 'en' }, visible(concern.todo)) : todo),
   ];
 }

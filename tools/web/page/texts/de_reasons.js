@@ -171,6 +171,16 @@ export const reasons = [
   ['{} LastGet cannot be written: {}', '{} LastGet kann nicht geschrieben werden: {}.'],
   ['{} LastGet cannot be {}: {}', '{} LastGet kann nicht {} sein: {}.'],
 
+  // Was zu tun ist: gateway/core/
+  ['make room on the disk, or give it its folder back; it goes on by itself',
+    'Schaffen Sie Platz auf dem Datenträger oder stellen Sie den Ordner wieder her; danach geht es von selbst weiter.'],
+  ['the NC program waits; check whether the controller runs, and whether a PLC or another ADS client writes V.G.SERVICE of this channel; the gateway repeats the write at least once a minute',
+    'Das NC-Programm wartet. Prüfen Sie, ob die Steuerung läuft und ob eine SPS oder ein anderer ADS-Client V.G.SERVICE dieses Kanals schreibt. Das Gateway wiederholt den Schreibzugriff mindestens einmal pro Minute.'],
+  ['see the names in gateway.textproto, and whether a program has initialised it',
+    'Prüfen Sie die Namen in gateway.textproto und ob ein Programm die Warteschlange initialisiert hat.'],
+  ['start its service, or see why it does not answer', 'Starten Sie den Dienst, oder prüfen Sie, warum er nicht antwortet.'],
+  ['the link is down', 'die Verbindung ist unterbrochen'],
+
   // Was in anderen Sätzen ein Wert ist: gateway/live/certificate_notices.cpp
   ['{} and {} more', '{} und {} weitere'],
 ];
