@@ -304,9 +304,9 @@ TEST_F(TheCommand, GivesACallOutAgainOnceHoweverManyOtherCommandsAreHeard) {
 
 TEST_F(TheCommand, CallsAServiceWithoutAController) {
   Process service = chain.square_root({"--channel", "press/2"});
-  const std::string answer =
-      run({"call", square_root, "16", "--machine", "press", "--channel", "2", "--raw"}).output();
-  EXPECT_EQ(answer, "4.000000\n");
+  const Process answered =
+      run({"call", square_root, "16", "--machine", "press", "--channel", "2", "--raw"});
+  EXPECT_EQ(answered.output(), "4.000000\n") << answered.error_output();
   EXPECT_EQ(exit_code, 0);
   const std::string json =
       run({"call", square_root, "-1", "--machine", "press", "--channel", "2", "--json"}).output();

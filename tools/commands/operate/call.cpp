@@ -1,4 +1,7 @@
 // millrace call: calls a service without a controller.
+#include <algorithm>
+#include <chrono>
+
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -22,8 +25,15 @@ namespace {
 
 namespace program = base::program;
 
+using Clock = std::chrono::steady_clock;
+
 /// Whoever is there has shown up by then (bus::Patience).
-constexpr auto grace = std::chrono::milliseconds(1000);
+constexpr std::chrono::milliseconds grace{1000};
+/// Where this process is late itself the host is busy, and discovery is late, too: it waits on from
+/// there. But not for ever (our choice).
+constexpr std::chrono::milliseconds longest_grace{5000};
+constexpr std::chrono::milliseconds look_again{50};
+constexpr std::chrono::milliseconds most_late{20};
 
 struct CallOptions {
   explicit CallOptions(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
@@ -82,14 +92,9 @@ class Errand : public caller::CallerListener {
     if (!call) {
       return {.reason = call.error()};
     }
-    grace_.expires_after(grace);
-    grace_.async_wait([this, call = *call](const boost::system::error_code& error) {
-      const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
-      // An instance that drains takes no new call, and ends those that it has.
-      if (!error && why && !caller_.is_given_out(call)) {
-        caller_.give_up(call, *why);
-      }
-    });
+    begun_ = Clock::now();
+    waits_until_ = begun_ + grace;
+    wait_for_a_service(*call);
     signals_.async_wait([this, call = *call](const boost::system::error_code& error, int) {
       if (!error) {
         caller_.give_up(call, "interrupted");
@@ -111,8 +116,33 @@ class Errand : public caller::CallerListener {
   }
 
  private:
+  void wait_for_a_service(const fabric::CallId& call) {
+    const auto due = Clock::now() + look_again;
+    grace_.expires_at(due);
+    grace_.async_wait([this, call, due](const boost::system::error_code& error) {
+      if (error) {
+        return;
+      }
+      const auto now = Clock::now();
+      if (now - due > most_late) {
+        waits_until_ = std::min(now + grace, begun_ + longest_grace);
+      }
+      if (now < waits_until_) {
+        wait_for_a_service(call);
+        return;
+      }
+      // An instance that drains takes no new call, and ends those that it has.
+      const auto why = caller_.why_unserved(order_.uuid, order_.as.value_or(order_.key));
+      if (why && !caller_.is_given_out(call)) {
+        caller_.give_up(call, *why);
+      }
+    });
+  }
+
   const caller::Order& order_;
   caller::Ended ended_;
+  Clock::time_point begun_;
+  Clock::time_point waits_until_;
   boost::asio::io_context io_{1};
   boost::asio::steady_timer grace_;
   boost::asio::signal_set signals_;
