@@ -29,8 +29,8 @@ class ReplyEndListener {
   /// The gateway that asked is gone, or is taken for gone. It, or its successor with the same
   /// journal, may come back for the answer: then its request is heard once more.
   virtual void on_orphaned(const RequestKey& key) { static_cast<void>(key); }
-  /// Somebody asks, or takes back, under the ids of calls of somebody else, or asks for more
-  /// channels than a gateway has; `reason` says who, for the log. Once a minute of each.
+  /// A participant asks or withdraws under the call ids of another one, or asks for more channels
+  /// than a gateway has; `reason` names it, for the log. Once a minute for each participant.
   virtual void on_ignored(const std::string& reason) { static_cast<void>(reason); }
 };
 

@@ -1,6 +1,6 @@
-// Which channels have a session: those of controllers come with the links, and leave when the
-// configuration names them no more or another gateway serves them; those that the gateway plays for
-// message queues come and go as their queues say.
+// Which channels have a session. Those of a controller begin with its link and end when the
+// configuration no longer names them or another gateway serves them. Those of message queues begin
+// and end with their queues.
 #include <utility>
 
 #include "gateway/core/core.hpp"

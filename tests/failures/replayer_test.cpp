@@ -116,7 +116,7 @@ class AReplayer : public AHostileParticipant, public testing::WithParamInterface
   }
 };
 
-// Without the rule the gateway grows by 24 MiB, with SIGN by 872.
+// docs/trust.md says what it costs without the rule.
 TEST_P(AReplayer, IsKeptAwayByThePacketFilterOfTheManual) {
   start();
   filter_packets();
