@@ -19,6 +19,9 @@ Released::Released(PendingRequest request, const AnswerWriter& writer)
       whole_(text_last_) {}
 
 Released::Found Released::on_read(const Snapshot& snapshot, const ReadTime& time) {
+  if (!text_last_ && snapshot.response_state == state_) {
+    state_seen_ = true;
+  }
   const Found found = zero_seen_ ? decide(snapshot, time) : decide_uncleared(snapshot, time);
   if (found == Found::nothing) {
     if (!snapshot.has(Variable::response) && reads() == ReadSet::all) {
@@ -62,7 +65,7 @@ Released::Found Released::decide_uncleared(const Snapshot& snapshot, const ReadT
     return Found::request;
   }
   if (!text_last_ && snapshot.response_state == state_) {
-    state_seen_ = release_seen_ = true;
+    release_seen_ = true;
   }
   if (!text_last_ && snapshot.response_state != 0 && state_seen_) {
     return Found::nothing;

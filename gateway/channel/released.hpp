@@ -51,6 +51,12 @@ class Released {
   }
   [[nodiscard]] Value value() const { return text_last_ ? Value(text_) : Value(state_); }
 
+  /// Until when a release that no read has shown may still take effect; nothing if one has, or if
+  /// it is a text.
+  [[nodiscard]] std::optional<SteadyTime> unseen_until() const {
+    return text_last_ || state_seen_ ? std::nullopt : std::optional(sent_.last + takes_effect);
+  }
+
   /// REQUEST_STATE was read as 0: the channel is idle, or has another request.
   [[nodiscard]] bool zero_seen() const { return zero_seen_; }
   [[nodiscard]] const PendingRequest& request() const { return request_; }

@@ -81,7 +81,7 @@ void ChannelSession::set_told(bool told, Moment now) {
 void ChannelSession::on_change(Variable variable, Moment now) {
   // RESPONSE_STATE is of interest where REQUEST_STATE may not show that a program has stopped
   // waiting: after an interim answer, and after the final one.
-  if (variable == Variable::response_state && !released_call_ &&
+  if (variable == Variable::response_state && !released_call_ && !unseen_release_ &&
       (!call_ || call_->call().shown.empty())) {
     return;
   }
@@ -315,9 +315,21 @@ bool ChannelSession::may_be_request(const Snapshot& snapshot, Moment now) {
     unknown_ = snapshot;
     return false;
   }
+  if (unseen_release_ && now.steady < unseen_release_->until && snapshot.response_state == 0 &&
+      !moves) {
+    return true;
+  }
+  unseen_release_.reset();
   unknown_until_.reset();
   unknown_.reset();
   return true;
+}
+
+bool ChannelSession::released_late(const Snapshot& snapshot, Moment now) const {
+  return unseen_release_ && now.steady < unseen_release_->until && snapshot.request_state != 0 &&
+         snapshot.response_state == unseen_release_->state &&
+         call_->call().awaited == fabric::Awaited::response_state &&
+         std::ranges::count(call_->call().shown, snapshot.response_state) == 0;
 }
 
 SteadyTime ChannelSession::next_look(Moment now) const {
@@ -355,9 +367,9 @@ void ChannelSession::poll_call(const Snapshot& snapshot, Moment now) {
 
 ReadSet ChannelSession::poll_look(Moment now) const {
   if (!call_) {
-    return released_call_   ? released_call_->answer.reads()
-           : unknown_until_ ? ReadSet::states
-                            : watch_.look();
+    return released_call_                        ? released_call_->answer.reads()
+           : unknown_until_ && !watch_.reading() ? ReadSet::states
+                                                 : watch_.look();
   }
   if (!call_->verified() || now.steady >= whole_due_) {
     return ReadSet::request;

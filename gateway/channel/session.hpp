@@ -133,6 +133,9 @@ class ChannelSession {
   void expect_anything(Moment now);
   /// Whether what stands in the channel may be the beginning of a request.
   [[nodiscard]] bool may_be_request(const Snapshot& snapshot, Moment now);
+  /// A program gave up while it was released, and asked again: RESPONSE_STATE of the answer before
+  /// may have released it from the call that stands. What is written now would answer its next one.
+  [[nodiscard]] bool released_late(const Snapshot& snapshot, Moment now) const;
   void check_patience(Moment now);
   void read(ReadSet look, Io io, Moment now);
   void write(Variable variable, Value value, bool releases = false);
@@ -191,6 +194,13 @@ class ChannelSession {
   /// visible yet; nothing once that is known. And what stood there first.
   std::optional<SteadyTime> unknown_until_;
   std::optional<Snapshot> unknown_;
+  /// RESPONSE_STATE of the last answer, until a read shows it or it is lost: beside a request it
+  /// is no answer to that.
+  struct UnseenRelease {
+    std::uint32_t state = 0;
+    SteadyTime until{};
+  };
+  std::optional<UnseenRelease> unseen_release_;
   bool retired_ = false;
   /// The controller tells of changes.
   bool told_ = false;

@@ -217,7 +217,8 @@ void ChannelSession::answer_looked(const Snapshot& snapshot, Moment now) {
     return;
   }
   const Standing standing = call_->on_snapshot(snapshot, now);
-  if (call_->may_show_interim(snapshot, standing)) {
+  if (call_->may_show_interim(snapshot, standing) ||
+      (!call_->writer()->may_be_released() && released_late(snapshot, now))) {
     call_->writer()->wait(now.steady);
     return;
   }
@@ -280,6 +281,11 @@ bool ChannelSession::release_is_over(const Snapshot& snapshot, Moment now) {
   if (released_call_->open) {
     out_.note(EndedEntry{released_call_->call});
   }
+  unseen_release_.reset();
+  if (const auto until = answer.unseen_until(); until && now.steady < *until) {
+    unseen_release_ = {std::get<std::uint32_t>(answer.value()), *until};
+    unknown_until_ = *until;
+  }
   released_call_.reset();
   idle_seen_ = true;
   return true;
@@ -321,6 +327,7 @@ void ChannelSession::end(bool written, const std::string& detail, Moment now) {
   past_ = call_->close(written, !open, detail, out_, now);
   call_.reset();
   unknown_until_.reset();
+  unseen_release_.reset();
   idle_seen_ = !open;
   watch_.restart();
   due_ = now.steady;

@@ -15,24 +15,26 @@ namespace millrace::tools::bus {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using Clock = ListeningTime::Clock;
 
 struct Listener : fabric::observer::ObserverListener, NoticeListener {
+  explicit Listener(Patience patience) : time(patience, Clock::now()) {}
+
   void on_entry(recording::Entry entry) override {
     // Load and calls change all the time and say nothing of who else is to come.
     if (live.add(entry)) {
-      last_news = Clock::now();
+      time.on_news(Clock::now());
     }
   }
   void on_notice(const fabric::Notice& notice) override {
     if (live.add(notice)) {
-      last_news = Clock::now();
+      time.on_news(Clock::now());
     }
   }
   void on_notice_gone(const fabric::NoticeKey& key) override { live.take_back(key); }
 
   Live live;
-  Clock::time_point last_news = Clock::now();
+  ListeningTime time;
 };
 
 /// Participants that are announced and not authenticated yet. DDS Security lets a participant show
@@ -94,8 +96,7 @@ Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience pati
   fabric::dds::Participant participant(options);
   boost::asio::io_context io;
   const auto work = boost::asio::make_work_guard(io);
-  Listener listener;
-  const auto start = Clock::now();
+  Listener listener(patience);
   fabric::observer::Observer observer(participant, io.get_executor(), listener,
                                       fabric::observer::Interest::states);
   const NoticeReader notices(participant, io.get_executor(), listener);
@@ -103,22 +104,18 @@ Live take_snapshot(const fabric::dds::ParticipantOptions& options, Patience pati
   if (options.trust) {
     unproven.emplace(participant);
   }
-  constexpr std::chrono::milliseconds look_again{50};
   for (;;) {
-    auto end = std::max(start + patience.at_least, listener.last_news + patience.quiet);
-    if (unproven) {
-      if (unproven->drain()) {
-        listener.last_news = Clock::now();
-      }
-      if (unproven->any()) {
-        end = std::max(end, start + patience.proof);
-      }
+    if (unproven && unproven->drain()) {
+      listener.time.on_news(Clock::now());
     }
-    end = std::min(end, start + patience.at_most);
-    if (Clock::now() >= end || enough(listener.live)) {
+    const auto end = listener.time.end(unproven && unproven->any());
+    const auto begun = Clock::now();
+    if (begun >= end || enough(listener.live)) {
       return std::move(listener.live);
     }
-    io.run_one_until(unproven ? std::min(end, Clock::now() + look_again) : end);
+    const auto due = std::min(end, begun + ListeningTime::look_again);
+    io.run_one_until(due);
+    listener.time.on_timer(due, Clock::now());
   }
 }
 

@@ -131,6 +131,53 @@ TEST_F(Visibility, AnAnswerIsJournalledAsOpenUntilARequestThatTheKernelClearsIsO
   EXPECT_EQ(desk->ledger.open_calls().size(), 0U) << "the first is over, the second not given out";
 }
 
+/// The kernel clears REQUEST_STATE 30 ms after RESPONSE_STATE has taken effect, which it does 10 ms
+/// late. The program gives up in between and asks the same again.
+class ALateRelease : public Visibility {
+ protected:
+  ALateRelease() {
+    desk.emplace(tests::KernelRules{.response_state_after = 10ms, .kernel_clears_after = 30ms});
+    sut().set_pace({.kernel_clears_request_state = true});
+    desk->dispatched_call();
+    reply(desk->reply("1.414", 1));
+    desk->channel.set_request_state(0);
+    desk->wait(2ms);
+    EXPECT_EQ(sut().status().state, fabric::ChannelState::idle);
+  }
+  /// The program goes on with the answer to its first request, and asks something else.
+  void go_on() {
+    EXPECT_EQ(desk->channel.values().response_state, 1U);
+    EXPECT_EQ(desk->channel.values().request_state, 1U);
+    desk->call("3", 2);
+    desk->wait(20ms);
+  }
+};
+
+TEST_F(ALateRelease, IsNoStateBesideANewRequest) {
+  desk->wait(6ms);
+  desk->call();
+  desk->wait(25ms);
+  EXPECT_EQ(desk->offers, 1U);
+  go_on();
+  EXPECT_EQ(desk->offers, 2U);
+  EXPECT_EQ(sut().call()->request.text, "3");
+}
+
+TEST_F(ALateRelease, OfACallThatIsAskedAgainIsNotFollowedByItsSecondAnswer) {
+  desk->call();
+  desk->wait(7ms);
+  ASSERT_EQ(desk->offers, 2U);
+  sut().assign(desk->assignment(), desk->now);
+  desk->settle();
+  desk->wait(5ms);
+  reply(desk->reply("1.414", 1));
+  desk->wait(10ms);
+  EXPECT_THAT(desk->writes, ElementsAre("RESPONSE=1.414", "RESPONSE_STATE=1"));
+  go_on();
+  EXPECT_EQ(desk->channel.values().response_state, 0U) << "nobody has answered \"3\"";
+  EXPECT_EQ(desk->offers, 3U);
+}
+
 TEST_F(Visibility, ADrainedChannelWaitsUntilItsLastRequestIsOver) {
   desk.emplace(tests::KernelRules{.kernel_clears_after = 500ms});
   sut().set_pace({.kernel_clears_request_state = true});

@@ -25,15 +25,10 @@ namespace {
 
 namespace program = base::program;
 
-using Clock = std::chrono::steady_clock;
+using Clock = bus::ListeningTime::Clock;
 
-/// Whoever is there has shown up by then (bus::Patience).
-constexpr std::chrono::milliseconds grace{1000};
-/// Where this process is late itself the host is busy, and discovery is late, too: it waits on from
-/// there. But not for ever (our choice).
-constexpr std::chrono::milliseconds longest_grace{5000};
-constexpr std::chrono::milliseconds look_again{50};
-constexpr std::chrono::milliseconds most_late{20};
+/// How long it waits for a service.
+constexpr bus::Patience grace{.at_least = std::chrono::milliseconds(1000)};
 
 struct CallOptions {
   explicit CallOptions(CLI::App& command) : fabric(command, {.name = "millrace call"}) {
@@ -84,6 +79,7 @@ class Errand : public caller::CallerListener {
   Errand(fabric::dds::Participant& participant, const caller::Order& order)
       : order_(order),
         grace_(io_),
+        time_(grace, Clock::now()),
         signals_(io_, SIGINT, SIGTERM),
         caller_(participant, io_.get_executor(), *this) {}
 
@@ -92,8 +88,6 @@ class Errand : public caller::CallerListener {
     if (!call) {
       return {.reason = call.error()};
     }
-    begun_ = Clock::now();
-    waits_until_ = begun_ + grace;
     wait_for_a_service(*call);
     signals_.async_wait([this, call = *call](const boost::system::error_code& error, int) {
       if (!error) {
@@ -117,17 +111,15 @@ class Errand : public caller::CallerListener {
 
  private:
   void wait_for_a_service(const fabric::CallId& call) {
-    const auto due = Clock::now() + look_again;
+    const auto due = Clock::now() + bus::ListeningTime::look_again;
     grace_.expires_at(due);
     grace_.async_wait([this, call, due](const boost::system::error_code& error) {
       if (error) {
         return;
       }
       const auto now = Clock::now();
-      if (now - due > most_late) {
-        waits_until_ = std::min(now + grace, begun_ + longest_grace);
-      }
-      if (now < waits_until_) {
+      time_.on_timer(due, now);
+      if (now < time_.end()) {
         wait_for_a_service(call);
         return;
       }
@@ -141,10 +133,9 @@ class Errand : public caller::CallerListener {
 
   const caller::Order& order_;
   caller::Ended ended_;
-  Clock::time_point begun_;
-  Clock::time_point waits_until_;
   boost::asio::io_context io_{1};
   boost::asio::steady_timer grace_;
+  bus::ListeningTime time_;
   boost::asio::signal_set signals_;
   caller::Caller caller_;
 };

@@ -1,0 +1,57 @@
+// How long a look at a fabric listens until all who are there have announced themselves. Pure.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+
+namespace millrace::tools::bus {
+
+struct Patience {
+  /// Listens at least this long: everybody who is there has announced himself by then, on a host
+  /// that is not busy.
+  std::chrono::milliseconds at_least{700};
+  /// And until nobody new came for this long.
+  std::chrono::milliseconds quiet{200};
+  std::chrono::milliseconds at_most{5000};
+  /// With trust: the longest wait for announced participants to be authenticated. A participant of
+  /// another plant never is.
+  std::chrono::milliseconds proof{3000};
+};
+
+class ListeningTime {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// A timer that comes later than this is on a busy host, where discovery is late too (our
+  /// choice).
+  static constexpr std::chrono::milliseconds most_late{20};
+  /// A timer is due at least this often, or nobody knows that the host is busy.
+  static constexpr std::chrono::milliseconds look_again{50};
+
+  ListeningTime(Patience patience, Clock::time_point start)
+      : patience_(patience),
+        start_(start),
+        proof_until_(start + patience.proof),
+        until_(start + patience.at_least) {}
+
+  /// Somebody new is there.
+  void on_news(Clock::time_point now) { until_ = std::max(until_, now + patience_.quiet); }
+  /// A timer of this process was due then, and has come now.
+  void on_timer(Clock::time_point due, Clock::time_point now) {
+    if (now - due > most_late) {
+      until_ = std::max(until_, now + patience_.at_least);
+    }
+  }
+  /// `unproven` while an announced participant is not authenticated.
+  [[nodiscard]] Clock::time_point end(bool unproven = false) const {
+    return std::min(unproven ? std::max(until_, proof_until_) : until_, start_ + patience_.at_most);
+  }
+
+ private:
+  Patience patience_;
+  Clock::time_point start_;
+  Clock::time_point proof_until_;
+  Clock::time_point until_;
+};
+
+}  // namespace millrace::tools::bus
