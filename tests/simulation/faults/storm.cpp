@@ -76,7 +76,7 @@ void Storm::soon(Time delay, std::function<void()> act) {
 }
 
 void Storm::for_a_while(std::function<void()> undo) {
-  soon(random_.mostly(10ms, 300ms, 3000ms, 30), std::move(undo));
+  soon(random_.mostly(10ms, 300ms, longest_fault, 30), std::move(undo));
 }
 
 void Storm::strike() {
@@ -138,7 +138,7 @@ void Storm::end() {
   over_ = true;
   plant_.history().note("storm", "is over");
   for (auto& cable : plant_.cables()) {
-    *cable = Cable{};
+    *cable = Cable{.late_until = cable->late_until};
   }
   for (auto& gateway : plant_.gateways()) {
     gateway->disk().full = false;

@@ -56,6 +56,7 @@ class Storm {
   Controller& some_controller();
   ServiceProcess& some_service();
   void soon(Time delay, std::function<void()> act);
+  static constexpr Time longest_fault = std::chrono::milliseconds(3000);
   /// Undone at the end at the latest.
   void for_a_while(std::function<void()> undo);
 

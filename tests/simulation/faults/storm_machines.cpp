@@ -24,6 +24,8 @@ void Storm::slow_link() {
   Cable& cable = plant_.cable_of(controller);
   cable.delay_most = random_.mostly(5ms, 200ms, 2500ms, 30);
   cable.delay_least = random_.between(Time{}, cable.delay_most);
+  cable.late_until =
+      std::max(cable.late_until, plant_.agenda().now() + longest_fault + 2 * cable.delay_most);
   plant_.history().note(controller.name(), "is slow");
   for_a_while([&cable] {
     cable.delay_least = Cable{}.delay_least;

@@ -66,6 +66,9 @@ struct Cable {
   /// One way.
   Time delay_least = 100us;
   Time delay_most = 2ms;
+  /// Until then what was asked while the link was slow may still be under way, and what was asked
+  /// since waits for it.
+  Time late_until{};
   /// In a hundred requests: refused by the controller, or lost by it.
   unsigned refused = 0;
   unsigned lost = 0;

@@ -210,8 +210,13 @@ void AnswerCheck::on(const WriteDone& fact, Time now) {
   }
   if (!fact.answer) {
     if (fact.variable == gateway::Variable::request_state) {
-      // So late it may have wiped RESPONSE_STATE, and the program waits again.
+      // So late it may have wiped RESPONSE_STATE, whoever wrote that, and the program waits again.
       finals_.erase(fact.call);
+      for (const Stretch& one : channel.stretches) {
+        if (one.answered_by && one.request == fact.request) {
+          finals_.erase(*one.answered_by);
+        }
+      }
     }
     return;
   }

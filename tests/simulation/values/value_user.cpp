@@ -51,7 +51,8 @@ void ValueUser::ask() {
     open.gateway = gateway.number();
     open.life = gateway.life();
     open.asked = plant_.agenda().now();
-    open.calm = calm_ && gateway.serves(key);
+    open.calm =
+        calm_ && gateway.serves(key) && open.asked >= plant_.cable_of(controller).late_until;
     fabric::VariableRequest& request = open.request;
     for (std::uint8_t& byte : request.token.bytes) {
       byte = static_cast<std::uint8_t>(random_.next());
