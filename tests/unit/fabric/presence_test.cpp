@@ -1,4 +1,6 @@
 // Who is there: beats, silence, and what instances say of their load.
+#include <utility>
+
 #include <boost/asio/steady_timer.hpp>
 #include <dds/dds.h>
 #include <gmock/gmock.h>
@@ -155,9 +157,26 @@ TEST_F(Presence, IsLostWithinItsLeaseByAProcessThatFallsSilentAndFoundAtItsNextB
 
 TEST_F(Presence, IsNotLostByBeatsThatKeepComing) {
   ASSERT_TRUE(until([&] { return gateway.ready.contains(who.id); }));
-  const auto later = std::chrono::steady_clock::now() + 4 * who.lease;
-  ASSERT_TRUE(until([&] { return std::chrono::steady_clock::now() > later; }));
-  EXPECT_EQ(gateway.gone, 0);
+  using Clock = std::chrono::steady_clock;
+  std::size_t beats_heard = gateway.loads.size();
+  auto last = Clock::now();
+  auto since = last;
+  int lost_before = 0;
+  // On a host that is too busy a beat may be heard too late: then it counts from there.
+  const auto heard_in_time_for_four_leases = [&] {
+    if (gateway.loads.size() == beats_heard) {
+      return false;
+    }
+    beats_heard = gateway.loads.size();
+    const auto before = std::exchange(last, Clock::now());
+    if (last - before > who.lease * 3 / 4) {
+      since = last;
+      lost_before = gateway.gone;
+    }
+    return last - since > 4 * who.lease;
+  };
+  ASSERT_TRUE(run_until(context, heard_in_time_for_four_leases, 60s));
+  EXPECT_EQ(gateway.gone, lost_before);
 }
 
 TEST_F(Presence, TellsWhatAnInstanceDoes) {
