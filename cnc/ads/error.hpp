@@ -61,8 +61,8 @@ ErrorCode from_wire(std::uint32_t code);
 /// The request has changed nothing.
 bool is_refusal(ErrorCode code);
 
-/// It is unknown whether a write with this error took place: there was no response, or one that
-/// does not tell.
+/// It is unknown whether a write with this error took place: there was no response, or an
+/// ambiguous one.
 bool leaves_outcome_unknown(ErrorCode code);
 
 /// The controller is overloaded (mailbox or router memory full): send fewer requests at once.

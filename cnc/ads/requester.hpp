@@ -22,7 +22,7 @@ class Requester : public std::enable_shared_from_this<Requester> {
  public:
   Requester(boost::asio::any_io_executor executor, const ClientOptions& options);
 
-  /// Begins a session over this transport; no connection may be open.
+  /// Begins a connection over this transport; none may be open.
   void open(Transport transport);
   /// Ends the connection: pending requests end with link_lost at once, not at their timeout.
   void close();

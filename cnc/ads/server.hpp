@@ -49,7 +49,7 @@ struct ServerOptions {
   Faults faults{};
   /// Secure ADS only; without a value, plain ADS only.
   std::optional<ServerSecurity> security{};
-  /// The known clients; discovery may add more. Without it Secure ADS knows no certificate, and
+  /// The known clients; clients may be added later. Without it Secure ADS knows no certificate, and
   /// plain ADS uses session.routes only.
   std::shared_ptr<Routes> routes{};
   /// Timeout of TLS and TlsConnectInfo together.

@@ -22,7 +22,7 @@ class Timers {
   static constexpr std::size_t count = 128;
 
   /// With `resume` a restarted timer continues from its time, otherwise it begins at zero (the
-  /// documentation only tells that it runs).
+  /// documentation only states that it runs).
   explicit Timers(bool resume = true) : resume_(resume) {}
 
   void start(std::size_t id, Time now);

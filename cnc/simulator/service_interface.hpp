@@ -25,7 +25,7 @@ using Clock = std::function<std::chrono::nanoseconds()>;
 /// Behaviour that the vendor does not document; with the defaults the kernel does only what is
 /// documented.
 struct ServiceRules {
-  /// An ADS write of RESPONSE_STATE ≠ 0 also sets REQUEST_STATE to 0. The documentation tells only
+  /// An ADS write of RESPONSE_STATE ≠ 0 also sets REQUEST_STATE to 0. The documentation states only
   /// that "the Service Interface" does it once the service is done, not which side of it.
   bool response_clears_request = false;
   /// An ADS write of REQUEST_STATE sets RESPONSE_STATE to 0, as an NC program's write does.

@@ -64,8 +64,8 @@ struct Answered {
 inline constexpr std::uint32_t most_calls = 256;
 
 /// The name of a call on LCM: "5f3a9c0112d4-17.8c0b1d2e3f4a5b6c". The part after the dot is a
-/// digest of channel, text and state. LCM processes remember calls by this name, and another
-/// gateway on the fabric might later send a different request with the same call id.
+/// digest of channel, text and state. LCM processes remember calls by this name. The call id
+/// is not enough: another participant might use the id of a future call for a different request.
 std::string call_name(const fabric::Request& request);
 
 /// The error is the fault in the message.
