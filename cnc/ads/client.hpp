@@ -70,9 +70,9 @@ class Client {
   Client& operator=(const Client&) = delete;
 
   /// Resolves the host, connects, and reads the state of probe_port; up after the first response.
-  /// Fails if the client is already connected. It may be called again after a failure or a lost
-  /// connection. A controller whose port responds but does not support ReadState counts as up, with
-  /// state 0.
+  /// Fails if the client is connected or connecting. It may be called again after a failure or a
+  /// lost connection. A controller whose port responds but does not support ReadState counts as up,
+  /// with state 0.
   boost::asio::awaitable<tl::expected<DeviceState, LinkError>> connect();
   [[nodiscard]] bool up() const;
   /// Sets the handler that is called once each time an established connection ends, after the
@@ -108,7 +108,8 @@ class Client {
     std::vector<std::uint32_t> notifications{};
     std::vector<std::uint32_t> symbols{};
   };
-  /// Releases these resources without waiting for a response, then calls close().
+  /// Like close(), but first sends the requests that release these resources, without waiting for
+  /// their responses. Blocks for at most 50 ms.
   void leave(const Belongings& belongings);
 
   using Counters = ClientCounters;

@@ -13,11 +13,12 @@
 namespace millrace::cnc::ads {
 
 struct Faults {
-  /// Delay of each response and of each frame of notifications.
+  /// Delay of each response, and of the notifications that are due at the same time.
   std::chrono::milliseconds delay{0};
-  /// Every n-th of these frames on a connection is not sent; 0 = none, 1 = all of them.
+  /// Every n-th of these on a connection is not sent; 0 = none, 1 = all of them.
   std::uint32_t drop_every = 0;
-  /// Every other frame waits for twice the delay, so that the next one overtakes it.
+  /// Every other one waits for twice the delay, so that the next one overtakes it. Without delay it
+  /// has no effect.
   bool out_of_order = false;
   /// Frames are sent in segments of this many bytes; 0 = unchanged.
   std::size_t segment = 0;

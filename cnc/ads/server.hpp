@@ -35,7 +35,7 @@ struct ServerOptions {
   std::size_t max_frame = std::size_t{4} << 20U;
   /// In bytes. A connection with more unsent output than this is not read from.
   std::size_t max_output = std::size_t{1} << 20U;
-  /// A further connection is closed at once, with a log line.
+  /// A further connection is closed at once; the log has a line about them at most every 10 s.
   std::size_t max_connections = 250;
   /// A connection without any byte sent or received for this long is closed, with a log line,
   /// unless its client waits for us: for notifications or a delayed response. 0 = never.
@@ -49,8 +49,8 @@ struct ServerOptions {
   Faults faults{};
   /// Secure ADS only; without a value, plain ADS only.
   std::optional<ServerSecurity> security{};
-  /// The known clients; clients may be added later. Without it Secure ADS knows no certificate, and
-  /// plain ADS uses session.routes only.
+  /// The known clients; clients may be added later. Without it Secure ADS begins without a known
+  /// certificate, and plain ADS uses session.routes only.
   std::shared_ptr<Routes> routes{};
   /// Timeout of TLS and TlsConnectInfo together.
   std::chrono::milliseconds handshake_timeout{10'000};

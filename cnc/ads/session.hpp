@@ -24,7 +24,8 @@ struct SessionOptions {
   NetId net_id{{127, 0, 0, 1, 1, 1}};
   ForeignTarget foreign_target = ForeignTarget::answer_error_7;
   /// The NetIds of the clients that have a route; a frame of any other closes its connection, as a
-  /// TwinCAT does (inferred from many reports). Empty: every client has one.
+  /// TwinCAT does (inferred from many reports). Empty: every client has one. Clients with the
+  /// server's own NetId need none.
   std::vector<NetId> routes{};
   SubscriptionLimits subscriptions{};
 };

@@ -44,7 +44,8 @@ class Station {
   }
   [[nodiscard]] bool active() const { return machine_.active(); }
   [[nodiscard]] const CycleCounts& cycles() const { return cycle_.counts(); }
-  /// Sets the handler that is called whenever the last NC program has ended.
+  /// Sets the handler that is called after each cycle without an active NC program: when the last
+  /// one has ended, and after a command that starts none.
   void on_idle(std::function<void()> handler) { on_idle_ = std::move(handler); }
   /// Calls `done` once clients have the responses to all their requests so far, or after one
   /// second: a client may not read them.

@@ -45,7 +45,7 @@ class Readings {
     std::vector<Description> variables;
   };
   /// At most `most` variables, beginning with number `first`, counted from 0. Two requests if the
-  /// controller supports sums.
+  /// controller supports sums, three for the families of NC programs.
   boost::asio::awaitable<ads::Result<Page>> list_page(std::uint16_t channel, std::string family,
                                                       std::uint32_t first, std::uint32_t most);
 

@@ -36,7 +36,8 @@ class Condition {
   /// The spool was used: the reason of a failure, or nullopt on success.
   void spool(std::optional<std::string> trouble) { spool_trouble_ = std::move(trouble); }
 
-  /// Raises and clears "mail_server", "mail_queue", "mails_not_sent" and "spool".
+  /// Raises "mail_server", "mail_queue", "mails_not_sent" and "spool"; clears all but
+  /// "mails_not_sent" when they are over.
   void tell(fabric::NoticeSink& notices) const;
 
  private:
