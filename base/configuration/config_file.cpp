@@ -24,7 +24,7 @@ class SyntaxErrors : public google::protobuf::io::ErrorCollector {
     if (!text_.empty()) {
       text_ += '\n';
     }
-    // Line -1 is a mistake of the whole file (a required field that is missing).
+    // Line -1 is a mistake of the whole file (a missing required field).
     text_ += line < 0 ? fmt::format("{}: {}", name_, message)
                       : fmt::format("{}:{}:{}: {}", name_, line + 1, column + 1, message);
   }
@@ -55,7 +55,7 @@ tl::expected<std::string, std::string> read(const std::filesystem::path& file) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
-  // A folder opens but does not read.
+  // A folder can be opened but not read.
   if (!in || !(text << in.rdbuf())) {
     const std::string reason = errno != 0 ? std::strerror(errno) : "it is empty";
     return tl::unexpected(fmt::format("{}: cannot be read: {}", file.string(), reason));
@@ -101,7 +101,7 @@ std::string ConfigPlaces::at(const google::protobuf::Message& message,
     }
     const auto* field = type->FindFieldByName(step.field);
     assert(field != nullptr);
-    // Protobuf numbers a repeated field from 0 and a single one with -1; of a list in brackets it
+    // Protobuf numbers a repeated field from 0 and a single one with -1. For a list in brackets it
     // knows only where the list begins.
     int index = field->is_repeated() ? step.index : -1;
     auto found = tree->GetLocation(field, index);

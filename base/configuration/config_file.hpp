@@ -1,4 +1,4 @@
-// Reading a configuration file: protobuf text format, checked by its schema in idl/.
+// Reads a configuration file: protobuf text format, checked by its schema in idl/.
 //
 //   auto config = base::configuration::read_config<config::Gateway>("gateway.textproto");
 //   if (!config) throw program::UsageError(config.error());
@@ -14,13 +14,13 @@
 
 namespace millrace::base::configuration {
 
-/// Fills `message` from `file`. The error holds one line per mistake, "FILE:LINE:COLUMN: what was
-/// expected", both counted from 1; an unknown name, a value of the wrong type and a missing file
-/// are errors. Nothing is filled in by halves: on error `message` is cleared.
+/// Fills `message` from `file`. The error has one line per mistake, "FILE:LINE:COLUMN: what was
+/// expected", both counted from 1. An unknown name, a value of the wrong type and a missing file
+/// are errors. On error `message` is cleared, never half filled.
 tl::expected<void, std::string> read_config(const std::filesystem::path& file,
                                             google::protobuf::Message& message);
 
-/// Where each field of a message was written: for mistakes that the schema cannot see.
+/// The place of each field of a message in its file, for mistakes that the schema cannot detect.
 class ConfigPlaces {
  public:
   /// A field by its name and, if repeated, its number from 0.
@@ -28,8 +28,8 @@ class ConfigPlaces {
     std::string field;
     int index = 0;
   };
-  /// "FILE:LINE:COLUMN" of a field of `message`: at(gateway, {{"machine", 1}, {"net_id"}}). If it
-  /// was not written, the place of the last field on the path that was, or "FILE".
+  /// "FILE:LINE:COLUMN" of a field of `message`: at(gateway, {{"machine", 1}, {"net_id"}}). If the
+  /// file does not have the field, the place of the last field on the path that it has, or "FILE".
   [[nodiscard]] std::string at(const google::protobuf::Message& message,
                                const std::vector<Step>& path) const;
 
@@ -43,12 +43,12 @@ class ConfigPlaces {
   google::protobuf::TextFormat::ParseInfoTree tree_;
 };
 
-/// The same, filling `places` too.
+/// The same; also fills `places`.
 tl::expected<void, std::string> read_config(const std::filesystem::path& file,
                                             google::protobuf::Message& message,
                                             ConfigPlaces& places);
 
-/// The same for text that is already in memory; `name` stands for the file in messages.
+/// The same for text in memory; `name` is the file's name in messages.
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,
                                              google::protobuf::Message& message);
 tl::expected<void, std::string> parse_config(const std::string& text, const std::string& name,

@@ -1,4 +1,4 @@
-// What the schema cannot see: every mistake of a configuration at once, each with its place.
+// Collects all mistakes of a configuration that the schema cannot detect, each with its place.
 //
 //   Mistakes mistakes(mail, places);
 //   mistakes.expect(mail.server().port() > 0, {{"server"}, {"port"}}, "0; expected 1 to 65535");
@@ -17,24 +17,24 @@
 namespace millrace::base::configuration {
 
 using ConfigStep = ConfigPlaces::Step;
-/// From the outermost field to the one that is meant.
+/// The fields from the outermost to the one in question.
 using ConfigPath = std::vector<ConfigStep>;
 
-/// `path` and one step more.
+/// `path` with one more step.
 ConfigPath operator/(ConfigPath path, ConfigStep step);
 ConfigPath operator/(ConfigPath path, std::string field);
 
-/// The one collector of every program. Both that it is given outlive it.
+/// All processes use this collector. Both constructor arguments must outlive it.
 class Mistakes {
  public:
   Mistakes(const google::protobuf::Message& config, const ConfigPlaces& places)
       : config_(config), places_(places) {}
 
-  /// Notes "FILE:LINE:COLUMN: FIELD.FIELD: WHAT" unless `holds`; returns `holds`. Of a field that
-  /// was not written the place is that of the next outer one.
+  /// Records "FILE:LINE:COLUMN: FIELD.FIELD: WHAT" unless `holds`; returns `holds`. For a field
+  /// that the file does not have, the place is that of the next outer one.
   bool expect(bool holds, const ConfigPath& path, std::string_view what);
 
-  /// Notes a value outside `first` to `last` (NaN is); returns whether it is inside.
+  /// Records a value outside `first` to `last` (NaN is outside); returns whether it is inside.
   template <typename Number>
   bool expect_range(Number value, Number first, Number last, const ConfigPath& path) {
     const bool inside = value >= first && value <= last;
@@ -43,7 +43,7 @@ class Mistakes {
   }
 
   [[nodiscard]] bool none() const { return text_.empty(); }
-  /// A line for each, in the order in which they were found.
+  /// One line for each mistake, in the order in which they were found.
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:

@@ -1,4 +1,4 @@
-// Where a file or folder is that a configuration names.
+// Resolves the path of a file or folder in a configuration.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace millrace::base::configuration {
 
-/// A relative path starts at `folder`, that of the configuration; one that begins with
-/// $CREDENTIALS_DIRECTORY where systemd puts what a unit's LoadCredential= names
-/// (systemd.exec(5)). The error says that there is no such place.
+/// A relative path starts at `folder`, the folder of the configuration. A path that begins with
+/// $CREDENTIALS_DIRECTORY is in the folder where systemd stores the credentials of a unit's
+/// LoadCredential= (systemd.exec(5)); an error if there is none.
 tl::expected<std::filesystem::path, std::string> place_of(const std::string& named,
                                                           const std::filesystem::path& folder);
 

@@ -1,4 +1,4 @@
-// What every TCP server does with those who connect to it.
+// Accepts the connections of a TCP server.
 //
 //   co_spawn(executor, accept_each(acceptor, log, [self](tcp::socket socket) { … }), …);
 #pragma once
@@ -12,9 +12,9 @@
 
 namespace millrace::base::loop {
 
-/// Hands over each connection until the acceptor is closed. One that cannot be accepted, as when
-/// the system has no descriptor left, is said, and after 100 ms there is another try. `admit` keeps
-/// alive what it needs, the acceptor included.
+/// Calls `admit` with each connection until the acceptor is closed. A failure, such as no free
+/// descriptor, is logged, and accept is tried again after 100 ms. `admit` keeps alive what it
+/// needs, the acceptor included.
 boost::asio::awaitable<void> accept_each(boost::asio::ip::tcp::acceptor& acceptor, program::Log log,
                                          std::function<void(boost::asio::ip::tcp::socket)> admit);
 

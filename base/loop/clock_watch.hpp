@@ -1,5 +1,5 @@
-// Whether the wall clock can be believed when something is removed for its age: one that jumps
-// ahead makes everything old at once, and what is removed does not come back when it is put right.
+// Decides whether to trust the wall clock before data is removed for its age. A clock that jumps
+// ahead makes all data old at once, and removed data does not return when the clock is corrected.
 //
 //   ClockWatch watch("recordings", last_written, clocks_now());
 //   if (watch.believes(clocks_now())) { … }
@@ -23,22 +23,23 @@ Clocks clocks_now();
 /// Pure.
 class ClockWatch {
  public:
-  /// What a clock is put right by without a word.
+  /// The largest clock correction that is accepted without a warning.
   static constexpr std::chrono::hours most_correction{1};
-  /// A plant may stand still so long.
+  /// A plant may be idle for this long.
   static constexpr std::chrono::hours longest_pause{30 * 24};
-  /// Somebody has so long to see what was said.
+  /// Time for the operator to react to the warning.
   static constexpr std::chrono::hours doubt{24};
 
-  /// `what` is removed when it is old, and was last written then, if ever.
+  /// `what` is the data that is removed when it is old; `last_written` is when it was last written,
+  /// if ever.
   ClockWatch(std::string what,
              std::optional<std::chrono::sys_time<std::chrono::nanoseconds>> last_written,
              Clocks now);
 
-  /// Looks at the clocks; called at least every few hours. False for `doubt` after a jump ahead;
-  /// one back ends that.
+  /// Compares the clocks; call it at least every few hours. False for `doubt` after a jump ahead; a
+  /// jump back ends that.
   bool believes(Clocks now);
-  /// What has to be said, once.
+  /// The warning to log, once.
   std::optional<std::string> news();
 
  private:

@@ -1,4 +1,4 @@
-// How coroutines of Boost.Asio await where an error is a value, and no exception.
+// Completion token for coroutines of Boost.Asio: an error is a value, not an exception.
 //
 //   const auto [error, size] = co_await stream.async_read_some(buffer, quietly);
 #pragma once

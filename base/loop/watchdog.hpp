@@ -1,5 +1,5 @@
-// Tells the supervisor from within the program's own event loop that it still turns: a loop that is
-// stuck is restarted (WatchdogSec= of a systemd unit).
+// Notifies the supervisor from the process's event loop that the loop runs: a process with a
+// blocked loop is restarted (WatchdogSec= of a systemd unit).
 //
 //   const Watchdog watchdog(io.get_executor());
 #pragma once
@@ -12,7 +12,7 @@
 
 namespace millrace::base::loop {
 
-/// Does nothing where no supervisor watches. Lives no longer than the loop.
+/// Does nothing without a supervisor's watchdog. Must not outlive the loop.
 class Watchdog {
  public:
   explicit Watchdog(const boost::asio::any_io_executor& executor);

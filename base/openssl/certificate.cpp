@@ -68,7 +68,7 @@ void extend(X509* certificate, X509* authority, int what, const char* value) {
          fmt::format("cannot add {} to a certificate", value));
 }
 
-/// All but the signature.
+/// Sets all fields except the signature.
 void fill(X509* certificate, const Key& key, const Subject& subject) {
   expect(certificate != nullptr, "cannot make a certificate");
   X509_set_version(certificate, version_3);
@@ -79,7 +79,7 @@ void fill(X509* certificate, const Key& key, const Subject& subject) {
   expect(X509_set_pubkey(certificate, key.get()) == 1, "cannot use this key");
 }
 
-/// One part of a name, in UTF-8; empty if it is not there.
+/// One part of a name, in UTF-8; empty if it is missing.
 std::string named(const X509_NAME* name, int what) {
   const int at = X509_NAME_get_index_by_NID(name, what, -1);
   if (at < 0) {
@@ -100,7 +100,7 @@ std::string named(const X509_NAME* name, int what) {
 
 tl::expected<Certificate, std::string> Certificate::read(std::string_view pem) {
   const BioOwner in = reading(pem);
-  // No certificate is encrypted; without a callback OpenSSL would ask the terminal.
+  // No certificate is encrypted; without a callback OpenSSL would prompt on the terminal.
   Owner certificate(PEM_read_bio_X509(
       in.get(), nullptr, [](char*, int, int, void*) { return -1; }, nullptr));
   if (!certificate) {

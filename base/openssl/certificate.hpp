@@ -1,4 +1,4 @@
-// X.509 certificates: an authority's own, and those it gives to others.
+// X.509 certificates: those of a CA, and those that it issues.
 //
 //   const Certificate authority = self_signed(key, {.common_name = "plant identity", .until = …});
 //   const Certificate member = issue(member_key, {.common_name = "gateway-1", …}, authority, key);
@@ -19,29 +19,29 @@ namespace millrace::base::openssl {
 
 using Time = std::chrono::sys_seconds;
 
-/// What a certificate says of its holder.
+/// The subject of a certificate, and its validity and serial number.
 struct Subject {
-  /// "O=…", the plant; at most 64 characters, as X.509 has it.
+  /// "O=…", the plant; at most 64 characters (limit of X.509).
   std::string organisation;
   /// "CN=…", at most 64 characters.
   std::string common_name;
-  /// "serialNumber=…", of the holder, not of the certificate; none if empty.
+  /// "serialNumber=…" of the holder, not of the certificate; empty = none.
   std::string number{};
   Time from;
   Time until;
-  /// Upper-case hexadecimal, as Certificate::serial() has it; drawn at random if empty.
+  /// Upper-case hexadecimal, as Certificate::serial() returns it; random if empty.
   std::string serial{};
 };
 
 class Certificate {
  public:
-  /// The error is for people, without a file's name.
+  /// The error is text for people, without a file's name.
   static tl::expected<Certificate, std::string> read(std::string_view pem);
 
   [[nodiscard]] std::string pem() const;
   [[nodiscard]] std::string common_name() const;
   [[nodiscard]] std::string organisation() const;
-  /// As DDS Security's permissions name a holder: "CN=gateway-1,O=plant" (RFC 2253).
+  /// The subject as DDS Security's permissions write it: "CN=gateway-1,O=plant" (RFC 2253).
   [[nodiscard]] std::string subject() const;
   /// Upper-case hexadecimal.
   [[nodiscard]] std::string serial() const;
@@ -49,7 +49,7 @@ class Certificate {
   [[nodiscard]] Time until() const;
   /// SHA-256 of the whole certificate: "AB:CD:…", 32 bytes.
   [[nodiscard]] std::string fingerprint() const;
-  /// The signature is that of `authority`'s key; looks at no dates.
+  /// True if the key of `authority` has signed it; ignores all dates.
   [[nodiscard]] bool is_issued_by(const Certificate& authority) const;
   [[nodiscard]] bool belongs_to(const Key& key) const;
   [[nodiscard]] X509* get() const { return certificate_.get(); }
@@ -64,20 +64,21 @@ class Certificate {
   Owner certificate_;
 };
 
-/// The fingerprint of a certificate that OpenSSL keeps; it is only read.
+/// The fingerprint of a certificate that OpenSSL owns; it is only read.
 std::string fingerprint_of(const X509* certificate);
 std::string common_name_of(const X509* certificate);
-/// "AB:CD:…" of hexadecimal digits in small or capital letters, with colons, spaces or nothing
-/// between the bytes; nothing unless there are 32.
+/// Parses "AB:CD:…": hexadecimal digits in either case, with colons, spaces or nothing between the
+/// bytes; nullopt unless there are 32.
 std::optional<std::string> parse_fingerprint(std::string_view text);
 
-/// The name in it as X.509 encodes it (DER). Throws std::invalid_argument for a subject that X.509
-/// cannot hold.
+/// The name in the subject as X.509 encodes it (DER). Throws std::invalid_argument for a subject
+/// that X.509 cannot represent.
 std::string encoded_name(const Subject& subject);
-/// An authority: may sign certificates and lists of revoked ones, or documents. Throws
-/// std::invalid_argument for a subject that X.509 cannot hold.
+/// The certificate of a CA: may sign certificates and CRLs, or documents. Throws
+/// std::invalid_argument for a subject that X.509 cannot represent.
 Certificate self_signed(const Key& key, const Subject& subject);
-/// Of a holder that may sign for himself and nothing else. Throws like self_signed.
+/// The certificate of a holder that may sign for itself only, issued by `authority`. Throws like
+/// self_signed().
 Certificate issue(const Key& holder, const Subject& subject, const Certificate& authority,
                   const Key& authority_key);
 

@@ -12,7 +12,7 @@ namespace millrace::base::openssl {
 
 namespace {
 
-/// What OpenSSL asks for the passphrase with. Without it the library would ask the terminal.
+/// State of OpenSSL's passphrase callback. Without it the library would prompt on the terminal.
 struct Asked {
   std::string_view passphrase;
   bool was_asked = false;

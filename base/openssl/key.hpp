@@ -1,5 +1,5 @@
-// A private key: NIST P-256, the curve that DDS Security's built-in plugins take for ECDSA, or RSA,
-// which is what a TwinCAT knows.
+// A private key: NIST P-256, the ECDSA curve of DDS Security's built-in plugins, or RSA, which
+// TwinCAT supports.
 //
 //   const Key key = Key::generate();
 //   write_durably(file, key.pem(), owner_only);
@@ -17,12 +17,12 @@ namespace millrace::base::openssl {
 
 class Key {
  public:
-  /// Throws std::runtime_error if this machine has no randomness to make one of.
+  /// Throws std::runtime_error if the host has no source of randomness.
   static Key generate();
   /// RSA with 2048 bits; throws likewise.
   static Key generate_rsa();
-  /// `passphrase` opens an encrypted key and is not looked at otherwise. The error is for people,
-  /// without a file's name: "is encrypted, and no passphrase is given".
+  /// Reads a key; `passphrase` decrypts an encrypted key and is otherwise ignored. The error is
+  /// text for people, without a file's name: "is encrypted, and no passphrase is given".
   static tl::expected<Key, std::string> read(std::string_view pem,
                                              std::string_view passphrase = {});
 

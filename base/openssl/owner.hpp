@@ -1,4 +1,4 @@
-// Owners of what OpenSSL allocates, and what it said last when it refused.
+// Owners of OpenSSL objects, and the reason of OpenSSL's last error.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@
 
 namespace millrace::base::openssl {
 
-/// Calls one of OpenSSL's functions that free something.
+/// Deleter that calls one of OpenSSL's free functions.
 template <auto function>
 struct Free {
   template <typename T>
@@ -23,20 +23,20 @@ struct Free {
 
 using BioOwner = std::unique_ptr<BIO, Free<BIO_free_all>>;
 
-/// A BIO to read `text` from, which must stay where it is meanwhile.
+/// A BIO that reads from `text`, which must outlive it.
 BioOwner reading(std::string_view text);
 /// An empty BIO to write to; throws std::bad_alloc.
 BioOwner writing();
-/// What was written to it.
+/// The text written to a BIO.
 std::string written(BIO& bio);
 
-/// Throws std::invalid_argument, "WHAT: REASON", unless it is done.
+/// Throws std::invalid_argument, "WHAT: REASON", unless `done`.
 void expect(bool done, std::string_view what);
 
-/// As a certificate has it; the epoch if there is none.
+/// Converts a time of a certificate; the epoch if there is none.
 std::chrono::sys_seconds time_of(const ASN1_TIME* field);
 
-/// The reason of the last refusal in this thread, "bad decrypt"; forgets all that is queued.
+/// The reason of the last error in this thread, such as "bad decrypt"; clears the error queue.
 std::string last_reason();
 
 }  // namespace millrace::base::openssl

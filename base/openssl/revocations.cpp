@@ -30,8 +30,8 @@ TimeOwner asn1_of(Time time) {
   return made;
 }
 
-/// Of an extension of ours: OIDs below 2.25 are UUIDs and need nobody's leave (ITU-T X.667). It is
-/// not critical, so that readers that do not know it, Cyclone's among them, pass over it.
+/// OID of our own extension: OIDs below 2.25 are UUIDs and need no registration (ITU-T X.667). The
+/// extension is not critical, so that readers that do not know it, including Cyclone, ignore it.
 const ASN1_OBJECT* name_extension() {
   static const ASN1_OBJECT* const object =
       OBJ_txt2obj("2.25.171396044293063210178403911229311745793", 1);
@@ -53,7 +53,7 @@ void note_name(X509_REVOKED* entry, const std::string& name) {
   expect(extension && X509_REVOKED_add_ext(entry, extension.get(), -1) == 1, "cannot note a name");
 }
 
-/// Empty if none is noted.
+/// Empty if no name is recorded.
 std::string noted_name(const X509_REVOKED* entry) {
   const int at = X509_REVOKED_get_ext_by_OBJ(entry, name_extension(), -1);
   if (at < 0) {
@@ -86,7 +86,7 @@ void add(X509_CRL* list, const Revoked& revoked) {
     note_name(entry.get(), revoked.name);
   }
   expect(X509_CRL_add0_revoked(list, entry.get()) == 1, "cannot revoke a certificate");
-  // The list owns it now.
+  // the list owns it now
   static_cast<void>(entry.release());
 }
 

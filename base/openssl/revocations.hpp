@@ -1,7 +1,7 @@
-// The list of certificates that an authority takes back before their time (CRL).
+// The list of revoked certificates of a CA (CRL).
 //
-//   const std::string list = revocation_list({{serial, now}}, authority, key, now,
-//   authority.until());
+//   const std::string list =
+//       revocation_list({{serial, now}}, authority, key, now, authority.until());
 #pragma once
 
 #include <set>
@@ -16,16 +16,16 @@
 namespace millrace::base::openssl {
 
 struct Revoked {
-  /// As Certificate::serial() has it.
+  /// As Certificate::serial() returns it.
   std::string serial;
   Time at;
-  /// Whose certificate it was: its common name. Noted beside the number, so that who only knows
-  /// names knows whom not to believe any more. May be empty.
+  /// The common name of the certificate, recorded with the serial number for readers that only know
+  /// names. May be empty.
   std::string name{};
 };
 
-/// In PEM. `until` is when a reader has to have a newer one: after that Cyclone takes nobody.
-/// Throws std::invalid_argument for a serial number that is none.
+/// In PEM. `until` is when readers need a newer list: after that Cyclone accepts no participant.
+/// Throws std::invalid_argument for an invalid serial number.
 std::string revocation_list(const std::vector<Revoked>& revoked, const Certificate& authority,
                             const Key& authority_key, Time from, Time until);
 
@@ -35,11 +35,11 @@ class RevocationList {
 
   [[nodiscard]] bool is_issued_by(const Certificate& authority) const;
   [[nodiscard]] bool names(const Certificate& certificate) const;
-  /// The common names that are noted beside the numbers.
+  /// The common names recorded with the serial numbers.
   [[nodiscard]] std::set<std::string> common_names() const;
-  /// When it was made.
+  /// When the list was made.
   [[nodiscard]] Time from() const;
-  /// When a newer one has to be there.
+  /// When a newer list must be present.
   [[nodiscard]] Time until() const;
 
  private:

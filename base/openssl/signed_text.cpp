@@ -40,7 +40,7 @@ tl::expected<std::string, std::string> verified_text(std::string_view document,
     return tl::unexpected(fmt::format("is not signed by {} ({})", authority.subject(), why));
   };
   const BioOwner out = writing();
-  // NOVERIFY: whether the signer's certificate counts is looked at below.
+  // NOVERIFY: the signer's certificate is checked below.
   if (PKCS7_verify(read.get(), nullptr, nullptr, content.get(), out.get(),
                    PKCS7_TEXT | PKCS7_NOVERIFY) != 1) {
     return refuse(last_reason());
@@ -54,7 +54,8 @@ tl::expected<std::string, std::string> verified_text(std::string_view document,
     last_reason();
     return refuse("another key has signed it");
   }
-  // A root with the right key and name is not enough for who builds a chain: it has to be this one.
+  // A root with the right key and name is not enough for a reader that builds a chain: it must be
+  // this certificate.
   const bool is_root =
       X509_NAME_cmp(X509_get_subject_name(signer), X509_get_issuer_name(signer)) == 0;
   const bool counts = is_root ? X509_cmp(signer, authority.get()) == 0

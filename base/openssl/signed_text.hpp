@@ -1,5 +1,5 @@
-// A document with its signature beside it, as DDS Security has governance and permissions: S/MIME,
-// multipart/signed, of type text/plain.
+// A document with its detached signature, as DDS Security uses it for governance and permissions:
+// S/MIME, multipart/signed, of type text/plain.
 //
 //   const std::string document = sign_text(permissions, authority, key);
 //   const auto text = verified_text(document, authority);
@@ -14,13 +14,13 @@
 
 namespace millrace::base::openssl {
 
-/// `signer` goes with it: the certificate of the authority, or one that it has given its own key.
-/// Throws std::runtime_error if it cannot be signed.
+/// The document includes `signer`: the certificate of the CA, or one that it has issued for its own
+/// key. Throws std::runtime_error if signing fails.
 std::string sign_text(std::string_view text, const Certificate& signer, const Key& key);
 
-/// What was signed, if the key of `authority` has signed it, and the certificate that goes with it
-/// is either the authority's or given by it: no other key counts, whoever has issued it a
-/// certificate. Looks at no dates. The error is for people, without a file's name.
+/// The signed text, if the key of `authority` has signed it and the included certificate is the
+/// CA's or issued by it. Other keys are refused, even with a certificate of the CA. Ignores all
+/// dates. The error is text for people, without a file's name.
 tl::expected<std::string, std::string> verified_text(std::string_view document,
                                                      const Certificate& authority);
 

@@ -32,7 +32,7 @@ bool same_but_for_case(std::string_view one, std::string_view other) {
   return std::ranges::equal(one, other, {}, lower, lower);
 }
 
-/// What a folder has of this name, in any case.
+/// The entry of a folder with this name, case-insensitive.
 std::optional<std::filesystem::path> entry_of(const std::filesystem::path& folder,
                                               const std::filesystem::path& name) {
   std::error_code error;
@@ -50,7 +50,7 @@ std::optional<std::filesystem::path> entry_of(const std::filesystem::path& folde
   return best;
 }
 
-/// Why no such name is opened, or nothing.
+/// Why the name is refused; empty if it is valid.
 std::string mistake_of(const std::filesystem::path& name) {
   if (name.is_absolute() || !name.has_filename()) {
     return "it is outside of the folder, or no name of a file";
@@ -85,7 +85,7 @@ tl::expected<Fd, std::string> open_beneath(const std::filesystem::path& folder,
     }
     place = std::move(next);
   }
-  // Neither a pipe without a reader nor a device makes anybody wait.
+  // A pipe without a reader, or a device, does not block.
   Fd file(::openat(place.get(), name.filename().c_str(),
                    flags | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC, new_file));
   if (!file) {

@@ -30,7 +30,7 @@ bool write_all(int fd, std::string_view content) {
   return true;
 }
 
-/// A new name is only safe once its folder is.
+/// A new name is durable only once its folder is.
 Result sync_folder(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   const Fd fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));

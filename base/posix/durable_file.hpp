@@ -1,7 +1,7 @@
-// A file that is there whole or not at all, also after a crash or a power cut.
+// Writes, removes and renames files so that a crash or a power cut leaves a whole file or none.
 //
 //   if (auto written = write_durably(folder / "zeros", text); !written)
-//   log->error(written.error());
+//     log->error(written.error());
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,15 @@
 namespace millrace::base::posix {
 
 /// Replaces `file` by `content`: a temporary file beside it, fsync, rename, fsync of the folder. On
-/// error the old file is as it was; the error names the step and the reason. `mode` is that of
-/// open(2): who may read it, from the first moment.
+/// error the old file is unchanged, and the error contains the step and the reason. `mode` is that
+/// of open(2) and applies from the beginning.
 tl::expected<void, std::string> write_durably(const std::filesystem::path& file,
                                               std::string_view content, mode_t mode = 0640);
 
-/// Removes `file` for good (fsync of its folder); a missing file is no error.
+/// Removes `file` durably (fsync of its folder); a missing file is not an error.
 tl::expected<void, std::string> remove_durably(const std::filesystem::path& file);
 
-/// Moves `from` to `to` on the same file system, replacing it, for good.
+/// Moves `from` to `to` on the same file system durably; replaces `to`.
 tl::expected<void, std::string> rename_durably(const std::filesystem::path& from,
                                                const std::filesystem::path& to);
 

@@ -10,7 +10,7 @@
 
 namespace millrace::base::posix {
 
-/// Closes in its destructor; -1 is none.
+/// Closes in its destructor; -1 = no descriptor.
 class Fd {
  public:
   Fd() = default;
@@ -23,7 +23,7 @@ class Fd {
 
   explicit operator bool() const { return fd_ >= 0; }
   [[nodiscard]] int get() const { return fd_; }
-  /// For who closes it himself from now on.
+  /// Transfers the descriptor to the caller, who closes it.
   [[nodiscard]] int release() { return std::exchange(fd_, -1); }
   void close();
 
@@ -31,7 +31,7 @@ class Fd {
   int fd_ = -1;
 };
 
-/// errno in words: "WHAT: No such file or directory".
+/// errno as text: "WHAT: No such file or directory".
 std::string last_error(std::string_view what);
 
 }  // namespace millrace::base::posix

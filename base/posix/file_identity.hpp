@@ -1,4 +1,4 @@
-// Which file it is, whatever its name.
+// The identity of a file, independent of its name.
 //
 //   const FileIdentity opened = identity_of(file);
 //   …
@@ -12,10 +12,10 @@
 
 namespace millrace::base::posix {
 
-/// Its file system and its number there.
+/// Its device and its inode number there.
 using FileIdentity = std::pair<dev_t, ino_t>;
 
-/// Zeros if there is no file, or it cannot be reached.
+/// Zeros if the file does not exist or cannot be accessed.
 FileIdentity identity_of(const std::filesystem::path& file);
 
 }  // namespace millrace::base::posix

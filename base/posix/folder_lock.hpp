@@ -11,8 +11,8 @@
 
 namespace millrace::base::posix {
 
-/// Takes the lock `name` in `folder`; held as long as the descriptor is open, let go by a crash.
-/// Throws std::runtime_error: "FOLDER: TAKEN" if another process holds it.
+/// Takes the lock `name` in `folder`. It is held until the descriptor is closed; a crash releases
+/// it. Throws std::runtime_error "FOLDER: TAKEN" if another process holds it.
 Fd lock_folder(const std::filesystem::path& folder, const std::string& name,
                std::string_view taken);
 

@@ -24,7 +24,7 @@ std::optional<FileFault> fault_of_writers(const std::filesystem::path& path, mod
 std::optional<FileFault> fault_of(const std::filesystem::path& file, Secrecy secrecy) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) {
-    return {};  // to read it says why
+    return {};  // reading it reports the reason
   }
   if (!S_ISREG(status.st_mode)) {
     return FileFault{"is no regular file", "name a file"};

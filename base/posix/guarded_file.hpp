@@ -1,5 +1,5 @@
-// Files that decide whom a program believes, or what proves who it is: read only if others cannot
-// have written them, and secrets only if not everybody can read them.
+// Reads files that decide whom a process trusts, and its own credentials. A file must not be
+// writable by other users; a secret must not be readable by all of them.
 //
 //   auto key = read_guarded("key.pem", Secrecy::secret);
 //   if (!key) … key.error().what, key.error().advice
@@ -15,26 +15,27 @@
 namespace millrace::base::posix {
 
 enum class Secrecy : std::uint8_t {
-  /// Not everybody may write it.
+  /// Not world-writable.
   open,
-  /// Besides, its group may not write it, and not everybody may read it.
+  /// Also not group-writable, and not world-readable.
   secret,
 };
 
-/// What is wrong with a file, and what to do.
+/// A fault of a file, and what to do.
 struct FileFault {
-  /// "everybody on this host can write it"
+  /// For example "everybody on this host can write it".
   std::string what;
-  /// Empty where it is not there.
+  /// Empty if there is no advice.
   std::string advice;
 };
 
-/// What is in a regular file. To open a pipe would wait for its writer, so that is a fault.
+/// The contents of a regular file. Other kinds are a fault: opening a pipe would wait for its
+/// writer.
 tl::expected<std::string, FileFault> read_guarded(const std::filesystem::path& file,
                                                   Secrecy secrecy);
 
-/// A folder that everybody may write, but for one that is sticky, as /tmp, where others replace no
-/// file of its owner.
+/// The fault of a world-writable folder. A sticky one such as /tmp has none: there, other users
+/// cannot replace a file of its owner.
 std::optional<FileFault> fault_of_folder(const std::filesystem::path& folder);
 
 }  // namespace millrace::base::posix

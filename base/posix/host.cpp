@@ -7,7 +7,7 @@
 namespace millrace::base::posix {
 
 std::string host_name() {
-  // A name that does not fit may come without its NUL: the last byte stays zero.
+  // A truncated name may have no NUL: the last byte stays zero.
   std::array<char, 256> name{};
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }

@@ -16,7 +16,7 @@ struct Reports {
   std::map<std::string, std::uint64_t, std::less<>> seen;
 };
 
-/// Never destroyed: threads of libraries may outlive what is static.
+/// Never destroyed: threads of libraries may outlive static objects.
 Reports& reports() {
   static auto* const all = new Reports;
   return *all;
@@ -62,7 +62,7 @@ void report_contained(std::string_view where, const std::exception_ptr& error) n
   try {
     write(where, error);
   } catch (...) {
-    // Not even memory for the message.
+    // There is no memory even for the message.
     std::fputs("an exception was stopped where none may go; its message is lost\n", stderr);
   }
 }

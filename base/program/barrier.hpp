@@ -1,5 +1,5 @@
-// Where an exception would have nobody to catch it: in the callbacks of C libraries, in threads
-// that are not ours, in coroutines that nobody waits for.
+// Barriers for exceptions where no caller can catch them: in callbacks of C libraries, in threads
+// of libraries, in detached coroutines.
 //
 //   dds_lset_data_available_arg(
 //       listener,
@@ -16,16 +16,17 @@
 
 namespace millrace::base::program {
 
-/// Reports that `error` has ended what `where` names. A line in the log (make_log), or on standard
-/// error as long as there is none: the first one of each place, then the 2nd, 4th, 8th …
+/// Reports that `error` has ended the work at `where`: as a line in the log (make_log), or on
+/// standard error if there is no log. Only the 1st, 2nd, 4th, 8th … error of each place is
+/// reported.
 void report_contained(std::string_view where, const std::exception_ptr& error) noexcept;
 
-/// Where report_contained writes from now on; false if the log is gone. From any thread. Called
-/// without a lock held, possibly by several threads.
+/// Sets the output of report_contained(); `report` returns false if the log is gone. From any
+/// thread. Called without a lock held, possibly by several threads.
 void report_contained_to(std::function<bool(const std::string& line)> report);
 
-/// Does `work`. What it throws is reported and goes no further: into C code that cannot be unwound,
-/// or out of a thread that others need.
+/// Runs `work`, and reports an exception in place of propagating it: into C code that cannot be
+/// unwound, or out of a thread that others need.
 template <typename Work>
 void contain(std::string_view where, const Work& work) noexcept {
   try {
@@ -35,8 +36,8 @@ void contain(std::string_view where, const Work& work) noexcept {
   }
 }
 
-/// For co_spawn in place of asio::detached, which drops exceptions: what leaves the coroutine comes
-/// out of the run() of its event loop and ends the program, with a message.
+/// For co_spawn in place of asio::detached, which drops exceptions: an exception of the coroutine
+/// leaves the run() of its event loop and ends the process, with a message.
 inline void rethrow_from_loop(const std::exception_ptr& error) {
   if (error) {
     std::rethrow_exception(error);

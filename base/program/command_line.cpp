@@ -26,24 +26,23 @@ namespace millrace::base::program {
 
 namespace {
 
-/// The name in messages: the file's name without its folder, as the user typed it.
+/// The process's name in messages: the file's name without its folder, as the user typed it.
 std::string program_name(const char* argv0) {
   std::string_view path = argv0 != nullptr ? argv0 : "millrace";
   return std::string(path.substr(path.find_last_of('/') + 1));
 }
 
-/// Why the program ends.
+/// Prints why the process ends.
 void tell(const std::string& name, std::string_view why) {
   fmt::print(stderr, "{}{}: {}\n", is_journal(STDERR_FILENO) ? "<3>" : "", name,
              text::safe(why, "\n"));
 }
 
-/// What a package is made with: its man page for --man-page, a script for --completion SHELL.
-/// Nothing if it is not asked for; looked for before the line is parsed, which may need other
-/// words.
+/// The files for a package: the man page for --man-page, a script for --completion SHELL. Empty
+/// without these flags. Handled before the line is parsed, which may require other words.
 std::string page_of(const CLI::App& app, const std::string& name, int argc, char** argv) {
   const std::vector<std::string_view> words(argv, argv + argc);
-  // Commands that a program takes off the line before have a name of their own.
+  // Commands that a process removes from the line before have their own name.
   const auto tree = [&] {
     return command_tree(app, app.get_name().empty() ? name : app.get_name());
   };
@@ -57,10 +56,10 @@ std::string page_of(const CLI::App& app, const std::string& name, int argc, char
   return "";
 }
 
-/// The command that was asked for, as far as it is known.
+/// The requested command, as far as it is known.
 struct Asked {
   const CLI::App& command;
-  /// "millrace trust"
+  /// For example "millrace trust".
   std::string words;
 };
 
@@ -74,7 +73,8 @@ Asked asked_of(const CLI::App& app, const std::string& name) {
   return {*command, std::move(words)};
 }
 
-/// In the user's order, and with what stands where something is missing: CLI11 tells neither.
+/// Describes the error in the order of the user's words, and with the word at the place of a
+/// missing one: CLI11 reports neither.
 std::string wrong_with(const Asked& asked, const CLI::ParseError& error) {
   const auto code = static_cast<CLI::ExitCodes>(error.get_exit_code());
   const std::vector<std::string> unknown = asked.command.remaining();
@@ -87,7 +87,7 @@ std::string wrong_with(const Asked& asked, const CLI::ParseError& error) {
                                              : fmt::format("{}; {}", error.what(), not_known);
 }
 
-/// Where a command is missing.
+/// The commands, for the message about a missing one.
 std::string commands_for(const Asked& asked) {
   std::vector<std::string> commands;
   for (const Command& command : command_tree(asked.command, "").commands) {
@@ -100,9 +100,9 @@ std::string commands_for(const Asked& asked) {
       fmt::join(commands, ", "));
 }
 
-/// What <CLI/CLI.hpp> adds to <CLI/App.hpp> is the formatter and the configuration reader, which
-/// each source that includes them compiles, 3 s each time. Here is the one that does, and that uses
-/// them, so that Clang keeps them too.
+/// <CLI/CLI.hpp> adds the formatter and the configuration reader to <CLI/App.hpp>; each source that
+/// includes them compiles them, 3 s each time. Only this source includes them, and it uses them, so
+/// that Clang keeps them too.
 [[gnu::used]] std::unique_ptr<CLI::App> all_of_cli11() {
   return std::make_unique<CLI::App>();
 }
@@ -122,7 +122,7 @@ std::atomic<bool> given_up = false;
 
 void give_up(const std::string& why) {
   using Clock = std::chrono::steady_clock;
-  // Several parts of a program may find out the same.
+  // Several parts of a process may report the same failure.
   constexpr std::chrono::seconds once{10};
   static std::mutex lock;
   static std::optional<Clock::time_point> last;

@@ -1,4 +1,4 @@
-// The manners of every millrace program: exit codes, usage errors and the ready line.
+// The start-up conventions of every millrace process: exit codes, usage errors and the ready line.
 //
 //   int main(int argc, char** argv) {
 //     CLI::App app{"millrace-gateway: …"};
@@ -11,8 +11,8 @@
 //     });
 //   }
 //
-// <CLI/App.hpp> is enough for what links millrace::manners. A program outside this tree that makes
-// a CLI::App of its own includes <CLI/CLI.hpp>: the rest of CLI11 is not in libmillrace-sdk.
+// <CLI/App.hpp> is enough for targets that link millrace::manners. A program outside this tree with
+// its own CLI::App includes <CLI/CLI.hpp>: the rest of CLI11 is not in libmillrace-sdk.
 #pragma once
 
 #include <functional>
@@ -28,30 +28,31 @@ namespace millrace::base::program {
 
 /// The work is done.
 inline constexpr int exit_done = 0;
-/// The work was understood but failed; standard error says why.
+/// The work failed; standard error has the reason.
 inline constexpr int exit_failed = 1;
-/// An unknown flag, a wrong value, a broken configuration: nothing was started.
+/// An unknown flag, a wrong value, an invalid configuration: nothing was started.
 inline constexpr int exit_usage = 2;
 
-/// Thrown by start-up code for what the user can put right by changing a flag or a file; ends the
-/// program with exit_usage. The message says what happened, where, and what was expected.
+/// Thrown by start-up code for errors that the user can correct by changing a flag or a file; ends
+/// the process with exit_usage. The message contains what happened, where, and what was expected.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Parses the command line, adds --version, runs `body` and turns what happens into an exit code:
-/// help and version give exit_done, a wrong flag or UsageError gives exit_usage, another exception
-/// exit_failed; each with one message on standard error that starts with the program's name.
+/// Parses the command line, adds --version, runs `body` and returns the exit code. Help and version
+/// return exit_done, a wrong flag or UsageError returns exit_usage, any other exception
+/// exit_failed. Each error prints one message on standard error that starts with the process's
+/// name.
 int run(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
-/// The program can do its work no more: says why as run() does, and has it end with exit_failed,
-/// whatever its body returns. By SIGTERM, so that it leaves in order; said again after 10 s, a
-/// program that is still leaving leaves at once. Without a handler for that it ends here. From any
-/// thread.
+/// The process cannot continue: prints the reason as run() does, and makes it end with exit_failed,
+/// whatever its body returns. Sends SIGTERM to the process itself, so that it shuts down in order.
+/// A call more than 10 s later sends SIGTERM again, which ends a process that is still shutting
+/// down. Without a SIGTERM handler the process ends at once. From any thread.
 void give_up(const std::string& why);
 
-/// Adds an option that takes one of these words, and whose help names them.
+/// Adds an option that accepts one of these words; its help lists them.
 template <typename Value>
 CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
                         const std::map<std::string, Value>& choices,
@@ -69,19 +70,19 @@ CLI::Option* add_choice(CLI::App& app, const std::string& name, Value& value,
       ->type_name("WORD");
 }
 
-/// Whether --check is on the command line: read the configuration, say what is wrong with it, and
-/// serve nothing.
+/// True if --check is on the command line: read the configuration, report its mistakes, and serve
+/// nothing.
 bool asks_for_check(int argc, char** argv);
 
-/// run() for such a command line, which has --config FILE beside: prints "FILE is good: WHAT".
-/// `what` reads the file and throws UsageError with its mistakes.
+/// run() for such a command line, which also has --config FILE: prints "FILE is good: WHAT". `what`
+/// reads the file and throws UsageError with its mistakes.
 int check(int argc, char** argv, const std::function<std::string(const std::string& file)>& what);
 
-/// Adds --check to the help of a program that looks for it with asks_for_check().
+/// Adds --check to the help of a program that tests for it with asks_for_check().
 void add_check(CLI::App& app);
 
-/// Writes "ready: WHAT" to standard output and flushes it, and tells the supervisor. Called once,
-/// when the program serves.
+/// Writes "ready: WHAT" to standard output, flushes it, and notifies the supervisor. Call it once,
+/// when the process serves.
 void ready(std::string_view what);
 
 }  // namespace millrace::base::program

@@ -6,7 +6,7 @@ namespace millrace::base::program {
 
 namespace {
 
-/// CLI11 tells the words as part of the type: "TEXT:{bash,zsh,fish}".
+/// CLI11 returns the words as part of the type: "TEXT:{bash,zsh,fish}".
 std::vector<std::string> words_in(const std::string& type) {
   const auto open = type.find('{');
   const auto close = type.find('}', open);
@@ -47,7 +47,7 @@ CommandOption option_of(const CLI::Option& option) {
 Command command_tree(const CLI::App& app, const std::string& name) {
   Command command{name, app.get_description(), app.get_footer(), {}, {}};
   for (const CLI::Option* option : app.get_options()) {
-    // One without a group is hidden.
+    // An option without a group is hidden.
     if (!option->get_group().empty()) {
       command.options.push_back(option_of(*option));
     }

@@ -1,5 +1,5 @@
-// A command line as its help, its man page and its completion tell it: the commands, and what may
-// follow each.
+// A command line for its help, its man page and its completion: the commands, and the options and
+// arguments of each.
 #pragma once
 
 #include <string>
@@ -12,30 +12,30 @@ namespace millrace::base::program {
 
 /// A flag, an option or an argument.
 struct CommandOption {
-  /// "-o", "--output"; none of an argument.
+  /// "-o", "--output"; empty for an argument.
   std::vector<std::string> names;
-  /// What the value is called: "FILE", "WORD"; empty for a flag.
+  /// Name of the value: "FILE", "WORD"; empty for a flag.
   std::string value;
-  /// The words that the value may be; none if it may be anything.
+  /// The valid words of the value; empty = any value.
   std::vector<std::string> words;
   std::string description;
-  /// Shown as it is; empty if there is none.
+  /// The default as shown; empty if there is none.
   std::string initial;
   bool required = false;
   bool repeated = false;
 };
 
 struct Command {
-  /// "millrace log cat"
+  /// For example "millrace log cat".
   std::string words;
   std::string description;
-  /// Examples, mostly.
+  /// Usually examples.
   std::string footer;
   std::vector<CommandOption> options;
   std::vector<Command> commands;
 };
 
-/// Everything of `app` but what is hidden, whose program is called `name`.
+/// All parts of `app` that are not hidden; `name` is the program's name.
 Command command_tree(const CLI::App& app, const std::string& name);
 
 }  // namespace millrace::base::program

@@ -9,17 +9,17 @@ namespace millrace::base::program {
 
 namespace {
 
-/// What may follow the words typed so far.
+/// The possible continuations of the words typed so far.
 struct Place {
-  /// "millrace log cat"
+  /// For example "millrace log cat".
   std::string words;
-  /// Subcommands, options, and words an argument may be, with their descriptions.
+  /// Subcommands, options, and the valid words of arguments, with their descriptions.
   std::vector<std::pair<std::string, std::string>> choices;
-  /// By option, "--sync": the words its value may be; none if it may be anything.
+  /// By option, such as "--sync": the valid words of its value; empty = any value.
   std::map<std::string, std::vector<std::string>> values;
 };
 
-/// The first line, as shells show one.
+/// The first line, which shells show.
 std::string first_line(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
@@ -49,13 +49,13 @@ void collect(const Command& command, std::vector<Place>& places) {
   }
 }
 
-/// "_millrace_gateway"
+/// For example "_millrace_gateway".
 std::string function_of(std::string program) {
   std::replace(program.begin(), program.end(), '-', '_');
   return "_" + program;
 }
 
-/// A bash function that looks up the subcommands typed so far; zsh runs it, too.
+/// A bash function that finds the subcommands typed so far; zsh runs it, too.
 std::string bash_script(const std::vector<Place>& places) {
   const std::string& program = places.front().words;
   std::string paths = "|";
@@ -75,7 +75,7 @@ std::string bash_script(const std::vector<Place>& places) {
       }
     }
   }
-  // Words that are no subcommands are files and values: the shell's own completion knows files.
+  // Words other than subcommands are files and values: the shell completes file names itself.
   return fmt::format(R"({0}() {{
   local word path={1} choices= paths='{2}'
   for word in "${{COMP_WORDS[@]:1:COMP_CWORD-1}}"; do

@@ -17,8 +17,8 @@ enum class Shell : std::uint8_t { bash, zsh, fish };
 /// "bash", "zsh" or "fish".
 std::optional<Shell> parse_shell(std::string_view word);
 
-/// Offers subcommands, options, and the words that an argument or an option's value may be; what is
-/// none of them is left to the shell, which knows files.
+/// Offers subcommands, options, and the valid words of arguments and of options' values. The shell
+/// completes all other words, such as file names.
 std::string completion_script(const Command& command, Shell shell);
 
 }  // namespace millrace::base::program

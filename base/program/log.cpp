@@ -15,9 +15,9 @@ namespace millrace::base::program {
 
 namespace {
 
-/// The line of an event. What is told of may come from anywhere: its controls show as \xNN, and a
-/// line end does not let it pass for an event of its own. Under systemd each line says how
-/// important it is, as sd-daemon(3) has it, so that `journalctl -p warning` finds it.
+/// Formats the line of an event. The text may come from any source: control characters are shown as
+/// \xNN, and text after a line end cannot look like a separate event. Under systemd each line
+/// begins with its priority, as in sd-daemon(3), so that `journalctl -p warning` finds it.
 class LineFormatter final : public spdlog::formatter {
  public:
   explicit LineFormatter(bool with_priority)
@@ -43,7 +43,7 @@ class LineFormatter final : public spdlog::formatter {
   }
 
  private:
-  /// As syslog(3) numbers them.
+  /// The numbers of syslog(3).
   static int priority_of(spdlog::level::level_enum level) {
     switch (level) {
       case spdlog::level::critical:
@@ -65,7 +65,7 @@ class LineFormatter final : public spdlog::formatter {
 }  // namespace
 
 Log make_log(const std::string& name, spdlog::level::level_enum level) {
-  // One for all of them: lines wait for their turn in one place.
+  // All logs share one sink, so that their lines are queued in one place.
   static const auto standard_error = std::make_shared<PatientSink>(STDERR_FILENO);
   auto log = std::make_shared<spdlog::logger>(name, standard_error);
   log->set_formatter(std::make_unique<LineFormatter>(is_journal(STDERR_FILENO)));
@@ -83,7 +83,7 @@ Log make_log(const std::string& name, spdlog::level::level_enum level) {
 Log no_log() {
   auto log =
       std::make_shared<spdlog::logger>("none", std::make_shared<spdlog::sinks::null_sink_mt>());
-  // Spares the formatting too.
+  // Avoids the formatting too.
   log->set_level(spdlog::level::off);
   return log;
 }

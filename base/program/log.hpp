@@ -1,4 +1,4 @@
-// The log form all programs share: one line per event on standard error, time in UTC.
+// The log format of all processes: one line per event on standard error, time in UTC.
 //
 //   auto log = program::make_log("gateway", level);
 //   log->info("call {} seen on {}", call, channel);
@@ -16,15 +16,15 @@ class App;
 
 namespace millrace::base::program {
 
-/// Passed down from main; nothing uses spdlog's global registry.
+/// Passed down from main; the global registry of spdlog is not used.
 using Log = std::shared_ptr<spdlog::logger>;
 
-/// A thread-safe logger to standard error, which never waits for who reads it: up to 1 MiB of lines
-/// is kept for a reader that stands still, and what is dropped then is counted. What each level is
-/// for (docs/logging.md): error, warn - the operator must act or should know; info - the operator's
-/// story of the machine; debug - the integrator of a program or service; trace - the developer of
-/// millrace. What report_contained has to say goes to the newest of them. No control character
-/// of a text that is logged gets through; further lines of an event are indented.
+/// A thread-safe logger to standard error that never waits for its reader: up to 1 MiB of lines is
+/// kept for a blocked reader, and lines dropped beyond that are counted. The levels
+/// (docs/logging.md): error, warn - the operator must act or should know; info - the operator's
+/// view of the machine; debug - the integrator of an NC program or service; trace - the developer
+/// of millrace. The newest logger also gets the reports of report_contained(). Control characters
+/// of a logged text are escaped; further lines of an event are indented.
 Log make_log(const std::string& name, spdlog::level::level_enum level = spdlog::level::info);
 
 /// A logger that drops everything, for tests.

@@ -10,7 +10,7 @@ namespace millrace::base::program {
 
 namespace {
 
-/// As roff shows it: nothing in `text` is a request or an escape.
+/// Escapes a text for roff, so that no part of it is a request or an escape.
 std::string shown(std::string_view text) {
   std::string out;
   bool begins = true;
@@ -30,7 +30,7 @@ std::string shown(std::string_view text) {
   return out;
 }
 
-/// The same, in which each line begins a line.
+/// The same with line breaks kept.
 std::string lines(std::string_view text) {
   std::string out;
   while (!text.empty()) {
@@ -49,7 +49,7 @@ std::string italic(std::string_view text) {
   return fmt::format("\\fI{}\\fR", shown(text));
 }
 
-/// The first line of a description, without the name that some begin with.
+/// The first line of a description, without the name at the beginning of some.
 std::string summary(const Command& command) {
   std::string text = command.description.substr(0, command.description.find('\n'));
   if (const std::string name = command.words + ": "; text.starts_with(name)) {
@@ -114,7 +114,7 @@ std::string options_of(const Command& command) {
   return text;
 }
 
-/// An example: a heading, and lines that stand as they are.
+/// The examples, with their lines unchanged.
 std::string footer_of(const Command& command) {
   return command.footer.empty() ? "" : fmt::format(".PP\n.nf\n{}\n.fi\n", shown(command.footer));
 }

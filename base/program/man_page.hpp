@@ -1,4 +1,4 @@
-// The man page of a program, made of the same as its --help.
+// The man page of a program, generated from the same data as its --help.
 //
 //   fmt::print("{}", man_page(command_tree(app, "millrace-gateway"), "0.1.0"));
 #pragma once

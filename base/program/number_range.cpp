@@ -9,7 +9,7 @@
 namespace millrace::base::program {
 namespace {
 
-/// Nothing that is no finite number.
+/// False for a text that is not a finite number.
 bool is_number(const std::string& text, double& number) {
   const char* const end = text.data() + text.size();
   const auto [at, error] = std::from_chars(text.data(), end, number);

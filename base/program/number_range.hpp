@@ -1,5 +1,5 @@
-// What numbers an option takes, said in words that people read: CLI11's own validators print the
-// greatest double with all of its 309 digits.
+// Validators of numeric options with readable messages: CLI11's own validators print the greatest
+// double with all of its 309 digits.
 //
 //   app.add_option("--rate", rate)->check(base::program::positive_number());
 #pragma once

@@ -13,18 +13,18 @@ namespace millrace::base::program {
 
 namespace {
 
-/// A pipe that says it can be written to takes so much without waiting (PIPE_BUF is 4096).
+/// A writable pipe accepts this much without blocking (PIPE_BUF is 4096).
 constexpr std::size_t piece = 4096;
 constexpr std::chrono::milliseconds look_again{50};
 constexpr std::chrono::seconds patience_at_the_end{1};
 
-/// A descriptor that is broken counts as ready: the write will say so.
+/// A broken descriptor counts as ready: the write reports the error.
 bool takes(int fd, std::chrono::milliseconds limit) {
   pollfd wanted{.fd = fd, .events = POLLOUT, .revents = 0};
   return ::poll(&wanted, 1, static_cast<int>(limit.count())) > 0;
 }
 
-/// How much was written; all of it if nobody can read it any more.
+/// The number of bytes written; all of them if the descriptor has no reader left.
 std::size_t write_piece(int fd, std::string_view text) {
   const ssize_t written = ::write(fd, text.data(), std::min(text.size(), piece));
   if (written >= 0) {
@@ -82,7 +82,7 @@ void PatientSink::keep(std::string_view text) {
   start_writer();
 }
 
-/// Where they are missing.
+/// Adds the line about dropped lines at their place.
 void PatientSink::tell_of_the_dropped() {
   if (dropped_ > 0) {
     kept_.push_back(std::to_string(dropped_) +
@@ -104,7 +104,7 @@ void PatientSink::start_writer() {
     writer_ = std::thread([this] { write_kept(); });
     writing_ = true;
   } catch (const std::system_error&) {
-    // No thread to be had: the next line tries again.
+    // No thread could be started: the next line tries again.
   }
 }
 
@@ -114,7 +114,7 @@ void PatientSink::write_kept() {
   while (!kept_.empty() && std::chrono::steady_clock::now() < end) {
     std::string_view text = kept_.front();
     lock.unlock();
-    // The deque keeps its first line in place while others come behind it.
+    // The deque keeps its first line in place while others are appended.
     const bool taken = takes(fd_, look_again);
     const std::size_t written = taken ? write_piece(fd_, text) : 0;
     lock.lock();

@@ -1,9 +1,9 @@
-// Where log lines go: a descriptor whose reader may be slow, or stand still.
+// The sink of log lines: a descriptor whose reader may be slow or blocked.
 //
-// Whoever logs never waits for it: a line that is not taken at once is kept, and written by a
-// thread of its own once the reader goes on. So nobody who receives, answers or supervises stands
-// still because a terminal is stopped or the reader of a pipe has gone to sleep. As long as lines
-// are taken, they are written before the call returns, and a crash loses none.
+// Logging never blocks: a line that the descriptor does not accept at once is kept, and a separate
+// thread writes it once the reader continues. So a stopped terminal or a blocked reader of a pipe
+// does not stop the threads that receive, respond or supervise. While the descriptor accepts lines,
+// they are written before the call returns, and a crash loses none.
 #pragma once
 
 #include <cstddef>
@@ -21,10 +21,10 @@ namespace millrace::base::program {
 /// Thread-safe.
 class PatientSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  /// `fd` stays open longer. At most `room` bytes are kept; what comes then is dropped, and a line
-  /// where it is missing tells how many.
+  /// `fd` must stay open longer than the sink. At most `room` bytes are kept; further lines are
+  /// dropped, and a line at their place has their number.
   explicit PatientSink(int fd, std::size_t room = std::size_t{1} << 20U);
-  /// Waits for the reader of what is kept, a second at most.
+  /// Waits for the reader to take the kept lines, at most one second.
   ~PatientSink() override;
 
  protected:
@@ -34,7 +34,7 @@ class PatientSink final : public spdlog::sinks::base_sink<std::mutex> {
  private:
   using Lock = std::unique_lock<std::mutex>;
 
-  /// Writes what is taken at once; what is left of `text` is returned.
+  /// Writes what the descriptor accepts at once; returns the rest of `text`.
   [[nodiscard]] std::string_view write_now(std::string_view text) const;
   void keep(std::string_view text);
   void start_writer();
@@ -43,7 +43,8 @@ class PatientSink final : public spdlog::sinks::base_sink<std::mutex> {
 
   const int fd_;
   const std::size_t room_;
-  // Not the mutex of base_sink, which whoever logs holds: this one is never held for long.
+  // Separate from the mutex of base_sink, which a logging thread holds: this one is never held for
+  // long.
   std::mutex lock_;
   std::deque<std::string> kept_;
   std::size_t size_ = 0;

@@ -1,9 +1,9 @@
-// A fault that lasts, and would fill a log: what comes again and again is said the first time, and
-// then at intervals that grow, with how often it came. Pure.
+// Limits the log lines of a lasting fault: a repeated event is logged the first time, and then at
+// growing intervals, with its number of repetitions. Pure.
 //
 //   if (auto line = repeats.note("write", "disk full", now)) log->error("{}", *line);
 //   …
-//   repeats.over("write");            // the next one is a first one again
+//   repeats.over("write");            // the next event counts as the first again
 #pragma once
 
 #include <chrono>
@@ -19,24 +19,25 @@ class Repeats {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  /// Until the second line of a kind; each of the next comes after twice the time, up to `longest`.
+  /// Time until the second line of a kind; it doubles for each further line, up to `longest_pause`.
   static constexpr std::chrono::seconds first_pause{10};
   static constexpr std::chrono::seconds longest_pause{3600};
-  /// So many kinds are told apart; of more, the one that was heard least lately is forgotten.
+  /// The most kinds that are tracked; beyond that, the kind without an event for the longest time
+  /// is forgotten.
   static constexpr std::size_t most_kinds = 64;
 
-  /// What has not come for so long, nor for its pause, is new.
+  /// A kind without an event for this time, and for its pause, counts as new.
   static constexpr std::chrono::seconds quiet{300};
 
-  /// The line to log, if it is time for one.
+  /// The line to log, if one is due.
   std::optional<std::string> note(const std::string& kind, const std::string& text, Time now);
-  /// The fault is over. Returns how often it came.
+  /// The fault is over. Returns the number of its events.
   std::uint64_t over(const std::string& kind);
 
  private:
   struct Heard {
     std::uint64_t times = 0;
-    /// Of them those since the last line.
+    /// Events since the last line.
     std::uint64_t unsaid = 0;
     Time said{};
     Time last{};

@@ -1,4 +1,4 @@
-// What a byte of a text is, whatever the locale says.
+// Classes of characters, independent of the locale.
 #pragma once
 
 namespace millrace::base::text {

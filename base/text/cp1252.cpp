@@ -35,7 +35,7 @@ void append_utf8(std::string& out, char16_t code) {
   }
 }
 
-/// How many bytes a UTF-8 character has, by its first; 0 = none starts so.
+/// Number of bytes of a UTF-8 character, by its first; 0 = invalid first byte.
 std::size_t utf8_length(std::uint8_t first) {
   if (first < 0x80) {
     return 1;
@@ -49,7 +49,7 @@ std::size_t utf8_length(std::uint8_t first) {
   return first >= 0xF0 && first < 0xF5 ? 4 : 0;
 }
 
-/// The code point at the start of `text` of `length` bytes; nothing if it is no valid UTF-8.
+/// The code point in the first `length` bytes of `text`; nullopt if it is not valid UTF-8.
 std::optional<std::uint32_t> decode(std::string_view text, std::size_t length) {
   if (length == 0 || text.size() < length) {
     return std::nullopt;
@@ -62,7 +62,7 @@ std::optional<std::uint32_t> decode(std::string_view text, std::size_t length) {
     }
     code = (code << 6) | (byte(i) & 0x3FU);
   }
-  // Longer than needed, a surrogate, or beyond Unicode. Two bytes cannot be too long after C2.
+  // Overlong, a surrogate, or beyond Unicode. Two bytes cannot be overlong after C2.
   constexpr std::array<std::uint32_t, 5> smallest{0, 0, 0x80, 0x800, 0x10000};
   if (code < smallest.at(length) || (code >= 0xD800 && code < 0xE000) || code > 0x10FFFF) {
     return std::nullopt;
@@ -114,7 +114,7 @@ tl::expected<std::string, std::string> to_cp1252(std::string_view utf8) {
 
 bool is_utf8(std::string_view text) {
   for (;;) {
-    // Most texts are ASCII throughout.
+    // Most texts are ASCII only.
     const auto* const other = std::find_if(text.begin(), text.end(), [](char c) {
       return (static_cast<std::uint8_t>(c) & 0x80U) != 0;
     });

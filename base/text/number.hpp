@@ -1,4 +1,4 @@
-// Numbers as text, whatever the locale says.
+// Numbers as text, independent of the locale.
 #pragma once
 
 #include <charconv>
@@ -7,8 +7,8 @@
 
 namespace millrace::base::text {
 
-/// The whole of `text` as a number in `base`; nothing if it is none, has more behind it or does not
-/// fit.
+/// The whole of `text` as a number in `base`; nullopt if it is not a number, has trailing
+/// characters or is out of range.
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text, int base = 10) {
   Number number{};

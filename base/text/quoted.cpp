@@ -24,7 +24,7 @@ bool is_number(std::string_view text) {
   return error == std::errc{} && end == last;
 }
 
-/// As spreadsheets see it.
+/// True if a spreadsheet would take the text for a formula.
 bool is_formula(std::string_view text) {
   constexpr std::string_view marks = "=+-@";
   return !text.empty() && marks.find(text.front()) != std::string_view::npos && !is_number(text);
@@ -52,7 +52,7 @@ std::string quoted(std::string_view cp1252) {
 }
 
 std::string safe(std::string_view utf8, std::string_view kept) {
-  // Whatever is no UTF-8 was no text of ours.
+  // Text that is not UTF-8 does not come from us.
   const bool is_text = is_utf8(utf8);
   std::string out;
   for (std::size_t i = 0; i < utf8.size(); ++i) {

@@ -1,5 +1,5 @@
-// Foreign texts for a terminal, a log, a table or an XML file: nothing that came from elsewhere
-// controls what shows or reads it.
+// Escapes foreign texts for a terminal, a log, a table or an XML file, so that they cannot control
+// the program that shows or reads them.
 //
 //   quoted("Ma\xDF\x1B[2J") == "\"Maß\\x1b[2J\""
 //   safe("a\nb") == "a\\x0ab",  safe("a\nb", "\n") == "a\nb"
@@ -11,15 +11,16 @@
 
 namespace millrace::base::text {
 
-/// CP1252 bytes in quotes, as UTF-8; what does not print becomes \xNN.
+/// CP1252 bytes in quotes, as UTF-8; unprintable characters become \xNN.
 std::string quoted(std::string_view cp1252);
 
-/// The same without quotes, for what is UTF-8 by convention but may hold anything. The control
+/// The same without quotes, for text that should be UTF-8 but may contain any bytes. The control
 /// characters in `kept` stay.
 std::string safe(std::string_view utf8, std::string_view kept = "");
 
-/// A cell of comma-separated values (RFC 4180): safe(), in quotes where it must be. A text that a
-/// spreadsheet would take for a formula (= + - @ in front, and no number) has a ' before it.
+/// A cell of comma-separated values (RFC 4180): safe(), in quotes if necessary. A text that a
+/// spreadsheet would take for a formula (begins with = + - @ and is not a number) gets a ' in
+/// front.
 std::string csv_cell(std::string_view utf8);
 
 /// Text of an XML element or attribute.

@@ -35,7 +35,7 @@ std::optional<double> factor_of(std::string_view unit) {
   return found == units.end() ? std::nullopt : std::optional(found->nanoseconds);
 }
 
-/// Takes `digits` digits from the front of `text`, and `before` before them.
+/// Takes `before` and then `digits` digits from the front of `text`.
 std::optional<int> take(std::string_view& text, std::string_view before, std::size_t digits) {
   if (!text.starts_with(before) || text.size() < before.size() + digits) {
     return std::nullopt;
@@ -52,7 +52,7 @@ std::optional<int> take(std::string_view& text, std::string_view before, std::si
   return value;
 }
 
-/// ".123" as nanoseconds; nothing is zero.
+/// ".123" as nanoseconds; zero without a fraction.
 nanoseconds take_fraction(std::string_view& text) {
   nanoseconds value{};
   if (text.size() > 1 && text.front() == '.' && is_digit(text[1])) {
@@ -80,7 +80,7 @@ std::optional<Time> point(std::string_view text) {
   if (const auto h = take(text, "T", 2)) {
     const auto min = take(text, ":", 2);
     const auto s = min ? take(text, ":", 2) : std::nullopt;
-    // A leap second is the first one of the next minute.
+    // A leap second becomes the first second of the next minute.
     if (!min || *h > 23 || *min > 59 || s.value_or(0) > 60) {
       return std::nullopt;
     }
@@ -96,7 +96,7 @@ std::optional<Time> point(std::string_view text) {
 }  // namespace
 
 tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
-  // More than a century does not fit.
+  // In ns, about a century; more does not fit.
   constexpr double longest = 3e18;
   double number = 0;
   const char* const last = text.data() + text.size();
@@ -105,7 +105,7 @@ tl::expected<nanoseconds, std::string> parse_time_span(std::string_view text) {
   unit.remove_prefix(std::min(unit.find_first_not_of(' '), unit.size()));
   const auto factor = factor_of(unit.empty() ? "s" : unit);
   const double value = number * factor.value_or(0);
-  // NaN is neither.
+  // False for NaN.
   const bool in_range = value >= 0 && value <= longest;
   if (error != std::errc{} || !factor || !in_range) {
     return tl::unexpected(fmt::format(

@@ -1,4 +1,4 @@
-// Times and spans as people type them, the same at every program.
+// Times and durations as people type them, with the same syntax in every process.
 //
 //   parse_time_span("15m")                    // 15 minutes
 //   parse_time("2026-03-01T07:00", now)       // UTC
@@ -15,12 +15,13 @@ namespace millrace::base::text {
 
 using Time = std::chrono::sys_time<std::chrono::nanoseconds>;
 
-/// A number, perhaps with a fraction, and ns, us, ms, s, m or min, h, d: "250ms", "1.5 h", "7d". A
-/// number alone is seconds. The error says what was expected.
+/// A number, optionally with a fraction, and ns, us, ms, s, m or min, h, d: "250ms", "1.5 h", "7d".
+/// A number without unit is seconds. The error contains what was expected.
 tl::expected<std::chrono::nanoseconds, std::string> parse_time_span(std::string_view text);
 
-/// A point in UTC: "2026-03-01", "2026-03-01T07:00", "2026-03-01T07:00:00.5", perhaps with a Z; or
-/// so long before `now`, a span with its unit. The error says what was expected.
+/// A time in UTC: "2026-03-01", "2026-03-01T07:00", "2026-03-01T07:00:00.5", optionally with a Z;
+/// or a duration with its unit, which is subtracted from `now`. The error contains what was
+/// expected.
 tl::expected<Time, std::string> parse_time(std::string_view text, Time now);
 
 }  // namespace millrace::base::text

@@ -1,4 +1,4 @@
-// AMS addresses: who speaks to whom.
+// AMS addresses: the source and the target of an ADS request.
 //
 //   auto id = NetId::parse("127.0.0.1.1.1");     // 6 numbers of 0..255
 //   Address sda{*id, 552};
@@ -13,17 +13,18 @@
 
 namespace millrace::cnc::ads {
 
-/// An AMS NetId: six free bytes, by habit an IPv4 address and ".1.1"; not an IP address.
+/// An AMS NetId: six free bytes. By convention these are an IPv4 address and ".1.1"; it is not an
+/// IP address.
 struct NetId {
   std::array<std::uint8_t, 6> bytes{};
 
-  /// "a.b.c.d.e.f", each 0..255; nothing for any other text.
+  /// Parses "a.b.c.d.e.f", each 0..255; nullopt for any other text.
   static std::optional<NetId> parse(std::string_view text);
   [[nodiscard]] std::string to_string() const;
   auto operator<=>(const NetId&) const = default;
 };
 
-/// NetId and AMS port; a CNC answers on 551 (GEO), 552 (SDA) and 553 (COM).
+/// NetId and AMS port. A CNC answers on 551 (GEO), 552 (SDA) and 553 (COM).
 struct Address {
   NetId net_id;
   std::uint16_t port = 0;
@@ -32,7 +33,7 @@ struct Address {
   auto operator<=>(const Address&) const = default;
 };
 
-/// Where a value lives inside one AMS port.
+/// The address of a value within one AMS port.
 struct Index {
   std::uint32_t group = 0;
   std::uint32_t offset = 0;

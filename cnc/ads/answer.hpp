@@ -1,4 +1,5 @@
-// The response of a Device to one ADS request; notifications are no matter of the device.
+// The response of a Device to one ADS request. Notification requests are handled elsewhere
+// (notification_answer.hpp).
 #pragma once
 
 #include "cnc/ads/device.hpp"
@@ -6,9 +7,9 @@
 
 namespace millrace::cnc::ads {
 
-/// The payload of the response. A payload that does not fit its command is answered with
-/// invalid_size, a command the device does not have with service_not_supported; both in the form of
-/// that command's response, so that no client waits for more bytes.
+/// Returns the payload of the response. A payload that does not fit its command gets invalid_size;
+/// an unsupported command gets service_not_supported. Both errors have the form of that command's
+/// response, so that no client waits for more bytes.
 Bytes answer(Device& device, std::uint16_t port, Command command, BytesView payload);
 
 }  // namespace millrace::cnc::ads

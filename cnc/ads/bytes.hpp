@@ -1,9 +1,9 @@
-// Little-endian integers in and out of byte buffers, with bounds that cannot be forgotten.
+// Reads and writes little-endian integers in byte buffers with bounds checks.
 //
 //   ByteReader in(payload);
 //   auto group = in.u32();
 //   auto data = in.take(in.u32());
-//   if (!in.ok()) …                       // something was missing; all values read since are 0
+//   if (!in.ok()) …                       // bytes were missing; all values read since are 0
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ namespace millrace::cnc::ads {
 using Bytes = std::vector<std::uint8_t>;
 using BytesView = std::span<const std::uint8_t>;
 
-/// Reads from the front; a read beyond the end yields zero or nothing and makes ok() false for
-/// good.
+/// Reads from the front. A read beyond the end yields zero or an empty view and makes ok() false
+/// permanently.
 class ByteReader {
  public:
   explicit ByteReader(BytesView bytes) : rest_(bytes) {}
@@ -38,10 +38,10 @@ class ByteReader {
     rest_ = rest_.subspan(size);
     return taken;
   }
-  /// What is left, without consuming it.
+  /// The remaining bytes, without consuming them.
   [[nodiscard]] BytesView rest() const { return rest_; }
   [[nodiscard]] bool ok() const { return ok_; }
-  /// Nothing was missing and nothing is left.
+  /// No byte was missing and none is left.
   [[nodiscard]] bool exact() const { return ok_ && rest_.empty(); }
 
  private:
@@ -58,7 +58,7 @@ class ByteReader {
   bool ok_ = true;
 };
 
-/// Appends to a buffer of its own; the calls chain.
+/// Appends to its own buffer; the calls chain.
 class ByteWriter {
  public:
   ByteWriter& u8(std::uint8_t value) { return integer(value, 1); }
@@ -78,7 +78,7 @@ class ByteWriter {
     return *this;
   }
   void reserve(std::size_t size) { out_.reserve(size); }
-  /// Hands the buffer over and leaves the writer empty.
+  /// Moves the buffer out and leaves the writer empty.
   [[nodiscard]] Bytes take() { return std::move(out_); }
   [[nodiscard]] std::size_t size() const { return out_.size(); }
 

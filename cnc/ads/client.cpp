@@ -30,11 +30,11 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   static asio::awaitable<tl::expected<Transport, std::string>> make_transport(
       Self self, asio::ip::tcp::socket socket);
   static asio::awaitable<Connected> first_answer(Self self);
-  // A request whose answer is decoded to a T.
+  // Sends a request and decodes its response to a T.
   template <typename T>
   static asio::awaitable<Result<T>> ask(Self self, std::uint16_t port, Command command,
                                         Bytes payload, Result<T> (*decode)(BytesView));
-  // A request whose answer brings data.
+  // Sends a request whose response carries data.
   static asio::awaitable<Result<Bytes>> fetch(Self self, std::uint16_t port, Command command,
                                               Bytes payload, std::uint32_t asked);
   using Handles = std::vector<std::uint32_t>;
@@ -56,11 +56,11 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
   NotificationInbox inbox;
   std::function<void(const LinkError&)> on_down;
   LinkEnd last_end;
-  // A connection before its first frame, if it is a secure one.
+  // A Secure ADS connection before its first frame.
   std::weak_ptr<Stream> handshaking;
-  // Counts the calls of close(), so that a connect() notices one that came while it waited.
+  // Counts the calls of close(), so that connect() notices a close() during its wait.
   std::size_t closed = 0;
-  // Notifications were added in a sum.
+  // The controller accepted notifications in a sum request.
   bool sums = false;
   bool connecting = false;
   bool up = false;
@@ -68,7 +68,7 @@ struct Client::Impl : std::enable_shared_from_this<Impl> {
 
 namespace {
 
-// Sets a flag back when its scope is left, also when the coroutine is destroyed.
+// Resets a flag at the end of its scope, also when the coroutine is destroyed.
 class Flag {
  public:
   explicit Flag(bool& flag) : flag_(flag) { flag_ = true; }
@@ -127,8 +127,8 @@ asio::awaitable<tl::expected<Transport, std::string>> Client::Impl::make_transpo
   co_return transport;
 }
 
-// The connection alone says nothing: without a route for us, a TwinCAT accepts it and closes it
-// upon the first request, or stays silent.
+// A TCP connection alone proves nothing: without a route to us, a TwinCAT accepts it and closes it
+// upon the first request, or does not respond.
 asio::awaitable<Client::Impl::Connected> Client::Impl::first_answer(Self self) {
   const auto local_address = self->requester->local_address();
   const auto response = co_await Requester::request(self->requester, self->options.probe_port,
@@ -184,7 +184,7 @@ asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
     handles.push_back((*answers)[i].value_or(0));
   }
   if (!self->up || self->closed != closed) {
-    handles.clear();  // of a link that is gone
+    handles.clear();  // handles of a connection that has ended
   }
   self->inbox.add(port, handles, told);
   if (!answers) {
@@ -197,7 +197,7 @@ asio::awaitable<std::vector<Result<std::uint32_t>>> Client::Impl::subscribe(
 asio::awaitable<Result<std::vector<Result<std::uint32_t>>>> Client::Impl::add_in_a_sum(
     Self self, std::uint16_t port, std::vector<AddNotificationRequest> wanted) {
   const auto count = static_cast<std::uint32_t>(wanted.size());
-  // A handle and an error code each.
+  // The error code and the handle of one notification.
   constexpr std::uint32_t of_one = 2 * sizeof(std::uint32_t);
   const std::uint32_t length = count * of_one;
   const Bytes items = encode(wanted);
@@ -271,7 +271,7 @@ void Client::Impl::leave(const Belongings& belongings) {
     farewells.push_back({belongings.port, command, std::move(payload)});
   };
   constexpr std::uint32_t size = sizeof(std::uint32_t);
-  // If it is not up there is nobody to give anything back to.
+  // While the connection is down there is no peer to return the handles to.
   if (up && sums) {
     const Bytes notifications = in(belongings.notifications);
     add(Command::read_write,
@@ -283,7 +283,7 @@ void Client::Impl::leave(const Belongings& belongings) {
       add(Command::delete_notification, encode(DeleteNotificationRequest{handle}));
     }
   }
-  // One by one: who grants notifications in a sum may know no other sums.
+  // One by one: a controller that grants notifications in a sum may know no other sums.
   for (std::size_t i = 0; up && i < belongings.symbols.size(); ++i) {
     const Bytes data = in({belongings.symbols[i]});
     add(Command::write, encode(WriteRequest{{symbol::release_handle, 0}, data}));
@@ -297,11 +297,12 @@ void Client::Impl::leave(const Belongings& belongings) {
 void Client::Impl::receive_notification(const Packet& packet) {
   const auto stamps = decode_notification(packet.data);
   if (!stamps || !up) {
-    return;  // what does not add up says nothing; the next sample does
+    return;  // a malformed sample carries no value; the next one does
   }
   const auto self = shared_from_this();
   inbox.receive(packet.header.source.port, *stamps);
-  // Of an earlier connection, or of somebody with our address: they would come for ever.
+  // Handles of an earlier connection, or of another client with our address. Without deletion the
+  // controller would send their samples for ever.
   for (const NotificationInbox::Handle& stranger : inbox.take_strangers()) {
     Handles one(1, stranger.number);
     asio::co_spawn(requester->executor(), delete_notifications(self, stranger.port, std::move(one)),

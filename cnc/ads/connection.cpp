@@ -27,7 +27,7 @@ Moment now() {
   return {Clock::now(), static_cast<std::uint64_t>(unix_epoch + count)};
 }
 
-// Unspecified for a peer that is already gone; the first read will tell.
+// Returns an unspecified endpoint if the peer has already closed; the first read reports that.
 tcp::endpoint endpoint_of(const tcp::socket& socket) {
   boost::system::error_code ignored;
   return socket.remote_endpoint(ignored);
@@ -75,7 +75,7 @@ asio::awaitable<void> Connection::send_when_due(std::shared_ptr<Connection> self
     co_await self->due_.async_wait(quietly);
     co_await self->outbox_.room();
     if (self->outbox_.stopped()) {
-      co_return;  // the server may be gone, its device and its options with it
+      co_return;  // the server, its device and its options may be destroyed
     }
     const auto time = now();
     if (!self->line_is_full()) {
@@ -158,7 +158,7 @@ asio::awaitable<void> Connection::react_to_frames() {
     while (session_.working() && !outbox_.stopped()) {
       co_await asio::post(executor_, asio::use_awaitable);
       if (outbox_.stopped()) {
-        co_return;  // the device may be gone
+        co_return;  // the device may be destroyed
       }
       auto answer = session_.go_on();
       send(std::move(answer), now());

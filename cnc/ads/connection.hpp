@@ -15,20 +15,21 @@ namespace millrace::cnc::ads {
 /// Not thread-safe. Keeps itself alive while its coroutines run.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  /// Device and options must outlive the connection, `lingering` its run(); the faults among the
-  /// options may change.
+  /// Device and options must outlive the connection; `lingering` must outlive its run(). The faults
+  /// among the options may change.
   Connection(Transport transport, Device& device, const ServerOptions& options,
              const SessionOptions& session, Lingering* lingering, base::program::Log log);
 
   /// Serves until the connection ends.
   boost::asio::awaitable<void> run();
-  /// Returns when all answers and notifications until now have left, or the connection has ended.
+  /// Returns when all responses and notifications produced so far are sent, or the connection has
+  /// ended.
   static boost::asio::awaitable<void> drained(std::shared_ptr<Connection> self);
-  /// Ends it; the device is not called any more.
+  /// Ends the connection; it does not call the device afterwards.
   void close();
   [[nodiscard]] bool closed() const { return outbox_.stopped(); }
   [[nodiscard]] const boost::asio::ip::address& address() const { return address_; }
-  /// "127.0.0.1:54321"
+  /// For example "127.0.0.1:54321".
   [[nodiscard]] const std::string& peer() const { return peer_; }
 
  private:
@@ -38,14 +39,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
   boost::asio::awaitable<void> receive();
   boost::asio::awaitable<void> react_to_frames();
   void send(Bytes frames, Moment now);
-  /// Until the peer has taken enough of what it has asked for.
+  /// Waits until the peer has read enough of its responses.
   boost::asio::awaitable<void> room();
-  /// Answers that are late on purpose fill as much memory as they may.
+  /// Deliberately delayed responses fill all the memory that they may use.
   [[nodiscard]] bool line_is_full() const;
   [[nodiscard]] Subscriptions::Time next_due() const;
-  /// When the last byte went over it, either way.
+  /// When the last byte was sent or received.
   [[nodiscard]] Subscriptions::Time last_moved() const;
-  /// The peer has all that was sent, and something more is coming.
+  /// The peer has received all that was sent, and more is due.
   [[nodiscard]] bool peer_waits() const;
 
   Transport transport_;
@@ -55,7 +56,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   FrameReader reader_;
   Outbox outbox_;
   FaultyLine faulty_line_;
-  // Runs out when the next notification or delayed answer is due.
+  // Expires when the next notification or delayed response is due.
   boost::asio::steady_timer due_;
   boost::asio::steady_timer idle_;
   Subscriptions::Time last_received_;

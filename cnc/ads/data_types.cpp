@@ -34,10 +34,10 @@ constexpr std::array<BaseType, 15> base_types{{
     {"LREAL", 8, 5},
 }};
 constexpr std::uint32_t text_number = 30;
-/// As IEC 61131-3 has it where no length is given.
+/// Length of a STRING without a length, by IEC 61131-3.
 constexpr std::uint32_t usual_text = 80;
 constexpr int deepest_nesting = 8;
-/// More than any type here has; the lengths of an entry have 16 bits.
+/// Longer than any type name here; the lengths of an entry have 16 bits.
 constexpr std::size_t longest_name = 255;
 
 // Flags of an entry.
@@ -52,7 +52,7 @@ bool same(std::string_view one, std::string_view other) {
   return std::ranges::equal(one, other, {}, upper, upper);
 }
 
-/// What is left of a name that is taken apart.
+/// The part of a name that is not parsed yet.
 class Rest {
  public:
   explicit Rest(std::string_view text) : text_(text) {}

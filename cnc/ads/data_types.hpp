@@ -5,7 +5,7 @@
 //   data_type("ARRAY [0..9] OF STRING(20)", no_structures)->size     // 210
 //   encode(*data_type("UDINT", no_structures))                       // an entry of the upload
 //
-// Names are those of IEC 61131-3, which clients know without asking. Layout of an entry: Beckhoff's
+// Names are those of IEC 61131-3, which clients know in advance. Layout of an entry: Beckhoff's
 // TcAdsDef.h, AdsDatatypeEntry (documented).
 #pragma once
 
@@ -31,13 +31,13 @@ struct DataItem {
   std::string name;
   std::string type;
   std::uint32_t size = 0;
-  /// In the structure, in bytes.
+  /// Offset in the structure, in bytes.
   std::uint32_t offset = 0;
 };
 
 struct DataType {
   std::string name;
-  /// Of the elements of an array; empty otherwise.
+  /// Type of the elements of an array; empty for other types.
   std::string element_type{};
   /// In bytes.
   std::uint32_t size = 0;
@@ -49,19 +49,19 @@ struct DataType {
   std::vector<DataItem> items{};
 };
 
-/// A structure by its name, in any case.
+/// Finds a structure by its name, case-insensitive.
 using Structures = std::function<std::optional<DataType>(std::string_view name)>;
 
-/// By name in any case; nothing if there is no such type, or if it has more bytes than an index can
-/// count.
+/// Finds a type by its name, case-insensitive; nullopt if it is unknown or has more bytes than an
+/// index can count.
 [[nodiscard]] std::optional<DataType> data_type(std::string_view name,
                                                 const Structures& structures);
 
-/// "ARRAY [0..9] OF UDINT", "ARRAY [0..1,0..9] OF UDINT"
+/// For example "ARRAY [0..9] OF UDINT", "ARRAY [0..1,0..9] OF UDINT".
 [[nodiscard]] std::string array_name(const std::vector<ArrayBounds>& bounds,
                                      std::string_view element_type);
 
-/// As the upload and the question for one type answer it, its length in front.
+/// The entry of a type in the upload and in the response for one type; it begins with its length.
 [[nodiscard]] Bytes encode(const DataType& type, const Structures& structures);
 
 }  // namespace millrace::cnc::ads

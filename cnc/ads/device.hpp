@@ -1,4 +1,4 @@
-// What an ADS server serves: one object that answers requests, without sockets.
+// The device that an ADS server serves: one object that answers requests, without sockets.
 //
 // The server decodes frames and calls a Device; the virtual CNC implements one. Calls come one at a
 // time, in the order of arrival on each connection, each frame exactly once.
@@ -19,7 +19,7 @@ namespace millrace::cnc::ads {
 template <typename T>
 using Result = tl::expected<T, ErrorCode>;
 
-/// ReadDeviceInfo: at most 16 bytes of name.
+/// Response to ReadDeviceInfo; the name has at most 16 bytes.
 struct DeviceInfo {
   std::uint8_t major = 0;
   std::uint8_t minor = 0;
@@ -27,23 +27,23 @@ struct DeviceInfo {
   std::string name;
 };
 
-/// ReadState: ADS state (5 = run, 6 = stop, 15 = config …) and device state.
+/// Response to ReadState: ADS state (5 = run, 6 = stop, 15 = config …) and device state.
 struct DeviceState {
   std::uint16_t ads = 0;
   std::uint16_t device = 0;
 };
 
-/// What stands behind the AMS ports of one NetId.
+/// The services behind the AMS ports of one NetId.
 class Device {
  public:
   virtual ~Device() = default;
 
-  /// False for an AMS port nobody serves: the frame is answered with AMS error 6.
+  /// False for an AMS port without a service: the server answers the frame with AMS error 6.
   [[nodiscard]] virtual bool has_port(std::uint16_t port) const = 0;
   virtual Result<DeviceInfo> info(std::uint16_t port) = 0;
   virtual Result<DeviceState> state(std::uint16_t port) = 0;
   virtual Result<void> write_control(std::uint16_t port, DeviceState wanted, BytesView data) = 0;
-  /// At most `length` bytes; `length` is a bound set by the client and may be 0xFFFFFFFF.
+  /// Returns at most `length` bytes; the client sets this bound, which may be 0xFFFFFFFF.
   virtual Result<Bytes> read(std::uint16_t port, Index index, std::uint32_t length) = 0;
   virtual Result<void> write(std::uint16_t port, Index index, BytesView data) = 0;
   virtual Result<Bytes> read_write(std::uint16_t port, Index index, std::uint32_t read_length,

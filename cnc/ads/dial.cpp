@@ -15,15 +15,15 @@ using asio::ip::tcp;
 using base::loop::quietly;
 using boost::system::error_code;
 
-// What a dial shares with the handlers of its steps. A resolver cannot be interrupted: its handler
-// may come long after the dial was given up.
+// State that a dial shares with the handlers of its steps. A resolver cannot be interrupted: its
+// handler may run long after dial() has returned.
 struct Dial {
   explicit Dial(const asio::any_io_executor& executor, std::chrono::milliseconds timeout)
       : resolver(executor), socket(executor), progress(executor, timeout) {}
 
   tcp::resolver resolver;
   tcp::socket socket;
-  // Runs out at the deadline; is cancelled when a step is done.
+  // Expires at the deadline; cancelled when a step is done.
   asio::steady_timer progress;
   bool done = false;
   error_code error;

@@ -57,7 +57,7 @@ std::string twincat_of(BytesView bytes) {
   return in.ok() ? fmt::format("{}.{}.{}", major, minor, build) : "";
 }
 
-/// A structure of Windows (OSVERSIONINFO), on other systems too.
+/// Reads a Windows structure (OSVERSIONINFO), which other systems send too.
 std::string system_of(BytesView bytes) {
   ByteReader in(bytes);
   in.u32();

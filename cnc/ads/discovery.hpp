@@ -1,4 +1,4 @@
-// What is said over UDP 48899 to find controllers, and to have one keep a route. Pure.
+// Datagrams on UDP 48899 that find controllers and add routes to them. Pure.
 //
 //   const Bytes question = encode(identify_request(7));
 //   const auto answer = decode_datagram(received);
@@ -22,7 +22,7 @@
 namespace millrace::cnc::ads {
 
 inline constexpr std::uint16_t discovery_port = 48899;
-/// Of a controller with a route file of its own; answers are longer than questions.
+/// In bytes, for a controller with its own route file; responses are longer than requests.
 inline constexpr std::size_t max_datagram = 4096;
 
 enum class DiscoveryService : std::uint32_t { identify = 1, add_route = 6 };
@@ -32,7 +32,7 @@ struct Datagram {
   DiscoveryService service{};
   bool is_response = false;
   Address sender{};
-  /// Ids and what they hold; strings end with a NUL.
+  /// Tag ids and their contents; strings end with a NUL.
   std::vector<std::pair<std::uint16_t, Bytes>> tags{};
   bool operator==(const Datagram&) const = default;
 };
@@ -40,43 +40,44 @@ struct Datagram {
 Bytes encode(const Datagram& datagram);
 tl::expected<Datagram, ProtocolError> decode_datagram(BytesView bytes);
 
-/// What a controller says of itself. Texts are in CP1252, as it sends them.
+/// What a controller reports about itself. Texts are in CP1252, as it sends them.
 struct Identity {
   NetId net_id;
   std::string name;
-  /// "3.1.4024"; empty if it does not say.
+  /// For example "3.1.4024"; empty if the controller does not report it.
   std::string twincat;
-  /// "Windows NT 10.0.19041"; empty if it does not say.
+  /// For example "Windows NT 10.0.19041"; empty if the controller does not report it.
   std::string system;
-  /// Of its certificate, "AB:CD:…" or as it writes it; empty where there is no Secure ADS.
+  /// Fingerprint of its certificate, "AB:CD:…" or as the controller writes it; empty without Secure
+  /// ADS.
   std::string fingerprint;
   bool operator==(const Identity&) const = default;
 };
 
 Datagram identify_request(std::uint32_t invoke_id);
-/// The answer of a server.
+/// The response of a server.
 Datagram identify_response(const Datagram& request, const Identity& identity);
-/// Nothing if this is no answer to an identify request.
+/// Nullopt if the datagram is not a response to an identify request.
 std::optional<Identity> identity_of(const Datagram& datagram);
 
-/// A route to a client. The password travels in clear text.
+/// Request for a route to a client. The password is sent in clear text.
 struct RouteRequest {
   NetId net_id;
-  /// What the route is called, and where it leads: an IP address or a name.
+  /// Name of the route, and its target: an IP address or a host name.
   std::string name;
   std::string address;
   std::string user;
   std::string password;
-  /// Until the controller is restarted.
+  /// The route lasts until the controller is restarted.
   bool temporary = false;
   bool operator==(const RouteRequest&) const = default;
 };
 
 Datagram encode(std::uint32_t invoke_id, const RouteRequest& route);
-/// Nothing if this is no request for a route.
+/// Nullopt if the datagram is not a request for a route.
 std::optional<RouteRequest> route_request_of(const Datagram& datagram);
 Datagram route_response(const Datagram& request, const Identity& identity, ErrorCode status);
-/// Nothing if this is no answer to a request for a route.
+/// Nullopt if the datagram is not a response to a request for a route.
 std::optional<ErrorCode> route_status_of(const Datagram& datagram);
 
 }  // namespace millrace::cnc::ads

@@ -37,7 +37,7 @@ struct DiscoveryServer::Impl {
         port(socket.local_endpoint().port()) {}
 
   static asio::awaitable<void> serve(std::shared_ptr<Impl> self);
-  /// Nothing if this is no request.
+  /// Nullopt if the bytes are not a request.
   [[nodiscard]] std::optional<Datagram> answer(BytesView bytes, const udp::endpoint& peer) const;
   [[nodiscard]] ErrorCode add_route(const RouteRequest& route) const;
 
@@ -54,7 +54,7 @@ asio::awaitable<void> DiscoveryServer::Impl::serve(std::shared_ptr<Impl> self) {
     const auto room = asio::buffer(bytes);
     const auto [error, size] = co_await self->socket.async_receive_from(room, peer, quietly);
     if (error) {
-      continue;  // closed, or an answer that did not reach anybody
+      continue;  // closed, or a response that could not be delivered
     }
     const auto answer = self->answer(BytesView(bytes).first(size), peer);
     if (answer) {

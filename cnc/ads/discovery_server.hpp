@@ -1,4 +1,4 @@
-// Answers who looks for controllers over UDP, and adds routes for those who may.
+// Answers requests for controllers over UDP, and adds routes for authorized users.
 //
 //   DiscoveryServer server(io.get_executor(), {.identity = …, .routes = routes}, log);
 #pragma once
@@ -26,7 +26,7 @@ struct DiscoveryOptions {
   std::shared_ptr<Routes> routes{};
 };
 
-/// Everything runs on the one executor it was given.
+/// Runs on the one executor that it was given.
 class DiscoveryServer {
  public:
   /// Throws std::runtime_error with the reason if it cannot listen.
@@ -36,7 +36,7 @@ class DiscoveryServer {
   DiscoveryServer(const DiscoveryServer&) = delete;
   DiscoveryServer& operator=(const DiscoveryServer&) = delete;
 
-  /// The port it listens on.
+  /// The port on which it listens.
   [[nodiscard]] std::uint16_t port() const;
 
  private:

@@ -1,4 +1,4 @@
-// ADS and AMS error codes with their words, and the client's own outcomes.
+// ADS and AMS error codes with their descriptions, and the client's own error codes.
 //
 //   if (!answer) log->warn("read failed: {}", describe(answer.error()));
 //   → read failed: 0x710 symbol not found
@@ -9,7 +9,7 @@
 
 namespace millrace::cnc::ads {
 
-/// Codes as they stand on the wire, and local ones (above 0xFFFF0000) that never do.
+/// Codes as they are sent on the wire, and local ones (above 0xFFFF0000), which are never sent.
 enum class ErrorCode : std::uint32_t {
   none = 0,
   mailbox_full = 4,
@@ -43,28 +43,29 @@ enum class ErrorCode : std::uint32_t {
 
   /// The connection closed while the request was pending: whether a write took place is unknown.
   link_lost = 0xFFFF0001,
-  /// The link is not up; nothing was sent.
+  /// The connection is down; no request was sent.
   link_down = 0xFFFF0002,
-  /// The answer broke the protocol (lengths that disagree, more data than asked for).
+  /// The response violates the protocol (lengths that disagree, more data than requested).
   protocol_error = 0xFFFF0003,
-  /// The caller cancelled; whether a write took place is unknown.
+  /// The caller cancelled the request; whether a write took place is unknown.
   cancelled = 0xFFFF0004,
 };
 
-/// "0x710 symbol not found"; a code without a name gives its number.
+/// For example "0x710 symbol not found". For a code without a name, its number.
 std::string describe(ErrorCode code);
 
-/// The code as read from a frame; the numbers of our local outcomes are a protocol_error there.
+/// Converts a code read from a frame. The numbers of our local codes become protocol_error.
 ErrorCode from_wire(std::uint32_t code);
 
-/// The controller will not do this, now or later: a wrong address, name, handle, size or value.
-/// Nothing was changed by the request.
+/// The controller refuses the request permanently: a wrong address, name, handle, size or value.
+/// The request has changed nothing.
 bool is_refusal(ErrorCode code);
 
-/// Nobody knows whether a write that ended so took place: no answer came, or one that says no more.
+/// It is unknown whether a write with this error took place: there was no response, or an
+/// ambiguous one.
 bool leaves_outcome_unknown(ErrorCode code);
 
-/// The controller has too much on its hands (mailbox or router memory full): ask less at once.
+/// The controller is overloaded (mailbox or router memory full): send fewer requests at once.
 bool is_overload(ErrorCode code);
 
 }  // namespace millrace::cnc::ads

@@ -7,7 +7,7 @@
 namespace millrace::cnc::ads {
 namespace {
 
-// What we tell a controller that asks for our state: an ADS device that runs.
+// The state that we report to a controller: an ADS device in state run.
 constexpr DeviceState our_state{5, 0};
 
 ErrorCode outcome_of(const Packet& response) {
@@ -131,8 +131,8 @@ void Exchange::finish(Id id) {
   fill_window();
 }
 
-// Half as much at once when the controller is overloaded, and one more for each full window that
-// went well.
+// Halves the window when the controller is overloaded; adds one after each full window of responses
+// without overload.
 void Exchange::adapt_window(ErrorCode outcome) {
   if (is_overload(outcome)) {
     window_ = std::max<std::size_t>(window_ / 2, 1);
@@ -143,8 +143,8 @@ void Exchange::adapt_window(ErrorCode outcome) {
   }
 }
 
-// Controllers do ask their clients, mostly for the state of the router (AMS port 10000), and some
-// have been seen to send our own frames back.
+// Controllers do send requests to their clients, mostly for the state of the router (AMS port
+// 10000). Some have been seen to send our own frames back.
 void Exchange::answer(const Packet& request) {
   const auto& header = request.header;
   const bool mirrored = header.source == source_;

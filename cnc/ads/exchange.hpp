@@ -1,11 +1,11 @@
-// The requests of one client: which are on the wire, which wait, and whom an answer belongs to.
-// Pure: the socket and the clock are outside.
+// The requests of one client: which are on the wire, which wait, and to which request a response
+// belongs. Pure: the socket and the clock are outside.
 //
 //   const auto id = exchange.begin(552, Command::read, payload);
 //   send(exchange.take_output());
 //   …
 //   if (auto done = exchange.receive(packet)) wake(done->id, done->response);
-//   send(exchange.take_output());          // what waited for room, answers to the controller
+//   send(exchange.take_output());          // requests that waited, responses to the controller
 #pragma once
 
 #include <chrono>
@@ -20,17 +20,17 @@
 
 namespace millrace::cnc::ads {
 
-/// What happened on a client since it exists.
+/// Counters of a client since its construction.
 struct ClientCounters {
   std::uint64_t requests = 0;
   std::uint64_t timeouts = 0;
-  /// Responses nobody waited for any more.
+  /// Responses whose request is no longer pending.
   std::uint64_t late = 0;
-  /// Frames addressed to someone else, mirrored frames, router notes, what nobody asked to be told.
+  /// Frames for other addresses, mirrored frames, router frames, unexpected notifications.
   std::uint64_t foreign = 0;
-  /// Frames of device notifications, however many samples are in them.
+  /// Frames of device notifications, independent of the number of their samples.
   std::uint64_t notifications = 0;
-  /// Requests that were answered, also with an error, and how long that took all in all.
+  /// Requests that got a response, including errors, and the sum of their response times.
   std::uint64_t answered = 0;
   std::chrono::nanoseconds waited{};
 };
@@ -40,41 +40,42 @@ class Exchange {
   /// The invoke id of a request.
   using Id = std::uint32_t;
 
-  /// What came of a request: the payload of its response, or the error of its AMS header.
+  /// The result of a request: the payload of its response, or the error of its AMS header.
   struct Completion {
     Id id = 0;
     Result<Bytes> response;
   };
 
   /// At most `window` requests are on the wire at once. Ids count up from `first_id`, which should
-  /// differ from run to run: a router may deliver what an earlier client at our address asked for.
+  /// differ from run to run: a router may deliver a response for an earlier client with our
+  /// address.
   Exchange(Address source, NetId target, std::size_t window, Id first_id);
 
-  /// A request to an AMS port of the target. It goes out with take_output(), now or once there is
-  /// room in the window.
+  /// Queues a request to an AMS port of the target. take_output() returns it, at once or when the
+  /// window has room.
   Id begin(std::uint16_t port, Command command, BytesView payload);
-  /// A request that goes out at once and whose answer nobody waits for.
+  /// Sends a request at once and ignores its response.
   void send(std::uint16_t port, Command command, BytesView payload);
-  /// The answer did not come in time; one that comes later is dropped.
+  /// The request timed out; a later response is dropped.
   void time_out(Id id);
-  /// The answer came after this time: for the counters.
+  /// Adds the response time of a request to the counters.
   void answered_after(std::chrono::nanoseconds time);
-  /// Nobody waits for the answer any more.
+  /// Abandons the request; a later response is dropped.
   void give_up(Id id);
-  /// A packet from the connection: an answer, or what a controller asks on its own account. The
-  /// latter is answered like a router would do it.
+  /// Handles a packet from the connection: a response, or a request of the controller. The latter
+  /// gets the response of a router.
   std::optional<Completion> receive(const Packet& packet);
-  /// The packet is a device notification of our target for us. Anything else, a notification from
-  /// elsewhere among it, is for receive().
+  /// The packet is a device notification of our target for us. Pass any other packet, including a
+  /// notification from elsewhere, to receive().
   bool notifies(const Packet& packet);
-  /// A frame of the router, which means nothing to us.
+  /// Counts a frame of the router, which has no meaning for us.
   void receive_router_frame() { ++counters_.foreign; }
-  /// The connection is gone: the requests that were pending.
+  /// The connection is lost. Returns the requests that were pending.
   std::vector<Id> lose_link();
 
-  /// Whole frames to send, in this order.
+  /// Whole frames, in the order in which to send them.
   [[nodiscard]] Bytes take_output();
-  /// Requests timed out since the peer was last heard.
+  /// Timeouts since the last frame of the peer.
   [[nodiscard]] std::size_t silent_timeouts() const { return silent_timeouts_; }
   [[nodiscard]] const ClientCounters& counters() const { return counters_; }
 

@@ -1,4 +1,4 @@
-// What a server can do wrong on purpose, so that clients can be tried. All off by default.
+// Faults that a server makes deliberately, to test clients. All are off by default.
 //
 //   server.set_faults({.delay = 50ms, .drop_every = 10});
 #pragma once
@@ -13,44 +13,45 @@
 namespace millrace::cnc::ads {
 
 struct Faults {
-  /// Each answer, and each frame of notifications, is sent this much later.
+  /// Delay of each response, and of the notifications that are due at the same time.
   std::chrono::milliseconds delay{0};
-  /// Every n-th of them on a connection is not sent; 0 = none, 1 = all of them.
+  /// Every n-th of these on a connection is not sent; 0 = none, 1 = all of them.
   std::uint32_t drop_every = 0;
-  /// Every other one waits for twice the delay, so that the next one overtakes it.
+  /// Every other one waits for twice the delay, so that the next one overtakes it. Without delay it
+  /// has no effect.
   bool out_of_order = false;
-  /// They leave in segments of so many bytes; 0 = as they are.
+  /// Frames are sent in segments of this many bytes; 0 = unchanged.
   std::size_t segment = 0;
-  /// Each new connection is closed as soon as it is made.
+  /// The server closes each new connection at once.
   bool refuse_connections = false;
 };
 
-/// … before the first frame of Secure ADS.
+/// Faults before the first frame of Secure ADS.
 struct SecureFaults {
-  /// Before the server's part of the TLS handshake.
+  /// Delay before the server's part of the TLS handshake.
   std::chrono::milliseconds handshake_delay{0};
   bool close_after_handshake = false;
-  /// Each TlsConnectInfo is answered with this.
+  /// Response to each TlsConnectInfo.
   ConnectError answer = ConnectError::none;
-  /// … with 64 bytes that are none.
+  /// The response is 64 bytes that are not a TlsConnectInfo.
   bool garbage = false;
-  /// … with so many bytes less.
+  /// The response is this many bytes too short.
   std::size_t missing_bytes = 0;
-  /// A connection that comes sooner after the one before is closed before the handshake, and has
-  /// the next one wait as long.
+  /// A connection that comes sooner than this after the previous one is closed before the
+  /// handshake, and restarts the pause for the next one.
   std::chrono::milliseconds least_pause{0};
 };
 
-/// The answers of one connection on their way through its faults. Pure.
+/// The delayed responses of one connection. Pure.
 class FaultyLine {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
   void push(Bytes answer, const Faults& faults, Time now);
-  /// What is to be sent by now.
+  /// The bytes to send by now.
   Bytes take(Time now);
   [[nodiscard]] std::optional<Time> next_due() const;
-  /// Bytes on their way.
+  /// Bytes not sent yet.
   [[nodiscard]] std::size_t size() const { return size_; }
 
  private:

@@ -1,4 +1,4 @@
-// A Device that passes every request on to another one: the base of decorators, which override what
+// A Device that forwards every request to another one. Decorators derive from it and override what
 // they add.
 #pragma once
 

@@ -8,10 +8,10 @@
 namespace millrace::cnc::ads {
 namespace {
 
-/// Of the data's length in an AMS header.
+/// Offset of the data length in an AMS header.
 constexpr std::size_t data_length_offset = 20;
 
-// Router frames carry 0 to 8 bytes; a longer frame of a kind we do not know is no AMS/TCP at all.
+// Router frames carry 0 to 8 bytes. A longer frame of an unknown kind is not AMS/TCP.
 constexpr std::size_t max_router_frame = 32;
 
 Address read_address(ByteReader& in) {
@@ -30,7 +30,8 @@ tl::unexpected<ProtocolError> broken(std::string message) {
   return tl::make_unexpected(ProtocolError{std::move(message)});
 }
 
-/// As many bytes as an AMS header has are those of a frame of plain ADS: both its lengths agree.
+/// True if the bytes, as many as an AMS header has, begin a frame of plain ADS: its two lengths
+/// agree.
 bool begins_with_ams_tcp(BytesView bytes) {
   ByteReader in(bytes);
   const auto kind = in.u16();

@@ -1,4 +1,4 @@
-// Framing: bytes of a stream in, frames out, and the AMS header inside them.
+// Framing: splits the bytes of a stream into frames, and decodes the AMS header inside them.
 //
 //   FrameReader reader(max_frame, Framing::ams_tcp);
 //   reader.feed(received);
@@ -26,15 +26,15 @@ namespace millrace::cnc::ads {
 inline constexpr std::size_t frame_header_size = 6;
 inline constexpr std::size_t packet_header_size = 32;
 
-/// How frames stand in the bytes of a connection.
+/// How frames are delimited on a connection.
 enum class Framing : std::uint8_t {
-  /// Each behind the 6-byte AMS/TCP header: plain ADS.
+  /// Each frame follows a 6-byte AMS/TCP header: plain ADS.
   ams_tcp,
-  /// AMS headers and their data alone: Secure ADS. There are no frames of a router.
+  /// AMS headers and their data only: Secure ADS. There are no router frames.
   headerless,
 };
 
-/// What an AMS/TCP frame carries (its first 16 bits).
+/// The kind of an AMS/TCP frame (its first 16 bits).
 enum class FrameKind : std::uint16_t {
   ads = 0,
   port_close = 0x0001,
@@ -49,22 +49,24 @@ struct Frame {
   BytesView body;
 };
 
-/// Why the bytes of a peer cannot be understood, in words.
+/// Why the bytes of a peer cannot be decoded, as text.
 struct ProtocolError {
   std::string message;
 };
 
-/// Cuts a byte stream into frames. Its memory follows what has arrived, never what is announced.
+/// Splits a byte stream into frames. Allocates memory for the bytes received, never for the length
+/// announced.
 class FrameReader {
  public:
-  /// A frame announced with a body longer than `max_frame` bytes is an error.
+  /// A frame that announces a body longer than `max_frame` bytes is an error.
   explicit FrameReader(std::size_t max_frame, Framing framing = Framing::ams_tcp)
       : max_frame_(max_frame), framing_(framing) {}
 
   void feed(BytesView bytes);
-  /// The next whole frame, nothing if more bytes are needed, or why the stream is lost for good.
+  /// The next whole frame; nullopt if more bytes are needed; an error if the stream cannot be
+  /// decoded any further.
   tl::expected<std::optional<Frame>, ProtocolError> next();
-  /// Bytes fed but not yet handed out.
+  /// Bytes fed but not yet returned.
   [[nodiscard]] std::size_t pending() const { return buffer_.size() - consumed_; }
 
  private:
@@ -74,7 +76,7 @@ class FrameReader {
     std::size_t header = 0;
     std::size_t body = 0;
   };
-  /// What the bytes at hand say of the next frame; nothing if more are needed.
+  /// What the available bytes announce about the next frame; nullopt if more are needed.
   [[nodiscard]] std::optional<Announced> announced() const;
 
   std::size_t max_frame_;
@@ -104,7 +106,7 @@ inline constexpr std::uint16_t no_return = 0x0002;
 inline constexpr std::uint16_t ads_command = 0x0004;
 }  // namespace flags
 
-/// The AMS header without its data length, which is that of the data.
+/// The AMS header without its data length, which is the size of the data.
 struct Header {
   Address target;
   Address source;
@@ -112,7 +114,7 @@ struct Header {
   std::uint16_t flags = flags::ads_command;
   /// Set by routers (6, 7 …); then the data may be empty.
   ErrorCode error = ErrorCode::none;
-  /// Chosen by the requester, echoed in the response.
+  /// Chosen by the requester, repeated in the response.
   std::uint32_t invoke_id = 0;
 
   [[nodiscard]] bool is_response() const { return (flags & flags::response) != 0; }
@@ -125,18 +127,18 @@ struct Packet {
   BytesView data;
 };
 
-/// Fails if the header is cut short or its data length disagrees with the frame's.
+/// Fails if the header is truncated or its data length disagrees with the frame's.
 tl::expected<Packet, ProtocolError> decode_packet(BytesView body);
 
-/// A whole frame of kind ads, as Framing::ams_tcp has it.
+/// A whole frame of kind ads, in the format of Framing::ams_tcp.
 Bytes encode_packet(const Header& header, BytesView data);
 /// A whole frame of another kind.
 Bytes encode_frame(FrameKind kind, BytesView body);
 
-/// Appends whole frames, as encode_packet() makes them, to what is sent over a connection.
+/// Appends whole frames, as encode_packet() returns them, to the output of a connection.
 void append_frames(Bytes& output, BytesView frames, Framing framing);
 
-/// The header of the answer to `request`: addresses swapped, flags 5, same command and invoke id.
+/// The header of the response to `request`: addresses swapped, flags 5, same command and invoke id.
 Header response_header(const Header& request, ErrorCode error = ErrorCode::none);
 
 }  // namespace millrace::cnc::ads

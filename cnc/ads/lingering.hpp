@@ -1,5 +1,5 @@
-// Notifications of connections that are lost, which go on when a client of the same NetId connects
-// again: so a TwinCAT router treats them, as reports of clients tell (inferred).
+// Notifications of lost connections, which continue when a client of the same NetId connects again.
+// A TwinCAT router does so, by reports of clients (inferred).
 //
 //   lingering.keep(client, subscriptions.give_up());       // the connection is lost
 //   if (auto kept = lingering.take(client))                // its first frame on a new connection
@@ -16,8 +16,8 @@ namespace millrace::cnc::ads {
 
 class Lingering {
  public:
-  /// Of a client that has some already, only the new ones stay. Those of more than 100 clients are
-  /// forgotten (our choice).
+  /// Replaces earlier subscriptions of the client. While those of 100 clients are kept, those of a
+  /// further client are dropped (our choice).
   void keep(const NetId& client, Subscriptions::Kept kept) {
     if (!kept.subscriptions.empty() && (kept_.size() < most_clients || kept_.contains(client))) {
       kept_.insert_or_assign(client, std::move(kept));

@@ -15,11 +15,12 @@ namespace {
 namespace asio = boost::asio;
 using asio::ip::tcp;
 
-// Answers to a controller that asks but does not read; then we do not read from it either.
+// Limit of the output for a controller that sends requests but does not read; beyond it we do not
+// read from it either.
 constexpr std::size_t max_output = std::size_t{1} << 20U;
 
-// For a last word to be read. It takes a millisecond; a controller that stands still gets no more
-// than that of the time of others.
+// Time for the controller to read the last frames. It needs about a millisecond; a controller that
+// hangs blocks the others for no longer than this.
 constexpr std::chrono::milliseconds farewell{50};
 
 std::string address_of(const tcp::socket& socket) {
@@ -100,8 +101,8 @@ void Link::say_farewell(BytesView frames) {
   boost::system::error_code ignored;
   connection.shutdown(tcp::socket::shutdown_send, ignored);
   const int socket = connection.native_handle();
-  // A socket that is closed with something unread in it, or to which something comes afterwards,
-  // resets the connection, and what was sent may be lost with it: so until the other side closes.
+  // Closing a socket with unread data, or receiving data after that, resets the connection and may
+  // lose what was sent. So wait until the other side closes.
   const auto end = std::chrono::steady_clock::now() + farewell;
   std::array<std::uint8_t, chunk_size> unread{};
   for (auto left = farewell; left.count() > 0;

@@ -1,5 +1,5 @@
-// One connection of a client: frames in and out, until either side ends it. Why it ended is
-// told once; what the frames mean is decided elsewhere (Exchange).
+// One connection of a client: receives and sends frames until either side ends it. It reports the
+// reason of the end once; Exchange interprets the frames.
 #pragma once
 
 #include <functional>
@@ -17,14 +17,14 @@ namespace millrace::cnc::ads {
 struct LinkEnd {
   enum class Cause { closed_by_peer, broken_protocol, silent, closed_by_us };
   Cause cause = Cause::closed_by_us;
-  /// What the system or the codec says about it; what was not answered.
+  /// The error text of the system or of the codec, or the unanswered request.
   std::string detail;
 };
 
 struct LinkHandlers {
   std::function<void(const Packet&)> packet;
   std::function<void()> router_frame;
-  /// Once, as the last call; not after close().
+  /// Called once, as the last call; not after close().
   std::function<void(const LinkEnd&)> ended;
 };
 
@@ -35,13 +35,13 @@ class Link : public std::enable_shared_from_this<Link> {
 
   void start();
   void send(BytesView frames) { outbox_.push(frames); }
-  /// Before close(): hands the frames to the stream now, as far as it takes them, and waits for the
-  /// other side to have read them and to close, a few milliseconds, at most 50. Nothing is
-  /// sent if something else is still on its way out.
+  /// Call it before close(): passes the frames to the stream at once, as far as it accepts them.
+  /// Waits until the other side has read them and closes, a few milliseconds, at most 50. Sends
+  /// nothing if other output is still pending.
   void say_farewell(BytesView frames);
-  /// Ends it without a call of `ended`.
+  /// Ends the connection without a call of `ended`.
   void close() { end({LinkEnd::Cause::closed_by_us, {}}); }
-  /// Our address towards the controller.
+  /// Our local address of the connection.
   [[nodiscard]] const std::string& local_address() const { return local_address_; }
 
  private:

@@ -1,4 +1,4 @@
-// Why a client has no link, in words for the operator: what happened, and what to look at.
+// Explains to the operator why a client has no connection: what happened, and what to check.
 #pragma once
 
 #include "cnc/ads/client.hpp"
@@ -6,13 +6,13 @@
 
 namespace millrace::cnc::ads {
 
-/// An established link has ended.
+/// For the end of an established connection.
 LinkError explain_end(const ClientOptions& options, const LinkEnd& end);
-/// TCP connected, but the first request was not answered by a state: `answer` is what came of it,
-/// `end` how the connection ended if it did.
+/// For a TCP connection whose first request did not return a state: `answer` is its error, `end` is
+/// how the connection ended if it did.
 LinkError explain_no_state(const ClientOptions& options, ErrorCode answer, const LinkEnd& end,
                            const std::string& local_address);
-/// No TCP connection, for the reason that dial() gave.
+/// For a failed TCP connection, with the reason that dial() returned.
 LinkError explain_no_connection(const ClientOptions& options, const std::string& reason);
 
 }  // namespace millrace::cnc::ads

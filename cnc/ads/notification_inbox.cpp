@@ -13,7 +13,7 @@ void NotificationInbox::add(std::uint16_t port, const std::vector<std::uint32_t>
     }
   }
   --expected_;
-  // Others may still be expected, whose samples stay.
+  // Samples for other pending requests stay held.
   std::vector<Held> kept;
   for (Held& one : std::exchange(held_, {})) {
     if (const auto found = receivers_.find(one.handle); found != receivers_.end()) {

@@ -1,15 +1,16 @@
-// Who is told of which device notification: pure, the requests and the socket are outside.
+// Assigns device notifications to their receivers. Pure: the requests and the socket are outside.
 //
 //   NotificationInbox inbox;
 //   inbox.expect();                                   // a request that adds some is on its way
-//   …                                                 // samples may come before its answer is read
-//   auto held = inbox.add(552, handles, told);        // the answer: what came meanwhile
+//   …                                                 // samples may come before the response
+//   inbox.add(552, handles, told);                    // the response; passes on the samples so far
 //   inbox.receive(552, stamps);                       // → told(item, value)
-//   for (auto stranger : inbox.take_strangers()) …    // to be deleted at the controller, once
+//   for (auto stranger : inbox.take_strangers()) …    // delete them at the controller, once
 //
-// A handle belongs to an AMS port of the target. The first sample follows the answer to the request
-// that adds it so closely that it is often here before whoever asked goes on; and controllers are
-// reported to go on with notifications of a connection that is lost, under handles nobody knows.
+// A handle belongs to an AMS port of the target. The first sample follows the response to its
+// subscription so closely that it often arrives before the caller continues. Controllers are
+// reported to continue the notifications of a lost connection, under handles that the new one does
+// not know.
 #pragma once
 
 #include <cstdint>
@@ -24,18 +25,18 @@
 
 namespace millrace::cnc::ads {
 
-/// Is told a new value of the item of a subscription with this number. No value means that the
-/// handle is no longer valid (documented, IB/tc3_ads_intro): nothing more comes of it.
+/// Handler of new values of the item with this number in its subscription. An empty value means
+/// that the handle is no longer valid (documented, IB/tc3_ads_intro): no further sample follows.
 using Told = std::function<void(std::size_t item, BytesView value)>;
 
 class NotificationInbox {
  public:
-  /// Until the next add() samples of unknown handles are held, not strangers.
+  /// Until the next add(), samples of unknown handles are held and are not strangers.
   void expect() { ++expected_; }
-  /// The request is answered: handle i is that of item i, 0 of one that was refused. Hands out what
-  /// came before.
+  /// The request has its response: handle i belongs to item i; 0 marks an item that was refused.
+  /// Passes on the samples that were held.
   void add(std::uint16_t port, const std::vector<std::uint32_t>& handles, const Told& told);
-  /// They are told nothing any more. What still comes is no stranger.
+  /// Ends the calls for these handles. Samples that still come for them are not strangers.
   void remove(std::uint16_t port, const std::vector<std::uint32_t>& handles);
   void receive(std::uint16_t port, const std::vector<Stamp>& stamps);
 
@@ -44,9 +45,9 @@ class NotificationInbox {
     std::uint32_t number = 0;
     auto operator<=>(const Handle&) const = default;
   };
-  /// Handles that came unasked since the last call; each is named once.
+  /// Unknown handles whose samples came since the last call; each handle is returned once.
   std::vector<Handle> take_strangers() { return std::exchange(strangers_, {}); }
-  /// The link is gone, and all handles with it.
+  /// The connection is lost, and all handles with it.
   void clear();
 
  private:
@@ -58,11 +59,11 @@ class NotificationInbox {
     Handle handle;
     Bytes value;
   };
-  /// Of held samples, and of handles that are remembered as no ours: a controller that floods us
-  /// fills no memory. What is held beyond it is lost, as ADS may lose it anyway.
+  /// Limit of held samples, and of known foreign handles: a flood of samples cannot exhaust the
+  /// memory. Samples beyond it are lost, as ADS may lose them anyway.
   static constexpr std::size_t most = 4096;
 
-  /// Whoever is told may end the client, and this with it.
+  /// The handler may destroy the client, and this object with it.
   static void tell(const Receiver& receiver, BytesView value) {
     const Receiver kept = receiver;
     (*kept.told)(kept.item, value);
@@ -72,7 +73,7 @@ class NotificationInbox {
   std::map<Handle, Receiver> receivers_;
   std::vector<Held> held_;
   std::size_t expected_ = 0;
-  /// Strangers that were named, and handles that were ours.
+  /// Strangers that were returned, and handles that we have removed.
   std::set<Handle> known_strangers_;
   std::vector<Handle> strangers_;
 };

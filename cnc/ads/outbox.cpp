@@ -13,7 +13,8 @@ using boost::system::error_code;
 
 }  // namespace
 
-// A timer that never runs out serves as condition variable: cancel_one() wakes who waits for it.
+// A timer that never expires serves as condition variable: cancel_one() wakes the coroutine that
+// waits for it.
 Outbox::Outbox(Transport& transport, std::size_t capacity)
     : transport_(transport),
       capacity_(capacity),

@@ -1,4 +1,4 @@
-// Frames on their way into a stream: pushed from anywhere on its executor, written by one
+// Output queue of a stream: frames are pushed from anywhere on its executor and written by one
 // coroutine.
 //
 //   Outbox outbox(transport, 1 << 20);
@@ -18,29 +18,30 @@
 
 namespace millrace::cnc::ads {
 
-/// What is read from a stream at once, in bytes.
+/// The most bytes of one read from a stream.
 inline constexpr std::size_t chunk_size = 16384;
 
 /// Not thread-safe; must outlive run().
 class Outbox {
  public:
-  /// `capacity` is what room() holds it to; a push is never refused.
+  /// `capacity`, in bytes, is the limit for room(); push() is never refused.
   Outbox(Transport& transport, std::size_t capacity);
 
-  /// Whole frames, as encode_packet() makes them. What is pushed together leaves in as few segments
-  /// as possible.
+  /// Takes whole frames, as encode_packet() returns them. Frames that are pushed together are sent
+  /// in as few segments as possible.
   void push(BytesView frames);
-  /// From now on writes at most so many bytes at once.
+  /// Limits each further write to this many bytes.
   void set_segment(std::size_t size) { segment_ = size; }
-  /// Bytes pushed and not yet taken by the stream.
+  /// Bytes pushed and not yet accepted by the stream.
   [[nodiscard]] std::size_t size() const { return waiting_.size() + writing_.size(); }
-  /// When the stream last took some of it; the clock's beginning if it never has.
+  /// When the stream last accepted bytes; the clock's epoch if it never has.
   [[nodiscard]] std::chrono::steady_clock::time_point last_taken() const { return last_taken_; }
-  /// Writes what is pushed, until the stream fails or stop() is called; what the stream said.
+  /// Writes pushed frames until the stream fails or stop() is called. Returns the error of the
+  /// stream.
   boost::asio::awaitable<boost::system::error_code> run();
   /// Returns when size() is within the capacity or the outbox has stopped.
   boost::asio::awaitable<void> room();
-  /// Returns when all that was pushed is with the stream or the outbox has stopped.
+  /// Returns when the stream has accepted all pushed bytes or the outbox has stopped.
   boost::asio::awaitable<void> drained();
   void stop();
   [[nodiscard]] bool stopped() const { return stopped_; }

@@ -1,4 +1,4 @@
-// The payloads of ADS requests, both ways: what a client encodes and a server decodes.
+// The payloads of ADS requests: a client encodes them, a server decodes them.
 //
 //   auto payload = encode(ReadWriteRequest{{0x122301, 0x48}, 256, name});
 //   auto request = decode_request(packet.header.command, packet.data);
@@ -20,7 +20,7 @@ struct StateRequest {};
 
 struct ReadRequest {
   Index index;
-  /// At most this many bytes; some clients send 0xFFFFFFFF.
+  /// The most bytes of the response; some clients send 0xFFFFFFFF.
   std::uint32_t length = 0;
 };
 
@@ -50,7 +50,7 @@ struct AddNotificationRequest {
   Transmission mode = Transmission::on_change;
   /// How long samples may be collected before they are sent, in 100 ns; 0 = at once.
   std::uint32_t max_delay = 0;
-  /// How often the value is sampled, in 100 ns; 0 = in every cycle of the task.
+  /// The sample period, in 100 ns; 0 = every cycle of the task.
   std::uint32_t cycle = 0;
 };
 
@@ -62,8 +62,8 @@ using Request =
     std::variant<InfoRequest, StateRequest, ReadRequest, WriteRequest, WriteControlRequest,
                  ReadWriteRequest, AddNotificationRequest, DeleteNotificationRequest>;
 
-/// invalid_size for a payload whose lengths do not fit, service_not_supported for a command that is
-/// no request.
+/// Fails with invalid_size for a payload whose lengths do not fit, and with service_not_supported
+/// for a command that is not a request.
 Result<Request> decode_request(Command command, BytesView payload);
 
 Bytes encode(const ReadRequest& request);
@@ -72,10 +72,10 @@ Bytes encode(const WriteControlRequest& request);
 Bytes encode(const ReadWriteRequest& request);
 Bytes encode(const AddNotificationRequest& request);
 Bytes encode(const DeleteNotificationRequest& request);
-/// The items of a sum that adds notifications.
+/// The items of a sum request that adds notifications.
 Bytes encode(const std::vector<AddNotificationRequest>& requests);
 
-/// The 40 bytes of one AddDeviceNotification request, which also stand in sum requests.
+/// Reads the 40 bytes of one AddDeviceNotification request, which sum requests contain too.
 AddNotificationRequest parse_add_notification(ByteReader& in);
 
 }  // namespace millrace::cnc::ads

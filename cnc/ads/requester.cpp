@@ -18,8 +18,8 @@ using base::loop::quietly;
 
 }  // namespace
 
-// A coroutine that waits for the answer to a request. The timer runs out at its deadline and is
-// cancelled by the answer.
+// A coroutine that waits for the response to a request. The timer expires at its deadline; the
+// response cancels it.
 struct Requester::Waiter {
   asio::steady_timer timer;
   std::optional<Result<Bytes>> answer;
@@ -31,8 +31,8 @@ struct Requester::Waiter {
   }
 };
 
-// A waiter's entry in the table, for as long as the coroutine is in its request; also if the
-// coroutine is destroyed while it waits.
+// The table entry of a waiter while its coroutine is in the request, also if the coroutine is
+// destroyed while it waits.
 class Requester::Place {
  public:
   Place(Requester& requester, Exchange::Id id, Waiter& waiter) : requester_(requester), id_(id) {

@@ -1,10 +1,10 @@
-// The requests of a client over its links, one link after the other: a coroutine asks, waits, and
-// gets the answer, the timeout or the end of the link, whichever comes first.
+// The requests of a client over its connections, one connection after the other. A coroutine sends
+// a request and gets the response, the timeout or the end of the connection, whichever comes first.
 //
 //   requester->open(std::move(transport));
 //   auto payload = co_await Requester::request(requester, 552, Command::read_state, Bytes());
 //
-// Whom an answer belongs to is decided by Exchange; the bytes are moved by Link.
+// Exchange assigns responses to requests; Link moves the bytes.
 #pragma once
 
 #include <functional>
@@ -17,37 +17,38 @@
 
 namespace millrace::cnc::ads {
 
-/// Not thread-safe. Kept alive by the requests under way.
+/// Not thread-safe. Pending requests keep it alive.
 class Requester : public std::enable_shared_from_this<Requester> {
  public:
   Requester(boost::asio::any_io_executor executor, const ClientOptions& options);
 
-  /// Begins a link over what is connected; there must be none.
+  /// Begins a connection over this transport; none may be open.
   void open(Transport transport);
-  /// Ends the link: what is pending ends with link_lost, now and not when its time is up.
+  /// Ends the connection: pending requests end with link_lost at once, not at their timeout.
   void close();
-  /// A request that goes out before close(), if the socket takes it at once. Its answer is not
-  /// awaited.
+  /// A request that is sent before close(), if the socket accepts it at once. Its response is
+  /// ignored.
   struct Farewell {
     std::uint16_t port = 0;
     Command command{};
     Bytes payload;
   };
-  /// close(), after these.
+  /// Sends these requests, then calls close().
   void leave(const std::vector<Farewell>& farewells);
   [[nodiscard]] const boost::asio::any_io_executor& executor() const { return executor_; }
   [[nodiscard]] bool is_open() const { return link_ != nullptr; }
-  /// Our address towards the controller.
+  /// Our local address of the connection.
   [[nodiscard]] const std::string& local_address() const { return link_->local_address(); }
-  /// Called when a link has ended, but not by close(), after the pending requests have.
+  /// Sets the handler for the end of a connection. It is called after the pending requests have
+  /// ended, and not for close().
   void on_end(std::function<void(const LinkEnd&)> handler) { ended_ = std::move(handler); }
 
-  /// Called with each device notification.
+  /// Sets the handler of device notifications.
   void on_notification(std::function<void(const Packet&)> handler) {
     notified_ = std::move(handler);
   }
 
-  /// The payload of the response, or the error of its AMS header or of our own.
+  /// The payload of the response, the error of its AMS header, or one of our own errors.
   static boost::asio::awaitable<Result<Bytes>> request(std::shared_ptr<Requester> self,
                                                        std::uint16_t port, Command command,
                                                        Bytes payload);

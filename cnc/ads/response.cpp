@@ -20,7 +20,7 @@ tl::unexpected<ErrorCode> protocol_error() {
   return tl::make_unexpected(ErrorCode::protocol_error);
 }
 
-// The result in front of every response; the error it tells, if it tells one.
+// Reads the result in front of every response; fails with its error code if it has one.
 Result<ByteReader> open(BytesView payload) {
   ByteReader in(payload);
   const auto code = from_wire(in.u32());

@@ -25,7 +25,7 @@ ConnectError admit(const ConnectInfo& request, const TlsClient& client,
     return ConnectError::version;
   }
   if (client.fingerprint.empty()) {
-    return ConnectError::none;  // the key has said it all
+    return ConnectError::none;  // the pre-shared key identifies the client
   }
   if (security.shared_ca) {
     const bool right = security.shared_ca->ignore_common_name ||

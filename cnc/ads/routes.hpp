@@ -1,5 +1,5 @@
-// The clients that a server knows, as the route file of a TwinCAT has them, and what it says to one
-// that has shaken hands. Pure.
+// The clients that a server knows, like the route file of a TwinCAT, and the response to a client
+// after its TLS handshake. Pure.
 //
 //   Routes routes;
 //   const auto error = admit(request, peer, security, routes);
@@ -17,19 +17,19 @@ namespace millrace::cnc::ads {
 
 struct Route {
   NetId net_id;
-  /// Of the client's certificate; empty for one of plain ADS.
+  /// Fingerprint of the client's certificate; empty for a client of plain ADS.
   std::string fingerprint;
   bool operator==(const Route&) const = default;
 };
 
 class Routes {
  public:
-  /// Replaces what is known of the NetId. Those of more than 1000 are not kept (our choice).
+  /// Replaces the route of this NetId. Beyond 1000 routes, new ones are not stored (our choice).
   void add(const Route& route);
-  /// Called after each add().
+  /// Sets the handler that is called after each add().
   void on_added(std::function<void(const Route&)> handler) { added_ = std::move(handler); }
   [[nodiscard]] const std::vector<Route>& all() const { return routes_; }
-  /// With that fingerprint.
+  /// True if a route with this NetId and fingerprint is stored.
   [[nodiscard]] bool knows(const Route& route) const;
 
  private:
@@ -37,17 +37,17 @@ class Routes {
   std::function<void(const Route&)> added_ = [](const Route&) {};
 };
 
-/// What TLS says of a client.
+/// What TLS knows about a client.
 struct TlsClient {
-  /// Of its certificate; empty if it has a pre-shared key.
+  /// Fingerprint of its certificate; empty if it has a pre-shared key.
   std::string fingerprint;
   std::string common_name{};
   /// Its IP address.
   std::string address{};
 };
 
-/// What the TlsConnectInfo of a client gets for an answer. One that asks for a route, and may, is
-/// known afterwards.
+/// The response to the TlsConnectInfo of a client. Stores a route if the client requests one and is
+/// authorized to.
 ConnectError admit(const ConnectInfo& request, const TlsClient& client,
                    const ServerSecurity& security, Routes& routes);
 

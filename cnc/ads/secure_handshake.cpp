@@ -19,7 +19,7 @@ namespace asio = boost::asio;
 using base::loop::quietly;
 using boost::system::error_code;
 
-/// Closes a stream when its time is up, unless it is destroyed before.
+/// Closes a stream at the end of its time, unless it is destroyed before.
 class Deadline {
  public:
   Deadline(Stream& stream, std::chrono::milliseconds time)
@@ -64,7 +64,7 @@ asio::awaitable<error_code> write_all(Stream& stream, Bytes bytes) {
   co_return error_code{};
 }
 
-/// Fills the buffer.
+/// Reads until the buffer is full.
 asio::awaitable<error_code> read_all(Stream& stream, asio::mutable_buffer rest) {
   while (rest.size() > 0) {
     const auto [error, size] = co_await stream.read_some(rest);
@@ -170,7 +170,7 @@ std::string words_of(ConnectError error) {
   }
 }
 
-/// What its answer to our TlsConnectInfo means; empty if frames may follow.
+/// Why the controller refused our TlsConnectInfo; empty if frames may follow.
 std::string why_refused(BytesView bytes) {
   const auto answer = decode_connect_info(bytes);
   const bool right = answer && (answer->flags & connect_flags::response) != 0;
@@ -190,7 +190,7 @@ ConnectInfo request_of(const SecureHello& hello) {
     request.flags = connect_flags::self_signed;
   }
   if (hello.add_route) {
-    // A route to our address, so that no name needs to be resolved over there.
+    // A route to our IP address, so that the controller need not resolve a name.
     request.flags |=
         connect_flags::add_route | connect_flags::ip_address | connect_flags::ignore_common_name;
     request.user = hello.add_route->user;
@@ -199,7 +199,7 @@ ConnectInfo request_of(const SecureHello& hello) {
   return request;
 }
 
-/// The steps of a client behind the TCP connection; empty if all went well.
+/// The steps of a client after the TCP connection; returns an empty text on success.
 asio::awaitable<std::string> say_hello(TlsStream& stream, const SecureHello& hello) {
   const Deadline deadline(stream, hello.timeout);
   auto error = co_await stream.handshake();
@@ -275,7 +275,7 @@ asio::awaitable<tl::expected<ConnectInfo, std::string>> receive_hello(Stream& st
   co_return *info;
 }
 
-/// The steps of a server behind the TCP connection.
+/// The steps of a server after the TCP connection.
 asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream,
                                                                const SecureWelcome& welcome) {
   using Refused = tl::unexpected<std::string>;
@@ -307,7 +307,7 @@ asio::awaitable<tl::expected<NetId, std::string>> answer_hello(TlsStream& stream
     co_return Refused(error.message());
   }
   if (!said) {
-    std::uint8_t more = 0;  // a client that waits for the rest
+    std::uint8_t more = 0;  // the client waits for the missing bytes
     const auto buffer = asio::buffer(&more, 1);
     co_await read_all(stream, buffer);
     co_return Refused("answered with what is no TlsConnectInfo (fault)");

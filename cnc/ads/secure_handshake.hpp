@@ -1,8 +1,8 @@
-// The first steps of a Secure ADS connection, of both sides: TLS, then a TlsConnectInfo each way.
-// All of it within a time limit; no frame is read before the other side is known.
+// The first steps of a Secure ADS connection, for both sides: TLS, then a TlsConnectInfo each way.
+// A time limit applies to all of them; no frame is read before the other side is identified.
 //
 //   auto transport = co_await connect_securely(std::move(socket), {.security = psk, …});
-//   if (!transport) …                          // transport.error() says why
+//   if (!transport) …                          // transport.error() is the reason
 #pragma once
 
 #include <chrono>
@@ -20,7 +20,7 @@
 
 namespace millrace::cnc::ads {
 
-/// Who may add a route at a controller: an administrator of it. In CP1252.
+/// An administrator of the controller, who may add routes there. In CP1252.
 struct RouteOwner {
   std::string user;
   std::string password;
@@ -28,28 +28,29 @@ struct RouteOwner {
 
 struct SecureHello {
   Security security;
-  /// Our own.
+  /// Our NetId.
   NetId source;
   std::chrono::milliseconds timeout{};
-  /// Asks the controller to keep a route to us, with our fingerprint; otherwise it has to know us.
+  /// Asks the controller to store a route to us, with our fingerprint. Without it the controller
+  /// must know us already.
   std::optional<RouteOwner> add_route{};
 };
 
-/// What carries frames, or why there is nothing, in words that go behind the name of the host.
-/// `opened` is called first, with the connection, which may be closed meanwhile.
+/// The transport of frames, or the reason of the failure, as text that follows the name of the
+/// host. `opened` is called first, with the connection, which may be closed during the handshake.
 boost::asio::awaitable<tl::expected<Transport, std::string>> connect_securely(
     Stream::Socket socket, SecureHello hello, std::function<void(std::weak_ptr<Stream>)> opened);
 
 /// Reads the fingerprint of a controller's certificate without trusting it: the connection ends
-/// before anything is sent. The error says why there is none.
+/// before any data is sent. On failure, the error is the reason.
 boost::asio::awaitable<tl::expected<std::string, std::string>> ask_fingerprint(
     Stream::Socket socket, SelfSigned shown, std::chrono::milliseconds timeout);
 
 struct SecureWelcome {
   TlsContext context;
-  /// The answer to a client.
+  /// Decides the response to a client.
   std::function<ConnectError(const ConnectInfo&, const TlsPeer&)> admit;
-  /// Our own.
+  /// Our NetId.
   NetId source;
   std::chrono::milliseconds timeout{};
   SecureFaults faults{};
@@ -57,11 +58,11 @@ struct SecureWelcome {
 
 struct Welcomed {
   Transport transport;
-  /// The peer's.
+  /// The NetId of the peer.
   NetId client;
 };
 
-/// A client and what carries its frames, or why it was refused, in words for the log.
+/// A client and the transport of its frames, or the reason of the refusal, as text for the log.
 boost::asio::awaitable<tl::expected<Welcomed, std::string>> welcome_securely(Stream::Socket socket,
                                                                              SecureWelcome welcome);
 

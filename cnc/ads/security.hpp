@@ -1,4 +1,4 @@
-// How the two ends of a Secure ADS connection know each other.
+// How the two ends of a Secure ADS connection authenticate each other.
 #pragma once
 
 #include <cstdint>
@@ -11,41 +11,40 @@ namespace millrace::cnc::ads {
 /// TCP port of Secure ADS (documented, IB/tc3_grundlagen "Secure ADS").
 inline constexpr std::uint16_t secure_port = 8016;
 
-/// A pre-shared key: TwinCAT makes one of an identity, in which capitals do not count, and a
-/// password.
+/// A pre-shared key, which TwinCAT derives from an identity (case-insensitive) and a password.
 struct Psk {
   std::string identity;
   std::string password;
   bool operator==(const Psk&) const = default;
 };
 
-/// Each side has a certificate that it has signed itself; the other side knows its fingerprint,
-/// which is all that counts: neither dates nor names do.
+/// Each side has a self-signed certificate whose fingerprint the other side knows. Only the
+/// fingerprint is checked, neither dates nor names.
 struct SelfSigned {
   /// In PEM, of an RSA key.
   std::string certificate;
   std::string key;
-  /// Of the controller's certificate: SHA-256, "AB:CD:…".
+  /// SHA-256 fingerprint of the controller's certificate, "AB:CD:…".
   std::string fingerprint;
   bool operator==(const SelfSigned&) const = default;
 };
 
-/// Both sides have certificates that one authority has signed.
+/// Both sides have certificates that one CA has signed.
 struct SharedCa {
-  /// In PEM: the authority; our certificate, perhaps with others that lead to the authority; the
-  /// RSA key of it.
+  /// In PEM: the CA; our certificate, optionally with intermediate certificates up to the CA; its
+  /// RSA key.
   std::string ca;
   std::string certificate;
   std::string key;
-  /// Of the controller's certificate; capitals do not count.
+  /// Common name of the controller's certificate, case-insensitive.
   std::string common_name;
   bool operator==(const SharedCa&) const = default;
 };
 
-/// What a client shows, and what it expects.
+/// The credentials of a client, and what it expects of the controller.
 using Security = std::variant<Psk, SelfSigned, SharedCa>;
 
-/// The certificate of a server, and who may add his own to those that it knows.
+/// The certificate of a server, and the user who may add a client's certificate to the known ones.
 struct ServerSelfSigned {
   /// In PEM, of an RSA key.
   std::string certificate;
@@ -55,18 +54,18 @@ struct ServerSelfSigned {
   std::string password;
 };
 
-/// The certificate of a server, and of whom those of its clients have to be. Their common names are
+/// The certificate of a server, and the CA of its clients' certificates. Their common names are
 /// those of their hosts, or their addresses.
 struct ServerSharedCa {
   /// In PEM, as in SharedCa.
   std::string ca;
   std::string certificate;
   std::string key;
-  /// Common names may be any.
+  /// Accepts any common name.
   bool ignore_common_name = false;
 };
 
-/// What a server shows and expects; certificates of one kind alone.
+/// The credentials of a server and what it expects of clients; certificates of one kind only.
 struct ServerSecurity {
   std::optional<Psk> psk{};
   std::optional<ServerSelfSigned> self_signed{};

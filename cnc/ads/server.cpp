@@ -21,7 +21,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using namespace std::chrono_literals;
 
-/// Of the lines about connections that are too many, so that they fill no log.
+/// Pause between log lines about excess connections, so that they do not fill the log.
 constexpr auto refusal_pause = 10s;
 
 std::optional<TlsContext> tls_context(const ServerOptions& options) {
@@ -79,11 +79,11 @@ struct Server::Impl : std::enable_shared_from_this<Impl> {
   tcp::acceptor acceptor;
   std::uint16_t tcp_port;
   Connections connections;
-  /// For the fault that limits their rate: when the last one of Secure ADS came.
+  /// For the fault that limits their rate: when the last Secure ADS connection came.
   std::optional<std::chrono::steady_clock::time_point> last_secure;
-  /// Connections of Secure ADS before their first frame.
+  /// Secure ADS connections before their first frame.
   std::size_t welcoming = 0;
-  /// Since the last line about one.
+  /// Refused connections since the last log line about one.
   std::size_t refused = 0;
   std::chrono::steady_clock::time_point next_refusal_line{};
   Lingering lingering;
@@ -101,7 +101,7 @@ void Server::Impl::admit(tcp::socket socket) {
 SessionOptions Server::Impl::plain_session() const {
   SessionOptions session = options.session;
   if (options.routes) {
-    session.routes.push_back(session.net_id);  // an empty list would let everybody in
+    session.routes.push_back(session.net_id);  // an empty list would admit all clients
     for (const Route& route : options.routes->all()) {
       session.routes.push_back(route.net_id);
     }
@@ -138,7 +138,7 @@ asio::awaitable<void> Server::Impl::welcome(std::shared_ptr<Impl> self, tcp::soc
                     welcomed.error());
     co_return;
   }
-  // A client of Secure ADS speaks for itself alone.
+  // A client of Secure ADS may send only from its own NetId.
   SessionOptions session = self->options.session;
   session.routes = {welcomed->client};
   self->admit(std::move(welcomed->transport), session);
@@ -170,7 +170,7 @@ bool Server::Impl::comes_too_soon() {
   return before && now - *before < options.secure_faults.least_pause;
 }
 
-// One that is closed stays in the list until its coroutines have ended.
+// A closed connection stays in the list until its coroutines have ended.
 bool Server::Impl::full() const {
   const auto open =
       std::ranges::count_if(connections, [](const auto& one) { return !one->closed(); });
@@ -196,7 +196,7 @@ asio::awaitable<void> Server::Impl::serve(std::shared_ptr<Impl> self, Connection
   self->connections.erase(place);
 }
 
-/// Ends the wait when everything has left.
+/// Ends the wait when all output is sent.
 asio::awaitable<void> Server::Impl::drain(std::shared_ptr<Impl> self,
                                           std::shared_ptr<asio::steady_timer> over) {
   const auto there = self->connections;

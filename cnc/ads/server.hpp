@@ -4,9 +4,9 @@
 //   ready(fmt::format("on 127.0.0.1:{}", server.tcp_port()));
 //   io.run();
 //
-// A peer that breaks the protocol loses its connection, with a line in the log; the others notice
-// nothing. A peer that does not read its answers is not read from either, so that memory is
-// bounded; there are so many connections at most, and who leaves his unused gives it back.
+// The server closes the connection of a peer that violates the protocol, with a log line; other
+// connections are not affected. It stops reading from a peer that does not read its responses, so
+// that memory is bounded. It limits the number of connections and closes idle ones.
 #pragma once
 
 #include <chrono>
@@ -31,55 +31,53 @@ struct ServerOptions {
   /// 0 = any free port.
   std::uint16_t tcp_port = 48898;
   SessionOptions session{};
-  /// A frame announced longer than this closes its connection.
+  /// In bytes. A frame that announces a longer body closes its connection.
   std::size_t max_frame = std::size_t{4} << 20U;
-  /// A connection with more unread output than this is not read from.
+  /// In bytes. A connection with more unsent output than this is not read from.
   std::size_t max_output = std::size_t{1} << 20U;
-  /// One more is closed as soon as it is made, with a line in the log.
+  /// A further connection is closed at once; the log has a line about them at most every 10 s.
   std::size_t max_connections = 250;
-  /// A connection over which no byte has gone for so long is closed, with a line in the log, unless
-  /// its client waits for us: for notifications or an answer that is late. 0 = none is.
+  /// A connection without any byte sent or received for this long is closed, with a log line,
+  /// unless its client waits for us: for notifications or a delayed response. 0 = never.
   std::chrono::milliseconds idle_time = std::chrono::minutes(10);
-  /// A new connection closes the older ones from the same IP address, as a TwinCAT router does it
-  /// (inferred from many reports): two clients on one host then throw each other out.
+  /// A new connection closes the older ones from the same IP address, as a TwinCAT router does
+  /// (inferred from many reports): two clients on one host then disconnect each other.
   bool one_connection_per_address = false;
-  /// Notifications of a lost connection go on when a client of the same NetId connects again, as
+  /// Notifications of a lost connection continue when a client of the same NetId connects again, as
   /// they do with a TwinCAT router (inferred from reports).
   bool notifications_survive = false;
   Faults faults{};
-  /// Secure ADS only; otherwise plain ADS only.
+  /// Secure ADS only; without a value, plain ADS only.
   std::optional<ServerSecurity> security{};
-  /// The clients that are known, and those to come. Without it Secure ADS knows no certificate;
-  /// plain ADS then goes by session.routes alone.
+  /// The known clients; clients may be added later. Without it Secure ADS begins without a known
+  /// certificate, and plain ADS uses session.routes only.
   std::shared_ptr<Routes> routes{};
-  /// How long TLS and TlsConnectInfo may take together.
+  /// Timeout of TLS and TlsConnectInfo together.
   std::chrono::milliseconds handshake_timeout{10'000};
   SecureFaults secure_faults{};
 };
 
-/// Everything, the calls of the Device included, runs on the one executor it was given; not
-/// thread-safe.
+/// Runs on the one executor that it was given, including the calls of the Device; not thread-safe.
 class Server {
  public:
-  /// Throws std::runtime_error with the reason if it cannot listen, or has no use for a key or
-  /// certificate. The device must outlive the
-  /// server.
+  /// Throws std::runtime_error with the reason if it cannot listen, or if a key or certificate is
+  /// unusable. The device must outlive the server.
   Server(const boost::asio::any_io_executor& executor, Device& device, ServerOptions options,
          base::program::Log log);
-  /// Stops.
+  /// Calls stop().
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// The port it listens on.
+  /// The port on which it listens.
   [[nodiscard]] std::uint16_t tcp_port() const;
   [[nodiscard]] std::size_t connections() const;
-  /// Changes what goes wrong from now on, also for the connections that exist.
+  /// Changes the faults from now on, also for existing connections.
   void set_faults(const Faults& faults);
-  /// Calls `done` once all that was answered until now has left, with true; with false if that has
-  /// not happened within `limit`. Never from within this function, and not after stop().
+  /// Calls `done` with true once all responses so far are sent, or with false if that takes longer
+  /// than `limit`. Never from within this function, and not after stop().
   void drain(std::chrono::milliseconds limit, std::function<void(bool)> done);
-  /// Closes the listening socket and all connections; the device is not called any more.
+  /// Closes the listening socket and all connections. The device is not called afterwards.
   void stop();
 
  private:

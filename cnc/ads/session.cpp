@@ -12,9 +12,9 @@
 namespace millrace::cnc::ads {
 namespace {
 
-/// Items of a sum that are done before others have their turn: 0.1 ms or so.
+/// Items of a sum that are executed before other connections have their turn: about 0.1 ms.
 constexpr std::size_t slice = 500;
-/// In bytes; one of fewer is done at once.
+/// In bytes; a smaller sum is executed at once.
 constexpr std::size_t large_sum = slice * 12;
 
 Bytes without_data(const Header& request, ErrorCode error) {
@@ -41,7 +41,7 @@ tl::expected<Bytes, ProtocolError> Session::react_to_ads(BytesView body, Moment 
   }
   const auto& header = packet->header;
   if (header.is_response()) {
-    return Bytes{};  // we ask nothing, so nobody has anything to answer
+    return Bytes{};  // we send no requests, so there is nothing to match
   }
   if (!has_route_to(header.source.net_id)) {
     return close(fmt::format("no route to NetId {}", header.source.net_id.to_string()));
@@ -82,7 +82,7 @@ tl::expected<Bytes, ProtocolError> Session::react_to_foreign_target(const Header
   return without_data(header, ErrorCode::target_machine_not_found);
 }
 
-// A client that has registered a port with us carries our own NetId.
+// A client that has registered a port with us uses our own NetId.
 bool Session::has_route_to(const NetId& client) const {
   return options_.routes.empty() || client == options_.net_id ||
          std::ranges::count(options_.routes, client) > 0;
@@ -137,7 +137,7 @@ Bytes Session::go_on() {
   return encode_packet(response_header(done.request), encode_data(done.sum.take()));
 }
 
-// Clients that expect a router register a port first; without an answer they give up.
+// Clients that expect a router register a port first; without a response they disconnect.
 Bytes Session::react_to_router(const Frame& frame) {
   ByteReader in(frame.body);
   ByteWriter out;

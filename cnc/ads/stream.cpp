@@ -33,7 +33,7 @@ class PlainStream final : public Stream {
 }  // namespace
 
 std::unique_ptr<Stream> plain_stream(Stream::Socket socket) {
-  boost::system::error_code ignored;  // a socket already closed shows in the first read
+  boost::system::error_code ignored;  // the first read reports a closed socket
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
   return std::make_unique<PlainStream>(std::move(socket));
 }

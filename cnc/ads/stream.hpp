@@ -1,4 +1,4 @@
-// The bytes of a connection, whatever carries them; what they mean is Framing's.
+// The byte stream of a connection, independent of its transport; Framing interprets the bytes.
 //
 //   const auto stream = plain_stream(std::move(socket));
 //   const auto [error, size] = co_await stream->read_some(asio::buffer(chunk));
@@ -17,28 +17,28 @@
 
 namespace millrace::cnc::ads {
 
-/// Not thread-safe. One read and one write may be pending at once; both end when it is closed, and
-/// it must outlive them.
+/// Not thread-safe. One read and one write may be pending at once; both end when the stream is
+/// closed, and it must outlive them.
 class Stream {
  public:
   using Socket = boost::asio::ip::tcp::socket;
-  /// What went wrong, and how many bytes were moved.
+  /// The error, and the number of bytes moved.
   using Moved = std::tuple<boost::system::error_code, std::size_t>;
 
   virtual ~Stream() = default;
 
   virtual boost::asio::awaitable<Moved> read_some(boost::asio::mutable_buffer buffer) = 0;
   virtual boost::asio::awaitable<Moved> write_some(boost::asio::const_buffer bytes) = 0;
-  /// As much as the socket takes without waiting; no write may be pending.
+  /// Sends as much as the socket accepts without waiting; no write may be pending.
   virtual void send_now(BytesView bytes) = 0;
-  /// The connection underneath.
+  /// The underlying connection.
   virtual Socket& socket() = 0;
 };
 
-/// Sets TCP_NODELAY: a fast answer must not wait for a slow one.
+/// Sets TCP_NODELAY: a fast response must not wait for a slow one.
 std::unique_ptr<Stream> plain_stream(Stream::Socket socket);
 
-/// What frames travel over.
+/// A stream and its framing.
 struct Transport {
   std::shared_ptr<Stream> stream;
   Framing framing = Framing::ams_tcp;

@@ -60,7 +60,7 @@ Result<void> Subscriptions::remove(std::uint32_t handle) {
 }
 
 std::size_t Subscriptions::room_of(const CollectedSample& sample) {
-  // Of a small value its place in the lists is the most.
+  // A small value needs most of its memory for its place in the lists.
   constexpr std::size_t overhead = sizeof(CollectedSample) + 32;
   return overhead + sample.data.size();
 }
@@ -135,11 +135,11 @@ std::optional<Subscriptions::Time> Subscriptions::next_due() const {
 void Subscriptions::sample(std::uint32_t handle, Subscription& subscription, Moment now) {
   const auto& request = subscription.request;
   auto value = device_.read(subscription.route.from.port, request.index, request.length);
-  // Where it is late, what was missed is gone.
+  // After a delay, the missed samples are skipped.
   subscription.next_sample = next_moment(subscription, now.steady);
   const bool first = !std::exchange(subscription.sampled, true);
   if (!value) {
-    // A sample without data says that the handle is no longer valid, once (documented).
+    // A sample without data, sent once, means that the handle is no longer valid (documented).
     subscription.invalid = true;
     collect(subscription, {now.filetime, handle, {}}, now);
     return;

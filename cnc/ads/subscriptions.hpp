@@ -1,15 +1,16 @@
-// The device notifications of one connection: when which value is sampled, and when samples are
-// sent. Pure: time comes in, frames come out.
+// The device notifications of one connection: when a value is sampled, and when samples are sent.
+// Pure: the caller passes the time and sends the frames.
 //
 //   auto handle = subscriptions.add(header, request, now);   // answer this first …
 //   send(subscriptions.poll(now));                           // … then the first sample
 //   wait_until(subscriptions.next_due());
 //
-// Timing (IB/tc3_ads_intro, documented): a value is sampled every cycle, at most once in a cycle of
-// the task; on change, only what differs from the last sample is sent. Samples may be collected for
-// the max delay. All are sampled at the same moments of the task's clock, so that those of one
-// cycle share a frame, as they do with a TwinCAT (Beckhoff/ADS#276). All durations are in 100 ns on
-// the wire, as Beckhoff's own libraries have it (the protocol page says 1 ms).
+// Timing (IB/tc3_ads_intro, documented): a value is sampled once per cycle, at most once in a cycle
+// of the task; on change, a sample is sent only if it differs from the last one. Samples may be
+// collected for the max delay. All values are sampled at the same times of the task's clock, so
+// that those of one cycle share a frame, as they do with a TwinCAT (Beckhoff/ADS#276). All
+// durations are in 100 ns on the wire, as in Beckhoff's own libraries (the protocol page says 1
+// ms).
 #pragma once
 
 #include <chrono>
@@ -24,35 +25,36 @@
 
 namespace millrace::cnc::ads {
 
-/// One reading of both clocks.
+/// The time of both clocks.
 struct Moment {
   std::chrono::steady_clock::time_point steady;
   /// 100 ns since 1601-01-01 UTC.
   std::uint64_t filetime = 0;
 };
 
-/// What a server may do with what it has granted, so that clients can be tried: nothing documented
-/// promises more.
+/// How a server may treat subscriptions, to test clients: no documentation guarantees better
+/// behaviour.
 struct SubscriptionHabits {
-  /// The answer to a subscription of what stands behind a handle (0xF005); none = it is granted.
+  /// The response to a subscription by handle (0xF005); none = it is granted.
   ErrorCode by_handle = ErrorCode::none;
   enum class Tells : std::uint8_t { changes, first_value, nothing };
   Tells tells = Tells::changes;
-  /// Samples are sent so much later.
+  /// Extra delay before samples are sent.
   std::chrono::milliseconds delay{0};
   /// Every n-th sample is not sent; 0 = none.
   std::uint32_t lose_every = 0;
 };
 
 struct SubscriptionLimits {
-  /// The cycle of the task behind the AMS ports: nothing is sampled more often.
+  /// The cycle of the task behind the AMS ports: the shortest sample period.
   std::chrono::nanoseconds task_cycle = std::chrono::milliseconds(1);
-  /// How long after the beginning of a cycle values are sampled: behind what the task itself does.
+  /// The time between the beginning of a cycle and the sampling, so that the task runs first.
   std::chrono::nanoseconds offset{0};
-  /// Notifications of one connection; Beckhoff recommends at most 550 of a device (documented).
+  /// The most notifications of one connection; Beckhoff recommends at most 550 for a device
+  /// (documented).
   std::size_t handles = 550;
-  /// Of a connection: when the samples that wait for their max delay need more bytes of memory, all
-  /// are sent.
+  /// For one connection: when the samples that wait for their max delay need more memory than this,
+  /// all are sent.
   std::size_t collected_bytes = 65536;
   SubscriptionHabits habits{};
 };
@@ -62,7 +64,7 @@ class Subscriptions {
   using Time = std::chrono::steady_clock::time_point;
 
  private:
-  // From an AMS port of ours to a subscriber.
+  // From one of our AMS ports to a subscriber.
   struct Route {
     Address from;
     Address to;
@@ -74,14 +76,14 @@ class Subscriptions {
     std::chrono::nanoseconds cycle{};
     Time next_sample;
     std::optional<Bytes> last;
-    // The value could not be read any more; the subscriber has been told.
+    // The value became unreadable, and the subscriber has been notified.
     bool invalid = false;
     // The first value was sampled.
     bool sampled = false;
   };
 
  public:
-  /// What of them can outlive a connection (lingering.hpp).
+  /// The part of the state that may outlive a connection (lingering.hpp).
   struct Kept {
     std::map<std::uint32_t, Subscription> subscriptions;
     std::uint32_t next_handle = 1;
@@ -90,21 +92,21 @@ class Subscriptions {
   Subscriptions(Device& device, const SubscriptionLimits& limits)
       : device_(device), limits_(limits) {}
 
-  /// A new handle for the sender of `header`. Fails with what a read of the value fails with,
-  /// transmission_not_supported, or no_more_handles.
+  /// Returns a new handle for the sender of `header`. Fails with the error of a read of the value,
+  /// with transmission_not_supported, or with no_more_handles.
   Result<std::uint32_t> add(const Header& header, const AddNotificationRequest& request,
                             Moment now);
   Result<void> remove(std::uint32_t handle);
   [[nodiscard]] std::size_t size() const { return subscriptions_.size(); }
 
-  /// Takes the samples that are due; the frames that are due.
+  /// Takes the samples that are due, and returns the frames that are due.
   Bytes poll(Moment now);
   /// When poll() is needed next.
   [[nodiscard]] std::optional<Time> next_due() const;
 
-  /// All that there are; none are left.
+  /// Moves all subscriptions out; none are left.
   Kept give_up();
-  /// Goes on with them under their old handles, as far as there is room.
+  /// Continues these subscriptions under their old handles, up to the limit.
   void adopt(Kept kept, Moment now);
 
  private:
@@ -130,7 +132,7 @@ class Subscriptions {
   SubscriptionLimits limits_;
   std::map<std::uint32_t, Subscription> subscriptions_;
   std::map<Route, Collected> collected_;
-  // What they take, all in all.
+  // Memory of all collected samples.
   std::size_t collected_bytes_ = 0;
   std::uint64_t samples_ = 0;
   std::uint32_t next_handle_ = 1;

@@ -1,9 +1,10 @@
-// Sums of ReadWrites (index group 0xF082) and of Reads (0xF080) from the client's side: one request
-// instead of many.
+// Sums of ReadWrites (index group 0xF082) and of Reads (0xF080) for clients: one request in place
+// of many.
 //
 //   auto request = encode_sum(items);
 //   auto bytes = co_await client.read_write(port, {sum::read_write, count}, sum_length(items),
-//   request); auto answers = decode_sum(*bytes, items);             // one Result for each item
+//                                           request);
+//   auto answers = decode_sum(*bytes, items);             // one Result for each item
 #pragma once
 
 #include <vector>
@@ -19,20 +20,20 @@ struct SumItem {
   Bytes data;
 };
 
-/// What is written to the controller.
+/// The data of the request.
 Bytes encode_sum(const std::vector<SumItem>& items);
-/// The longest answer.
+/// The longest possible response, in bytes.
 std::uint32_t sum_length(const std::vector<SumItem>& items);
-/// The answer to each item; protocol_error if its lengths do not fit together.
+/// The result of each item; protocol_error if the lengths of the response are inconsistent.
 Result<std::vector<Result<Bytes>>> decode_sum(BytesView answer, const std::vector<SumItem>& items);
 
-/// A Read in a sum of them. Its slot in the answer has this length, whatever comes of it.
+/// A Read in a sum. Its slot in the response has this length, whatever its result.
 struct SumRead {
   Index index;
   std::uint32_t length = 0;
 };
 
-/// The same three for a sum of Reads.
+/// The same three functions for a sum of Reads.
 Bytes encode_sum(const std::vector<SumRead>& items);
 std::uint32_t sum_length(const std::vector<SumRead>& items);
 Result<std::vector<Result<Bytes>>> decode_sum(BytesView answer, const std::vector<SumRead>& items);

@@ -13,13 +13,13 @@ struct Item {
   std::uint32_t write_length = 0;
 };
 
-// What the items of a sum command look like, and its answer.
+// The layout of the items of a sum command, and of its response.
 struct Form {
   bool reads = false;
   bool writes = false;
   // Each result is followed by the length that was returned.
   bool lengths = false;
-  // Data stands in slots of the asked length; otherwise it is packed.
+  // Data has slots of the requested length; otherwise it is packed.
   bool slots = false;
 };
 
@@ -68,19 +68,19 @@ std::uint64_t total(const std::vector<Item>& items, std::uint32_t Item::*length)
 
 struct SumRequest {
   std::vector<Item> items;
-  // What is written, item after item.
+  // The data to write, item after item.
   BytesView data;
   bool with_results = true;
-  // Bytes that the data of the answer may have.
+  // The most bytes of data in the response.
   std::size_t room = 0;
 };
 
-// Checks every length before the first item is done, so that a sum is done wholly or not at all.
+// Checks every length before the first item, so that a malformed sum executes no item.
 Result<SumRequest> parse_sum(const Form& form, Index index, std::size_t limit, BytesView data) {
   const auto invalid = tl::make_unexpected(ErrorCode::invalid_size);
   SumRequest request;
-  // Recorded from a TwinCAT: with offset 0 a plain sum read has as many items as were written, and
-  // no results in its answer.
+  // Recorded from a TwinCAT: a plain sum read with offset 0 has as many items as its data holds,
+  // and no results in its response.
   request.with_results = index.offset != 0 || index.group != sum::read;
   const auto most = data.size() / item_size(form);
   const std::size_t count = request.with_results ? index.offset : most;
@@ -99,12 +99,12 @@ Result<SumRequest> parse_sum(const Form& form, Index index, std::size_t limit, B
   return request;
 }
 
-// Both parts of the answer grow side by side and are joined at the end.
+// Both parts of the response grow side by side and are joined at the end.
 class SumAnswer {
  public:
   SumAnswer(const Form& form, std::size_t room) : form_(form), room_(room) {}
 
-  // What the next item may return.
+  // The most bytes that the next item may return.
   [[nodiscard]] std::uint32_t bound(const Item& item) const {
     const auto left = room_ - data_.size();
     return static_cast<std::uint32_t>(std::min<std::size_t>(item.read_length, left));
@@ -157,7 +157,7 @@ struct SumWork::State {
   Device& device;
   std::uint16_t port;
   Form form;
-  /// What the request points into.
+  /// The data that the request refers to.
   Bytes data;
   SumRequest request{};
   std::optional<SumAnswer> answer{};

@@ -1,13 +1,13 @@
-// Names and handles, which every ADS device with symbols offers. A decorator over a device and the
-// directory of its symbols.
+// Access by names and handles, which every ADS device with symbols offers. A decorator over a
+// device and the directory of its symbols.
 //
 //   Symbols with_symbols(device, directory);
 //   SumCommands with_sums(with_symbols);
 //
-// Clients that know no address list the symbols and their types (uploads), and ask for a type by
-// its name. What a handle or name stands for is read and written at its index group and offset of
-// the inner device. Layouts: Beckhoff's TcAdsDef.h (documented); the long answer to a handle
-// request is inferred from open-source clients.
+// Clients that know no address upload the symbols and their types, and read a type by its name. The
+// decorator reads and writes the value of a handle or name at its index group and offset of the
+// inner device. Layouts: Beckhoff's TcAdsDef.h (documented); the long response to a handle request
+// is inferred from open-source clients.
 #pragma once
 
 #include <map>
@@ -22,7 +22,8 @@ namespace millrace::cnc::ads {
 
 /// Index groups of the symbol services.
 namespace symbol {
-/// ReadWrite: name in, handle out; with what is known of its type if more than 4 bytes are wanted.
+/// ReadWrite: name in, handle out; with the known properties of its type if more than 4 bytes are
+/// requested.
 inline constexpr std::uint32_t handle_by_name = 0xF003;
 /// ReadWrite: name in, value out.
 inline constexpr std::uint32_t value_by_name = 0xF004;
@@ -34,13 +35,13 @@ inline constexpr std::uint32_t release_handle = 0xF006;
 inline constexpr std::uint32_t place_by_name = 0xF007;
 /// Read: one byte that changes when the symbols do.
 inline constexpr std::uint32_t version = 0xF008;
-/// ReadWrite: name in, everything out.
+/// ReadWrite: name in, whole symbol entry out.
 inline constexpr std::uint32_t info_by_name = 0xF009;
-/// Read: all symbols, as info_by_name tells of each, one behind the other.
+/// Read: the entries of all symbols, as info_by_name returns them, one after the other.
 inline constexpr std::uint32_t upload = 0xF00B;
-/// Read: how many symbols that are, and how many bytes.
+/// Read: the number of these symbols, and of their bytes.
 inline constexpr std::uint32_t upload_info = 0xF00C;
-/// Read: the types of all symbols, and those that they are made of.
+/// Read: the types of all symbols, and the types that these contain.
 inline constexpr std::uint32_t type_upload = 0xF00E;
 /// Read: symbols and bytes, types and bytes, two numbers for dynamic symbols.
 inline constexpr std::uint32_t upload_info_2 = 0xF00F;
@@ -69,7 +70,7 @@ class SymbolDirectory {
   [[nodiscard]] virtual std::optional<Symbol> find(std::uint16_t port,
                                                    std::string_view name) const = 0;
   [[nodiscard]] virtual std::uint8_t version(std::uint16_t port) const = 0;
-  /// All of them, each once; none where a device does not list them.
+  /// All symbols, each once; empty if a device does not list them.
   [[nodiscard]] virtual std::vector<Symbol> all(std::uint16_t /*port*/) const { return {}; }
   /// A structure by the name of its type.
   [[nodiscard]] virtual std::optional<DataType> structure(std::uint16_t /*port*/,
@@ -78,8 +79,8 @@ class SymbolDirectory {
   }
 };
 
-/// A handle belongs to an AMS port and stays until it is released as often as it was asked for; the
-/// same name gets the same handle, so there are never more than symbols.
+/// A handle belongs to an AMS port and stays until it is released as often as it was requested. The
+/// same name gets the same handle, so there are never more handles than symbols.
 class Symbols final : public ForwardingDevice {
  public:
   /// Both must outlive this.
@@ -90,7 +91,7 @@ class Symbols final : public ForwardingDevice {
   Result<void> write(std::uint16_t port, Index index, BytesView data) override;
   Result<Bytes> read_write(std::uint16_t port, Index index, std::uint32_t read_length,
                            BytesView data) override;
-  /// Handles given out and not released.
+  /// The number of handles that are not released.
   [[nodiscard]] std::size_t handles() const { return handles_.size(); }
 
  private:

@@ -27,7 +27,7 @@ using base::loop::quietly;
 using boost::system::error_code;
 
 /// The suites that a TwinCAT is known to accept (inferred from kevinherron/beckhoff-secure-ads).
-/// The first is the fastest: OpenSSL works its cipher and its MAC in one go, which it cannot with
+/// The first is the fastest: OpenSSL computes its cipher and its MAC together, which it cannot with
 /// SHA-384.
 constexpr const char* psk_suites =
     "PSK-AES128-CBC-SHA256:PSK-AES256-CBC-SHA384:PSK-AES256-CBC-SHA:PSK-AES128-CBC-SHA";
@@ -46,12 +46,12 @@ std::array<std::uint8_t, EVP_MAX_MD_SIZE> sha256(std::string_view text, unsigned
   return digest;
 }
 
-/// Those with certificates.
+/// The suites with certificates.
 constexpr const char* certificate_suites =
     "DHE-RSA-AES256-GCM-SHA384:DHE-RSA-AES128-GCM-SHA256:DHE-RSA-AES256-SHA256:"
     "DHE-RSA-AES128-SHA256";
 
-/// Writes the key; its size, or 0 if there is no room for it.
+/// Writes the key; returns its size, or 0 if it does not fit.
 unsigned int write_key(const Psk& psk, std::span<unsigned char> room) {
   unsigned int size = 0;
   const auto key = sha256(in_capitals(psk.identity) + psk.password, size);
@@ -73,14 +73,15 @@ struct TlsContext::Impl {
     SSL_CTX_set_min_proto_version(native, TLS1_2_VERSION);
     SSL_CTX_set_max_proto_version(native, TLS1_2_VERSION);
     SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
-    // A TwinCAT refuses a hello with extensions that it does not know; these two were seen.
+    // A TwinCAT refuses a ClientHello with the extensions encrypt-then-MAC and extended master
+    // secret (inferred, docs/secure-ads.md).
     SSL_CTX_set_options(native, SSL_OP_NO_TICKET | SSL_OP_NO_ENCRYPT_THEN_MAC |
                                     SSL_OP_NO_EXTENDED_MASTER_SECRET | SSL_OP_NO_RENEGOTIATION |
                                     SSL_OP_NO_COMPRESSION);
     SSL_CTX_set_ex_data(native, index(), this);
   }
 
-  /// Where a context of OpenSSL keeps its Impl.
+  /// Index at which an OpenSSL context stores its Impl.
   static int index() {
     static const int index = SSL_CTX_get_ex_new_index(0, nullptr, nullptr, nullptr, nullptr);
     return index;
@@ -106,13 +107,13 @@ struct TlsContext::Impl {
     return in_capitals(identity) == in_capitals(psk.identity) ? write_key(psk, {key, key_size}) : 0;
   }
 
-  /// Where a connection of OpenSSL keeps what is known of its peer.
+  /// Index at which an OpenSSL connection stores its TlsPeer.
   static int peer_index() {
     static const int index = SSL_get_ex_new_index(0, nullptr, nullptr, nullptr, nullptr);
     return index;
   }
 
-  /// Instead of OpenSSL's own look at a certificate and its issuers.
+  /// Replaces OpenSSL's own verification of a certificate and its issuers.
   static int verify(X509_STORE_CTX* chain, void* impl) {
     const auto* const connection = static_cast<const SSL*>(
         X509_STORE_CTX_get_ex_data(chain, SSL_get_ex_data_X509_STORE_CTX_idx()));
@@ -162,7 +163,7 @@ struct TlsContext::Impl {
     return {};
   }
 
-  /// What is wrong with them; empty if nothing is.
+  /// Returns the error in the certificate or key; empty if there is none.
   std::string use(const std::string& certificate, const std::string& key) {
     const auto read = base::openssl::Certificate::read(certificate);
     if (!read) {
@@ -190,7 +191,7 @@ struct TlsContext::Impl {
     return {};
   }
 
-  /// The same with the authority that the peer's certificate has to lead to.
+  /// The same, with the CA to which the peer's certificate must lead.
   std::string use(const std::string& ca, const std::string& certificate, const std::string& key) {
     error_code error;
     const auto authority = base::openssl::Certificate::read(ca);
@@ -208,7 +209,7 @@ struct TlsContext::Impl {
   asio::ssl::stream_base::handshake_type side;
   asio::ssl::context context;
   Psk psk;
-  /// What the peer's certificate has to have; nothing = that is looked at later.
+  /// Expected of the peer's certificate; nullopt = checked later.
   std::optional<std::string> fingerprint;
   std::optional<std::string> common_name;
   bool has_ca = false;
@@ -234,13 +235,13 @@ class AsioTlsStream final : public TlsStream {
   }
   asio::awaitable<Moved> read_some(asio::mutable_buffer buffer) override {
     auto [error, size] = co_await stream_.async_read_some(buffer, quietly);
-    // That was one record; more may have come with it, and a peer may send each frame in its own.
+    // That was one record. More may be buffered, and a peer may send each frame in its own record.
     while (!error && size < buffer.size()) {
       auto* const rest = static_cast<std::uint8_t*>(buffer.data()) + size;
       const int more =
           SSL_read(stream_.native_handle(), rest, static_cast<int>(buffer.size() - size));
       if (more <= 0) {
-        break;  // the next read says why
+        break;  // the next read reports the error
       }
       size += static_cast<std::size_t>(more);
     }
@@ -319,7 +320,7 @@ tl::expected<TlsContext, std::string> TlsContext::server(const ServerSecurity& s
 }
 
 std::unique_ptr<TlsStream> TlsContext::stream(Stream::Socket socket) const {
-  error_code ignored;  // a socket already closed shows in the handshake
+  error_code ignored;  // the handshake reports a closed socket
   socket.set_option(asio::ip::tcp::no_delay(true), ignored);
   return std::make_unique<AsioTlsStream>(std::move(socket), impl_->context, impl_->side,
                                          Impl::peer_index(), impl_);

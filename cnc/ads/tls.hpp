@@ -1,8 +1,8 @@
-// TLS 1.2 as TwinCAT does it, over a connected socket.
+// TLS 1.2 as TwinCAT uses it, over a connected socket.
 //
 //   const auto context = TlsContext::client(security);
 //   auto stream = context->stream(std::move(socket));
-//   if (const auto error = co_await stream->handshake(); error) …  // stream->peer().refusal may say more
+//   if (const auto error = co_await stream->handshake(); error) …  // see stream->peer().refusal
 #pragma once
 
 #include <memory>
@@ -16,27 +16,27 @@
 
 namespace millrace::cnc::ads {
 
-/// Who is at the other end.
+/// The identity of the peer.
 struct TlsPeer {
-  /// Of its certificate; empty if it has a pre-shared key instead.
+  /// Fingerprint of its certificate; empty if it has a pre-shared key instead.
   std::string fingerprint;
   std::string common_name;
-  /// Why we have refused it; empty if we have not.
+  /// Why we refused the peer; empty if we did not.
   std::string refusal;
 };
 
 class TlsStream : public Stream {
  public:
-  /// Before anything is read or written.
+  /// Call it before any read or write.
   virtual boost::asio::awaitable<boost::system::error_code> handshake() = 0;
-  /// What came of the handshake; of its certificate also if that was refused.
+  /// The result of the handshake; has the certificate's data also if it was refused.
   [[nodiscard]] virtual const TlsPeer& peer() const = 0;
 };
 
-/// Shared by all streams that are made of it, and kept by them.
+/// Shared by all streams made from it; they keep it alive.
 class TlsContext {
  public:
-  /// Fail with words for people about what is wrong with keys and certificates.
+  /// Fail with a text for people about the error in the keys and certificates.
   static tl::expected<TlsContext, std::string> client(const Security& security);
   static tl::expected<TlsContext, std::string> server(const ServerSecurity& security);
 

@@ -12,7 +12,7 @@ namespace millrace::cnc::nc {
 
 namespace {
 
-// Of a millimetre of rapid motion.
+// Time of one millimetre of rapid motion.
 std::chrono::duration<double> rapid_time(const ChannelOptions& options) {
   return std::chrono::duration<double>(60 / options.rapid_feed * options.time_scale);
 }
@@ -178,7 +178,7 @@ void Channel::acknowledge(std::uint64_t number) {
   state_->messages.acknowledge(number);
 }
 
-// Both stages once; true if another round could get further at this time.
+// Runs both stages once; true if another round could make progress at this time.
 bool Channel::State::step(const run::Tick& tick, std::size_t& budget) {
   const bool moved = interpolator.advance(tick, queue);
   if (auto failed = interpolator.take_fault()) {

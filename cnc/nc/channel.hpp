@@ -4,11 +4,10 @@
 //   if (auto started = channel.start("demo.nc", text); !started)
 //     for (const Diagnostic& mistake : started.error()) std::cerr << mistake.to_string() << '\n';
 //   while (channel.active())
-//     for (const Event& event : channel.tick(now, environment)) …   // messages, saved lines, the
-//     end
+//     for (const Event& event : channel.tick(now, environment)) …   // messages, the end …
 //
-// Pure: no clock, no file, no thread. Variables, $-statements, #MSG act when the decoder reaches
-// them, motion when the interpolator does; the queue between them is bounded
+// Pure: no clock, no file, no thread. Variables, $-statements and #MSG take effect when the decoder
+// reaches them, motion when the interpolator does; the queue between them is bounded
 // (IB/tf5200_programming_manual/207042443, documented).
 #pragma once
 
@@ -38,41 +37,43 @@ struct ChannelOptions {
   /// #WAIT FOR without #FLUSH may wait for ever (IB/tf5200_programming_manual/207058059,
   /// documented).
   bool withhold_last_motion = true;
-  /// #FLUSH CONTINUE waits for the end of all motion, as a comment in the vendor's sample says
-  /// (IB/tf5200_service_interface/356533387); the programming manual says that it does not
+  /// #FLUSH CONTINUE waits for the end of all motion, as a comment in the vendor's sample states
+  /// (IB/tf5200_service_interface/356533387). By the programming manual it does not wait
   /// (IB/tf5200_programming_manual/207042443, documented).
   bool flush_continue_waits = false;
   /// Factor on simulated motion and dwell time: 0 = they take no time, 2 = twice as long.
   double time_scale = 1.0;
-  /// Of the interpolator: a motion with a message of a queue (SSDQ) takes one at least.
+  /// Cycle of the interpolator: a motion with a message of a queue (SSDQ) takes at least one.
   std::chrono::nanoseconds cycle = std::chrono::milliseconds(1);
-  /// Operations the decoder may do in one tick, so that an endless loop starves nobody.
+  /// The most decoder operations in one tick, so that an endless loop does not block other
+  /// channels.
   std::size_t decoder_budget = 200;
-  /// Axes of the channel. The order is the order of Channel::axes.
+  /// Axes of the channel, in the order of Channel::axes().
   std::vector<std::string> axes = {"X", "Y", "Z"};
-  /// In the order of the axes; axes beyond these go anywhere. A block that leaves them is a fault.
+  /// In the order of the axes; axes without an entry are unlimited. A block that leaves the limits
+  /// is a fault.
   std::vector<AxisLimits> limits;
   /// Speed of G00 in mm/min.
   double rapid_feed = 10'000;
-  /// Somebody reads and acknowledges each message at once. Otherwise the program stops after ten
-  /// unread messages, and waits for each acknowledge it asked for.
+  /// Each message counts as read and acknowledged at once. Otherwise the program stops after ten
+  /// unread messages, and waits for each acknowledgement that it requested.
   bool messages_read_at_once = true;
   /// M01 stops.
   bool optional_stop = false;
   /// Blocks marked with / or /n are skipped if bit n-1 is set (level 1 to 10; / alone is 1).
   std::uint16_t skipped_levels = 0;
-  /// The program or subprogram of this name is read from Channel::stream; none if it is empty
+  /// The program or subprogram of this name is read from Channel::stream; empty = none
   /// (P-CHAN-00158, IB/tf5200_data_streaming/222568459, documented).
   std::string stream_program;
 };
 
 enum class ChannelState { idle, active, held, error };
 
-/// Where an axis is, in mm or degrees.
+/// Position of an axis, in mm or degrees.
 struct AxisPosition {
   std::string name;
   double position = 0;
-  /// At the end of the block in execution.
+  /// Position at the end of the current block.
   double target = 0;
   /// In mm/s or degrees/s.
   double velocity = 0;
@@ -80,32 +81,33 @@ struct AxisPosition {
 
 class Channel {
  public:
-  /// Channels of one controller share their timers; without any the channel has its own.
+  /// Channels of one controller share their timers; without `timers` the channel has its own.
   explicit Channel(ChannelOptions options = {}, std::shared_ptr<Timers> timers = nullptr);
   ~Channel();
   Channel(Channel&&) noexcept;
   Channel& operator=(Channel&&) noexcept;
 
-  /// Parses and starts a main program; all its mistakes at once if it has any. Not while active.
+  /// Parses and starts a main program, or returns all its mistakes. Fails unless the channel is
+  /// idle.
   tl::expected<void, std::vector<Diagnostic>> start(const std::string& file,
                                                     const std::string& text);
-  /// NC reset: the program ends where it is, an error is cleared, axes stay where they are. Does
-  /// not help after an error that needs a restart (AbortedEvent::restart_needed): make a new
-  /// channel.
+  /// NC reset: the program ends, an error is cleared, axes stay where they are. It cannot clear an
+  /// error that needs a restart (AbortedEvent::restart_needed): make a new channel.
   void reset();
-  /// Ends the running program by an error that it did not make itself; the channel is in error
-  /// until it is reset. Nothing if no program runs.
+  /// Ends the running program by an external error; the channel is in error until it is reset.
+  /// Nullopt if no program runs.
   std::optional<AbortedEvent> abort(Fault fault);
-  /// Goes on after M00, M01 or a single step.
+  /// Continues after M00, M01 or a single step.
   void resume();
-  /// Factor on the feed of all motions, rapid ones too (our choice); 1 is 100 %, 0 stops them.
+  /// Factor on the feed of all motions, including rapid ones (our choice); 1 is 100 %, 0 stops
+  /// them.
   void set_feed_override(double factor);
   [[nodiscard]] double feed_override() const;
   void set_single_step(SingleStep step);
   [[nodiscard]] SingleStep single_step() const;
-  /// Block search from the next start on: the decoder does everything as always, but nothing moves,
-  /// no M function and no #MSG SYN comes, before the first block of this number; then the axes go
-  /// there by rapid motion (our choice). #FLUSH WAIT before it is fault 50748
+  /// Block search from the next start on. The decoder works as usual, but before the first block
+  /// with this number there is no motion, no M function and no #MSG SYN. Then the axes move to its
+  /// start by rapid motion (our choice). #FLUSH WAIT before it is fault 50748
   /// (IB/tf5200_programming_manual/207042443, documented).
   void set_block_search(std::optional<long> block);
   [[nodiscard]] bool searching() const;
@@ -114,29 +116,29 @@ class Channel {
   [[nodiscard]] bool optional_stop() const;
   void set_skipped_levels(std::uint16_t levels);
   [[nodiscard]] std::uint16_t skipped_levels() const;
-  /// Adds a packet of whole blocks, each ended by CR and LF, to what the streaming program reads.
-  /// $ statements that belong together stand in one packet (our choice). Fault 11012 if there is no
-  /// room now.
+  /// Adds a packet of whole blocks, each ended by CR and LF, to the input of the streaming program.
+  /// $ statements that belong together must be in one packet (our choice). Fault 11012 if the
+  /// stream is full.
   tl::expected<void, Fault> stream(std::string packet);
-  /// A receiver has read the messages up to this number (MessageEvent::number).
+  /// The receiver has read the messages up to this number (MessageEvent::number).
   void read_messages(std::uint64_t number);
-  /// The operator acknowledges a message; this also reads it.
+  /// The operator acknowledges a message; this also marks it as read.
   void acknowledge(std::uint64_t number);
 
-  /// Advances decoder and interpolator to `now` (any monotonic origin). The decoder does at most
-  /// `operations`, and never more than the options allow.
+  /// Advances decoder and interpolator to `now` (any monotonic origin). The decoder executes at
+  /// most `operations`, and never more than the options allow.
   std::vector<Event> tick(std::chrono::nanoseconds now, Environment& environment,
                           std::size_t operations = std::numeric_limits<std::size_t>::max());
 
   [[nodiscard]] const ChannelOptions& options() const;
   [[nodiscard]] ChannelState state() const;
-  /// A program runs or is held.
+  /// A program runs or is on hold.
   [[nodiscard]] bool active() const;
-  /// Where the interpolator has the axes, also while they move.
+  /// Positions of the axes in the interpolator, also during a motion.
   [[nodiscard]] std::vector<AxisPosition> axes() const;
-  /// What the interpolator does now.
+  /// The current state of the interpolator.
   [[nodiscard]] MotionStatus motion() const;
-  /// N number of the block in the interpolator (0 = none), and of the block in the decoder.
+  /// N number of the block in the interpolator (0 = none), and place of the block in the decoder.
   [[nodiscard]] long block_number() const;
   [[nodiscard]] Place decoder_place() const;
   /// The variables P, V.P, V.L, V.S and V.CYC; valid as long as the channel.
@@ -148,7 +150,7 @@ class Channel {
   std::unique_ptr<State> state_;
 };
 
-/// Parses only: every mistake of a program.
+/// Parses a program without running it, and returns every mistake.
 std::vector<Diagnostic> check(const std::string& file, const std::string& text);
 
 }  // namespace millrace::cnc::nc

@@ -15,7 +15,7 @@ constexpr bool is_letter(char c) {
 constexpr char upper(char c) {
   return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
 }
-/// Separators that end nothing: blank, TAB, NUL (IB/tf5200_programming_manual/205944843).
+/// Separators within a block: blank, TAB, NUL (IB/tf5200_programming_manual/205944843).
 constexpr bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\0';
 }
@@ -32,7 +32,7 @@ inline std::string upper(std::string_view text) {
   return out;
 }
 
-/// Equal but for the case of ASCII letters.
+/// Compares without regard to the case of ASCII letters.
 constexpr bool same_word(std::string_view left, std::string_view right) {
   if (left.size() != right.size()) {
     return false;

@@ -1,4 +1,4 @@
-// The cycles that come with this library, written in NC: cnc/nc/cycles/*.cyc.
+// The cycles of this library, written in NC: cnc/nc/cycles/*.cyc.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,8 @@
 
 namespace millrace::cnc::nc {
 
-/// The text of a cycle by its file name ("SysServiceWait.cyc", in any case), if it is one of ours.
+/// The text of a cycle by its file name ("SysServiceWait.cyc", case-insensitive); nullopt if the
+/// library does not have it.
 [[nodiscard]] std::optional<std::string_view> shipped_cycle(std::string_view name);
 
 }  // namespace millrace::cnc::nc

@@ -1,4 +1,4 @@
-// Where something is in an NC program, and what is wrong there.
+// Places in an NC program, and the mistakes there.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace millrace::cnc::nc {
 
-/// A place in a program; line and column count from 1 (0 = the program as a whole).
+/// A place in a program; line and column count from 1 (0 = the whole program).
 struct Place {
   std::string file;
   int line = 0;
@@ -15,10 +15,10 @@ struct Place {
   long block = 0;
 };
 
-/// A mistake in a program, found before or while it runs.
+/// A mistake in a program, found before or during its run.
 struct Diagnostic {
   Place place;
-  /// The kernel's error id where the vendor documents one, else 0.
+  /// The kernel's error id if the vendor documents one, otherwise 0.
   int id = 0;
   std::string text;
 

@@ -1,4 +1,4 @@
-// What a channel tells the outside while it runs.
+// The events of a running channel.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct MessageEvent {
   std::string text;
   /// ISG_DIAG_BED, DIAG, HMI, PLC or EVENT_LOGGER (IB/tf5200_programming_manual/507845131).
   std::string receiver = "ISG_DIAG_BED";
-  /// Counts the messages of the channel from 1; what Channel::acknowledge takes.
+  /// Counts the messages of the channel from 1; the argument of Channel::acknowledge.
   std::uint64_t number = 0;
   /// The program waits until this message is acknowledged (modes ACK and SYN_ACK).
   bool needs_acknowledge = false;
@@ -22,8 +22,8 @@ struct MessageEvent {
   bool info = false;
 };
 
-/// #MSG SAVE: bytes to append to the report file (line end and time stamp as the program asked
-/// for).
+/// #MSG SAVE: text to append to the report file, with line end and time stamp as the program
+/// requests.
 struct SaveEvent {
   std::string file;
   std::string text;
@@ -31,7 +31,7 @@ struct SaveEvent {
   bool line_end = true;
 };
 
-/// An M function that is none of the language's own (M00-M02, M17, M29, M30) was executed.
+/// An M function was executed that the language does not define itself (M00-M02, M17, M29, M30).
 struct MachineFunctionEvent {
   int number = 0;
 };
@@ -40,11 +40,11 @@ struct MachineFunctionEvent {
 /// Channel::resume.
 struct HeldEvent {
   Place place;
-  /// A single step, which stands before its block.
+  /// A single step: the program stops before its next block.
   bool single_step = false;
 };
 
-/// Something is doubtful; the program goes on (error class 0 or 1 of the kernel).
+/// A warning; the program continues (error class 0 or 1 of the kernel).
 struct WarningEvent {
   Diagnostic what;
 };

@@ -31,7 +31,7 @@ void Timers::read(std::size_t id, Time now) {
   Timer& timer = timers_.at(id);
   const Time total = timer.elapsed + (timer.running_since ? now - *timer.running_since : Time{});
   const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(total).count();
-  // 32 bits last for 1193 hours.
+  // 32 bits are enough for 1193 hours.
   timer.latched = static_cast<std::uint32_t>(
       std::clamp<std::int64_t>(milliseconds, 0, std::numeric_limits<std::uint32_t>::max()));
 }

@@ -4,7 +4,8 @@
 //   auto timers = std::make_shared<Timers>();
 //   Channel first(options, timers), second(options, timers);
 //
-// Pure: the time is given. All channels that share timers must be ticked with one time origin.
+// Pure: the caller passes the time. All channels that share timers must use the same time origin
+// for their ticks.
 #pragma once
 
 #include <array>
@@ -20,13 +21,13 @@ class Timers {
   using Time = std::chrono::nanoseconds;
   static constexpr std::size_t count = 128;
 
-  /// A timer that is started again resumes where it was stopped, or begins at zero (documented is
-  /// only that it runs).
+  /// With `resume` a restarted timer continues from its time, otherwise it begins at zero (the
+  /// documentation only states that it runs).
   explicit Timers(bool resume = true) : resume_(resume) {}
 
   void start(std::size_t id, Time now);
   void stop(std::size_t id, Time now);
-  /// Stops it at zero; what was read stays until the next read.
+  /// Stops and zeroes the timer; the latched value stays until the next read.
   void clear(std::size_t id);
   /// Latches the timer's milliseconds for V.G.TIMER[id].
   void read(std::size_t id, Time now);
@@ -35,7 +36,7 @@ class Timers {
 
  private:
   struct Timer {
-    /// Time it has run before `running_since`.
+    /// Running time before `running_since`.
     Time elapsed{};
     std::optional<Time> running_since;
     std::uint32_t latched = 0;

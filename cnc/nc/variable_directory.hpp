@@ -1,5 +1,5 @@
-// The variables that NC programs make themselves, as a visitor from outside sees them: by name,
-// and by index for those who list them (ADS does both).
+// External access to the variables that NC programs create: by name, and by index for clients that
+// list them (ADS does both).
 //
 //   VariableDirectory& variables = channel.variables();
 //   for (std::size_t i = 0; i < variables.count(VariableFamily::program); ++i)
@@ -20,15 +20,15 @@
 namespace millrace::cnc::nc {
 
 /// P (parameters), V.L (local to a program level), V.P (until the program's end), V.S (until the
-/// controller's), V.CYC (a level and those below it).
+/// controller stops), V.CYC (a level and those below it).
 enum class VariableFamily { parameter, local, program, self, cycle };
 
 enum class VariableType { boolean, sgn08, uns08, sgn16, uns16, sgn32, uns32, real64, string };
 
-/// What a variable is, whether the language or somebody else declared it.
+/// The type of a variable, from its declaration in the language or elsewhere.
 struct VariableShape {
   VariableType type = VariableType::real64;
-  /// STRING[n]: characters it holds at most, without the NUL.
+  /// STRING[n]: the most characters, without the NUL.
   std::size_t length = 0;
   /// Sizes of an array's dimensions; empty for a single value.
   std::vector<std::size_t> dimensions;
@@ -46,16 +46,16 @@ class VariableDirectory {
  public:
   virtual ~VariableDirectory() = default;
 
-  /// How many variables a family has at present.
+  /// The number of variables that a family has at present.
   [[nodiscard]] virtual std::size_t count(VariableFamily family) const = 0;
   /// The variables of a family by index from 0, in the order of their names.
   [[nodiscard]] virtual std::optional<VariableInfo> info(VariableFamily family,
                                                          std::size_t index) const = 0;
   /// By name, without or with indices.
   [[nodiscard]] virtual std::optional<VariableInfo> find(std::string_view name) const = 0;
-  /// A single value or an element of an array; a fault if there is none of that name.
+  /// A single value or an element of an array; a fault if the name is unknown.
   [[nodiscard]] virtual tl::expected<Value, Fault> read(std::string_view name) const = 0;
-  /// The same for writing; nothing is created. Faults as for an assignment in a program.
+  /// Writes a value; creates no variable. Faults as for an assignment in a program.
   virtual tl::expected<void, Fault> overwrite(std::string_view name, const Value& value) = 0;
 };
 

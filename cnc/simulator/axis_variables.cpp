@@ -38,7 +38,7 @@ void add_axis_variables(Family& family, const std::vector<AxisSettings>& axes,
 
 namespace {
 
-/// What can only be read stays what it is.
+/// A read-only variable keeps its configured value.
 std::shared_ptr<Variable> system_variable(Declaration declaration, const nc::Value& value) {
   if (declaration.access == Access::read_only) {
     return std::make_shared<Variable>(std::move(declaration),

@@ -37,7 +37,7 @@ AxisSettings axis(const config::CncAxis& from, const ConfigPath& path, Mistakes&
   return {name, from.negative_limit(), from.positive_limit(), from.greatest_feed()};
 }
 
-/// Those in the field "axis" of `path`.
+/// The axes in the field "axis" of `path`.
 template <typename Axes>
 std::vector<AxisSettings> axes(const Axes& from, const ConfigPath& path, Mistakes& mistakes) {
   mistakes.expect(static_cast<std::size_t>(from.size()) <= max_axes, path / "axis",
@@ -79,7 +79,7 @@ Declaration external(const config::CncExternalVariable& from, const ConfigPath& 
   return declaration;
 }
 
-/// Parts of letters, digits and _, each behind a dot, the first perhaps with a sign:
+/// True for parts of letters, digits and _, each after a dot, the first optionally with a sign:
 /// "V.A.+SWE_MDS".
 bool is_variable_name(std::string_view name) {
   const auto is_letter_or_digit = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
@@ -94,7 +94,7 @@ bool is_variable_name(std::string_view name) {
   return true;
 }
 
-/// Those that every channel has.
+/// True for the variables that every channel has.
 bool is_always_there(std::string_view name) {
   return name.starts_with("V.G.SERVICE") || name == "V.G.BLOCK_NR" || name == "V.G.TIMER" ||
          std::ranges::find(axis_quantities, name) != axis_quantities.end();
@@ -187,8 +187,8 @@ std::vector<std::pair<std::string, double>> aep_parameters(const config::Cnc& co
   return all;
 }
 
-/// In each scope one behind the other (IB/tf5200_external_variables/112418187 recommends this
-/// automatic layout, documented).
+/// Places the variables of each scope one after the other (IB/tf5200_external_variables/112418187
+/// recommends this automatic layout, documented).
 void assign_addresses(std::vector<Declaration>& externals) {
   std::uint32_t end_of_global = 0;
   std::uint32_t end_of_channel = 0;
@@ -351,7 +351,7 @@ Settings settings_of(const config::Cnc& config, const std::filesystem::path& bas
   return settings;
 }
 
-/// `read` fills what it is given and says what does not fit the schema.
+/// `read` fills its arguments and returns the violations of the schema.
 template <typename Read>
 Settings checked(const std::filesystem::path& folder, Read read) {
   config::Cnc config;

@@ -41,7 +41,7 @@ void Cycle::run() {
   count(now - timer_.expiry());
   awake_ = work_(now.time_since_epoch()) && awake_;
   if (awake_) {
-    // After a delay the pace goes on with the next beat; what was missed is not made up for.
+    // After a delay the next cycle begins at its regular time; missed cycles are skipped.
     timer_.expires_at(std::max(timer_.expiry() + period_, next_beat(now)));
     wait();
   }

@@ -1,8 +1,8 @@
-// The interpolator cycle: calls a function at a fixed pace while there is something to do, and
-// sleeps otherwise.
+// The interpolator cycle: calls a function periodically while there is work, and sleeps otherwise.
 //
-//   Cycle cycle(executor, std::chrono::milliseconds(1), [&](auto now) { … return machine.active();
-//   }); cycle.wake();   // a program was started
+//   Cycle cycle(executor, std::chrono::milliseconds(1),
+//               [&](auto now) { … return machine.active(); });
+//   cycle.wake();   // an NC program was started
 #pragma once
 
 #include <chrono>
@@ -14,26 +14,26 @@
 
 namespace millrace::cnc::simulator {
 
-/// How well the pace was kept.
+/// How punctual the cycles were.
 struct CycleCounts {
   std::uint64_t done = 0;
-  /// Begun at least one whole period after their time.
+  /// Cycles that began at least one whole period late.
   std::uint64_t late = 0;
-  /// The most a cycle was begun after its time.
+  /// The longest delay of a cycle.
   std::chrono::nanoseconds worst{0};
 };
 
-/// Beats at multiples of the period since the clock's beginning, so that others can keep in step.
-/// Everything runs on the one executor; not thread-safe. Must be stopped before it is destroyed
-/// while its executor still runs.
+/// Cycles begin at multiples of the period since the clock's epoch, so that others can be
+/// synchronous with them. Runs on the one executor; not thread-safe. Stop it before you destroy it
+/// if its executor still runs.
 class Cycle {
  public:
-  /// Is told the time of the steady clock; false lets the cycle sleep until the next wake().
+  /// Receives the time of the steady clock; false lets the cycle sleep until the next wake().
   using Work = std::function<bool(std::chrono::nanoseconds)>;
 
   Cycle(const boost::asio::any_io_executor& executor, std::chrono::nanoseconds period, Work work);
 
-  /// Starts the pace if it sleeps.
+  /// Starts the cycles if they sleep.
   void wake();
   void stop();
   [[nodiscard]] const CycleCounts& counts() const { return counts_; }

@@ -8,7 +8,7 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-// Of a decoder in a cycle, however many channels there are.
+// Least operations of a decoder in a cycle, for any number of channels.
 constexpr std::size_t least_operations = 10;
 
 }  // namespace

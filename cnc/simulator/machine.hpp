@@ -1,5 +1,4 @@
-// The virtual CNC as a whole: its channels, advanced by ticks. No socket, file, thread or clock of
-// its own.
+// The whole virtual CNC: its channels, advanced by ticks. It owns no socket, file, thread or clock.
 //
 //   Machine machine(settings, {.clock = clock, .programs = folders});
 //   machine.channel(1)->start(program);
@@ -18,7 +17,7 @@
 
 namespace millrace::cnc::simulator {
 
-/// What a program told the outside.
+/// An event of an NC program.
 struct Happening {
   /// The channel's number.
   std::uint32_t channel = 0;
@@ -30,33 +29,33 @@ class Machine {
   Machine(Settings settings, const Surroundings& surroundings);
 
   [[nodiscard]] const Settings& settings() const { return settings_; }
-  /// By its number, from 1; null if there is none.
+  /// The channel with this number, from 1; null if there is none.
   [[nodiscard]] VirtualChannel* channel(std::uint32_t number);
   [[nodiscard]] SystemData& system_data() const { return *common_.system_data; }
-  /// Of all channels.
+  /// The number of axes of all channels.
   [[nodiscard]] std::uint32_t axes() const;
   /// An axis by its logical number in the CNC, from 1: the axes of channel 1 come first (our
   /// choice).
   struct Axis {
     VirtualChannel* channel = nullptr;
-    /// In the channel, from 1.
+    /// Number of the axis in the channel, from 1.
     std::uint32_t number = 0;
   };
   [[nodiscard]] std::optional<Axis> axis(std::uint32_t number);
   /// The logical number of a channel's first axis.
   [[nodiscard]] std::uint32_t first_axis(std::uint32_t channel) const;
-  /// The cycles of the interpolator since it was switched on. They begin on the clock's multiples
-  /// of the cycle, as what is done in them does (Cycle, and the samples of notifications).
+  /// The cycles of the interpolator since its start. They begin at the clock's multiples of the
+  /// cycle, like the calls of Cycle and the samples of notifications.
   [[nodiscard]] std::int64_t cycles() const {
     return clock_() / settings_.cycle - born_ / settings_.cycle;
   }
 
-  /// Lets take effect what ADS clients have written and is due; before anything is read.
+  /// Applies the due writes of ADS clients; call it before any read.
   void apply_writes();
 
   /// Advances every active channel to `now`, in the order of their numbers.
   std::vector<Happening> tick(std::chrono::nanoseconds now);
-  /// Some channel runs a program.
+  /// True while any channel runs an NC program.
   [[nodiscard]] bool active() const;
 
  private:

@@ -1,5 +1,5 @@
-// millrace-cnc: a CNC without a machine. It serves the ADS objects of a controller and runs NC
-// programs, so that services and gateways can be built and tested without one.
+// millrace-cnc: a virtual CNC without a physical machine. It serves the ADS objects of a controller
+// and runs NC programs, so that services and gateways can be built and tested without a controller.
 #include <csignal>
 
 #include <boost/asio/io_context.hpp>
@@ -19,7 +19,7 @@ using namespace millrace::cnc;
 using namespace millrace::cnc::simulator;
 using namespace millrace::base::program;
 
-/// --check: every mistake with its place.
+/// --check: prints every mistake with its place.
 int check_programs(const std::vector<std::filesystem::path>& files) {
   bool mistakes = false;
   for (const auto& file : files) {
@@ -35,7 +35,7 @@ int check_programs(const std::vector<std::filesystem::path>& files) {
   return mistakes ? exit_failed : exit_done;
 }
 
-/// A file that cannot be read stops everything before it has begun.
+/// If a file cannot be read, no program starts.
 std::vector<Program> read_programs(const std::vector<Run>& runs) {
   std::vector<Program> programs;
   for (const Run& run : runs) {
@@ -49,7 +49,7 @@ std::vector<Program> read_programs(const std::vector<Run>& runs) {
   return programs;
 }
 
-/// " on 127.0.0.1:48898, Secure ADS at 127.0.0.1:8016"
+/// For example " on 127.0.0.1:48898, Secure ADS at 127.0.0.1:8016".
 std::string addresses_of(const Station& station, const Setup& setup) {
   std::string addresses;
   if (const auto port = station.plain_port()) {
@@ -78,7 +78,7 @@ int serve(const Options& options) {
   Station station(io.get_executor(), setup, panel, log);
   if (options.exit_when_idle) {
     station.on_idle([&] {
-      // The answer to the write that released a program comes after its end.
+      // The response to the write that released a program is sent after the program's end.
       station.drain([&] {
         if (!station.active()) {
           io.stop();

@@ -15,13 +15,13 @@
 
 namespace millrace::cnc::simulator {
 
-/// A program to run in a channel from the start.
+/// An NC program that a channel runs from the start.
 struct Run {
   std::uint32_t channel = 0;
   std::filesystem::path file;
 };
 
-/// As typed; what is left out is empty.
+/// The flags as typed; an omitted flag is empty or has its default.
 struct Options {
   std::string listen = "127.0.0.1:48898";
   std::string net_id = "127.0.0.1.1.1";
@@ -36,10 +36,10 @@ struct Options {
   spdlog::level::level_enum log_level = spdlog::level::info;
 };
 
-/// Declares the flags; `options` is filled when `app` is parsed and must live as long.
+/// Declares the flags. Parsing `app` fills `options`, which must live as long as `app`.
 void add_options(CLI::App& app, Options& options);
 
-/// What the flags mean together with the configuration file they name.
+/// The flags together with the configuration file that they name.
 struct Setup {
   ListenAddress listen;
   ads::NetId net_id;
@@ -47,7 +47,7 @@ struct Setup {
   std::vector<Run> runs;
 };
 
-/// @throws base::program::UsageError for a value that cannot be
+/// @throws base::program::UsageError for an invalid value
 Setup resolve(const Options& options);
 
 }  // namespace millrace::cnc::simulator

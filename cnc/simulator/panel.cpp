@@ -14,13 +14,14 @@ namespace {
 
 using base::text::to_utf8;
 
-/// A line of a channel on standard output, flushed, so that a reader sees it at once.
+/// Prints a line of a channel on standard output and flushes, so that a reader sees it at once.
 void print_line(std::uint32_t channel, std::string_view text) {
   fmt::print("[ch{}] {}\n", channel, text);
   std::fflush(stdout);
 }
 
-/// One overload per event; what is not of interest to the operator is logged for the integrator.
+/// One overload per event. Events without interest for the operator go to the log for the
+/// integrator.
 struct Show {
   std::uint32_t channel;
   spdlog::logger& log;

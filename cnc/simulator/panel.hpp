@@ -1,5 +1,5 @@
-// The operator's side of the virtual CNC: messages on standard output, reasons in the log, report
-// files, and how the programs ended.
+// The operator's panel of the virtual CNC: messages on standard output, reasons in the log, report
+// files, and how the NC programs ended.
 //
 //   Panel panel(log, ReportFiles(folder));
 //   panel.show({1, nc::MessageEvent{"part 7 done"}});     // [ch1] part 7 done
@@ -21,21 +21,21 @@ namespace millrace::cnc::simulator {
 
 class Panel {
  public:
-  /// With `keep_timings`, answered calls are remembered for print_timings().
+  /// With `keep_timings`, keeps the answered calls for print_timings().
   Panel(base::program::Log log, ReportFiles files, bool keep_timings);
 
-  /// The reason if that was not possible: a report file that is refused.
+  /// Fails with the reason if a report file is refused.
   tl::expected<void, std::string> show(const Happening& happening);
-  /// A program that could not be started.
+  /// For an NC program that could not be started.
   void show_mistakes(std::uint32_t channel, const std::vector<nc::Diagnostic>& mistakes);
   void remember(std::uint32_t channel, const AnsweredCall& call);
 
-  /// How well the interpolator's cycles were kept, in the log; a warning if any was late.
+  /// Logs how punctual the interpolator's cycles were; a warning if any was late.
   void report_cycles(const CycleCounts& cycles) const;
 
-  /// Some program could not be started or was aborted.
+  /// True if any NC program could not be started or was aborted.
   [[nodiscard]] bool failed() const { return failed_; }
-  /// "[ch1] call 1: 560aacbf-…: 1.23 ms" for each call, in the order of the answers.
+  /// Prints "[ch1] call 1: 560aacbf-…: 1.23 ms" for each call, in the order of the responses.
   void print_timings() const;
 
  private:

@@ -1,8 +1,8 @@
-// The operator's side of a channel: which mode it is in, which program is chosen, start and reset.
+// The operator's control of a channel: its mode, the selected NC program, start and reset.
 //
 //   control.set_mode(Mode::automatic);
 //   control.set_parameter("demo.nc");
-//   control.command(ProcessState::ready);    // chooses the program
+//   control.command(ProcessState::ready);    // selects the program
 //   control.command(ProcessState::active);   // starts it
 //
 // Modes, states and the meaning of the steps are documented (IB/tf5200_hli_interface/174845451,
@@ -33,29 +33,31 @@ enum class ProcessState : std::uint32_t {
   error = 6,
 };
 
-/// What a program did not let be done: every mistake, or one reason.
+/// Why a command was refused: every mistake of the program, or one reason.
 using Refusal = std::vector<nc::Diagnostic>;
 
 class ProgramControl {
  public:
-  /// Both outlive this object. `ready_after_end`: a program that has ended may be started again.
+  /// Both must outlive this object. `ready_after_end`: an NC program that has ended may be started
+  /// again.
   ProgramControl(nc::Channel& channel, ProgramSource& programs, bool ready_after_end = false);
 
   [[nodiscard]] Mode mode() const { return mode_; }
-  /// After a program's end `selected`, or `ready` (not documented).
+  /// After the end of an NC program `selected`, or `ready` with ready_after_end (not documented).
   [[nodiscard]] ProcessState state() const;
   [[nodiscard]] const std::string& parameter() const { return parameter_; }
-  /// The name of the program that runs, or ran last; empty if none did.
+  /// The name of the current or last NC program; empty if none ran.
   [[nodiscard]] const std::string& program() const { return program_; }
 
-  /// Standby resets; any other mode is refused while a program is active or the channel in error.
+  /// Standby resets the channel. Any other mode is refused while an NC program is active or the
+  /// channel is in error.
   tl::expected<void, Refusal> set_mode(Mode mode);
-  /// In automatic a program's name, in mdi its blocks.
+  /// In automatic the name of an NC program, in mdi its blocks.
   void set_parameter(std::string parameter);
-  /// ready: chooses the program the parameter names (in reference mode rpf.nc). active: starts it,
-  /// or goes on after M00. selected: resets. Other states cannot be commanded.
+  /// ready: selects the program that the parameter names (in reference mode rpf.nc). active: starts
+  /// it, or continues after M00. selected: resets the channel. Other states cannot be commanded.
   tl::expected<void, Refusal> command(ProcessState state);
-  /// Chooses and starts a program at once, in mode automatic.
+  /// Selects and starts an NC program at once, in mode automatic.
   tl::expected<void, Refusal> start(const Program& program);
   /// NC reset.
   void reset();
@@ -73,7 +75,7 @@ class ProgramControl {
   std::string parameter_;
   std::optional<Program> ready_;
   bool ready_after_end_;
-  /// That runs or has ended; none after a reset.
+  /// The NC program that runs or has ended; nullopt after a reset.
   std::optional<Program> started_;
   std::string program_;
 };

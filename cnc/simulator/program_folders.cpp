@@ -19,7 +19,7 @@ namespace {
 
 using base::posix::Fd;
 
-/// All of a file that is open, whose name is `file`.
+/// The whole text of an open file with the name `file`.
 tl::expected<Program, std::string> text_of(const Fd& open, const fs::path& file) {
   const auto refused = [&](const std::string& why) {
     return tl::unexpected(fmt::format("{} cannot be read: {}", file.string(), why));
@@ -54,7 +54,7 @@ tl::expected<Program, std::string> text_of(const Fd& open, const fs::path& file)
   return program;
 }
 
-/// The part of an absolute name that is beneath the folder, other names as they are.
+/// The part of an absolute name beneath the folder; any other name unchanged.
 fs::path beneath(const fs::path& folder, const fs::path& name) {
   if (!name.is_absolute()) {
     return name;
@@ -66,7 +66,7 @@ fs::path beneath(const fs::path& folder, const fs::path& name) {
 }  // namespace
 
 tl::expected<Program, std::string> read_program(const fs::path& file) {
-  // Neither a pipe nor a device makes it wait.
+  // A pipe or a device does not block.
   const Fd open(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (!open) {
     return tl::unexpected(

@@ -12,20 +12,20 @@
 
 namespace millrace::cnc::simulator {
 
-/// In bytes; more than a controller would take.
+/// In bytes; more than a controller would accept.
 inline constexpr std::int64_t longest_program = std::int64_t{64} << 20U;
 
-/// The text of one file; the reason if it cannot be read. Diagnostics name it as `file` does.
+/// The text of one file, or the reason why it cannot be read. Diagnostics contain the name `file`.
 tl::expected<Program, std::string> read_program(const std::filesystem::path& file);
 
 class ProgramFolders : public ProgramSource {
  public:
   explicit ProgramFolders(std::vector<std::filesystem::path> folders);
 
-  /// The first folder that has the file wins, in any case of its letters, as on a TwinCAT
-  /// controller, and as it is written rather than otherwise. An absolute name must be beneath one
-  /// of them: programs are chosen by whoever reaches the ADS server, and by other programs. So no
-  /// link is followed either, and no name taken that begins with a dot (our choice).
+  /// Loads the file from the first folder that has it. Names are case-insensitive, as on a TwinCAT
+  /// controller; an exact match wins. An absolute name must be beneath one of the folders, since
+  /// any ADS client and any NC program may choose a name. For the same reason links are not
+  /// followed, and names that begin with a dot are refused (our choice).
   tl::expected<Program, std::string> load(std::string_view name) override;
 
  private:

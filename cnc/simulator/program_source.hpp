@@ -1,4 +1,4 @@
-// Where the virtual CNC gets its NC programs from.
+// The source of NC programs for the virtual CNC.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 namespace millrace::cnc::simulator {
 
 struct Program {
-  /// As diagnostics name it.
+  /// Name of the file in diagnostics.
   std::string file;
-  /// As it stands in the file, in CP1252.
+  /// The contents of the file, in CP1252.
   std::string text;
 };
 
@@ -19,7 +19,8 @@ class ProgramSource {
  public:
   virtual ~ProgramSource() = default;
 
-  /// The program of this name, as a program or an operator writes it; otherwise the reason.
+  /// The NC program with this name, as an NC program or an operator writes it, or the reason why it
+  /// cannot be loaded.
   virtual tl::expected<Program, std::string> load(std::string_view name) = 0;
 };
 

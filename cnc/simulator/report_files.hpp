@@ -1,4 +1,4 @@
-// What programs write with #MSG SAVE: lines appended to files in one folder
+// Report files of #MSG SAVE: NC programs append lines to files in one folder
 // (IB/tf5200_programming_manual/207171211, documented).
 //
 //   ReportFiles files("/var/lib/cnc");
@@ -18,19 +18,19 @@ namespace millrace::cnc::simulator {
 
 class ReportFiles {
  public:
-  /// How texts are written; by default as in the example above.
+  /// The format of the texts; the default is that of the example above.
   struct Form {
-    /// As strftime has it, and %f for milliseconds.
+    /// A strftime format, with %f for milliseconds.
     std::string time = "%Y-%m-%d %H:%M:%S.%f ";
-    /// In quotation marks.
+    /// Writes the text in quotation marks.
     bool quoted = false;
   };
   explicit ReportFiles(std::filesystem::path folder);
   ReportFiles(std::filesystem::path folder, Form form);
 
-  /// Appends what the program wrote, in CP1252 as it wrote it; the reason if that failed. A file
-  /// outside the folder is refused, also by way of a link, and a name that begins with a dot (our
-  /// choice). The time stamp is local time (our choice).
+  /// Appends the text of the NC program unchanged, in CP1252, or returns why that failed. Refuses a
+  /// file outside the folder, also through a link, and a name that begins with a dot (our choice).
+  /// The time stamp is local time (our choice).
   tl::expected<void, std::string> append(const nc::SaveEvent& saved,
                                          std::chrono::system_clock::time_point now);
 

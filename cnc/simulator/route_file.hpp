@@ -11,9 +11,9 @@
 
 namespace millrace::cnc::simulator {
 
-/// Those of the file, which is written again with each that is added; an empty path = no file. The
-/// log says which are added. Throws std::runtime_error if there is a file that cannot be read or
-/// has other lines.
+/// Reads the routes of the file; each added route is logged, and the file is rewritten. An empty
+/// path = no file. A missing or unreadable file counts as empty. Throws std::runtime_error for a
+/// malformed line.
 std::shared_ptr<ads::Routes> read_routes(const std::filesystem::path& file,
                                          const base::program::Log& log);
 

@@ -1,4 +1,4 @@
-// Reads how a virtual CNC does Secure ADS from its configuration.
+// Reads the Secure ADS part of a virtual CNC's configuration.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,11 @@
 
 namespace millrace::cnc::simulator {
 
-/// Nothing if the file has no secure_ads. A relative path starts at `base`.
+/// Nullopt if the file has no secure_ads. A relative path starts at `base`.
 std::optional<SecureAdsSettings> read_secure_ads(const config::Cnc& config,
                                                  const std::filesystem::path& base,
                                                  base::configuration::Mistakes& mistakes);
-/// Nothing if the file has no discovery.
+/// Nullopt if the file has no discovery.
 std::optional<DiscoverySettings> read_discovery(const config::Cnc& config,
                                                 base::configuration::Mistakes& mistakes);
 

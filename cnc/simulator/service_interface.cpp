@@ -83,7 +83,7 @@ void ServiceInterface::clear_states() {
 
 void ServiceInterface::request_written(Writer writer) {
   if (writer == Writer::program) {
-    // Documented: writing REQUEST_STATE, whatever the value, sets RESPONSE_STATE to 0.
+    // A write of any value to REQUEST_STATE sets RESPONSE_STATE to 0 (documented).
     response_state_->clear();
     pending_.reset();
     clears_at_.reset();

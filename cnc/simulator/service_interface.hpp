@@ -1,9 +1,9 @@
-// The Service Interface of one channel: its five variables and the kernel's rules about them.
+// The Service Interface of one channel: its five variables and the kernel's rules for them.
 //
 //   ServiceInterface service(store.family(Kind::global), rules, clock, on_answered);
 //
-// A program writes UUID and REQUEST, then REQUEST_STATE ≠ 0, and waits for RESPONSE_STATE ≠ 0; a
-// service writes RESPONSE and RESPONSE_STATE over ADS (IB/tf5200_service_interface/356533387,
+// An NC program writes UUID and REQUEST, then REQUEST_STATE ≠ 0, and waits for RESPONSE_STATE ≠ 0.
+// A service writes RESPONSE and RESPONSE_STATE over ADS (IB/tf5200_service_interface/356533387,
 // documented).
 #pragma once
 
@@ -22,25 +22,28 @@ namespace millrace::cnc::simulator {
 /// Time since any fixed moment.
 using Clock = std::function<std::chrono::nanoseconds()>;
 
-/// What the vendor does not document; each default changes nothing that is not documented.
+/// Behaviour that the vendor does not document; with the defaults the kernel does only what is
+/// documented.
 struct ServiceRules {
-  /// An ADS write of RESPONSE_STATE ≠ 0 also sets REQUEST_STATE to 0. Documented is only that "the
-  /// Service Interface" does it once the service is done, not which side of it.
+  /// An ADS write of RESPONSE_STATE ≠ 0 also sets REQUEST_STATE to 0. The documentation states only
+  /// that "the Service Interface" does it once the service is done, not which side of it.
   bool response_clears_request = false;
-  /// An ADS write of REQUEST_STATE sets RESPONSE_STATE to 0, as a program's write does.
+  /// An ADS write of REQUEST_STATE sets RESPONSE_STATE to 0, as an NC program's write does.
   bool ads_request_clears_response = false;
   /// An NC reset sets both states to 0.
   bool reset_clears_states = false;
-  /// The start of a program sets both states to 0.
+  /// The start of an NC program sets both states to 0.
   bool start_clears_states = false;
-  /// How long after its acknowledgement an ADS write takes effect.
+  /// Delay between the acknowledgement of an ADS write and its effect.
   std::chrono::nanoseconds writes_visible_after{0};
-  /// The kernel sets REQUEST_STATE to 0 so long after an ADS write of RESPONSE_STATE ≠ 0, unless
-  /// the program has written it since, and ignores ADS writes of 0.
+  /// Delay after an ADS write of RESPONSE_STATE ≠ 0 until the kernel sets REQUEST_STATE to 0,
+  /// unless the NC program has written it since. With a value, ADS writes of 0 to REQUEST_STATE are
+  /// ignored.
   std::optional<std::chrono::nanoseconds> kernel_clears_after{};
 };
 
-/// A call as the program saw it: from writing REQUEST_STATE ≠ 0 to the first RESPONSE_STATE ≠ 0.
+/// A call from the view of the NC program: from its write of REQUEST_STATE ≠ 0 to the first
+/// RESPONSE_STATE ≠ 0.
 struct AnsweredCall {
   /// Counts the answered calls of the channel from 1.
   std::uint64_t number = 0;
@@ -56,11 +59,11 @@ class ServiceInterface {
   ServiceInterface(const ServiceInterface&) = delete;
   ServiceInterface& operator=(const ServiceInterface&) = delete;
 
-  /// Carries out what is due. Before anything is read, and in each cycle.
+  /// Applies the writes that are due. Call it before any read, and in each cycle.
   void advance(std::chrono::nanoseconds now);
   /// NC reset.
   void reset();
-  /// A program starts.
+  /// An NC program starts.
   void start();
 
  private:

@@ -1,5 +1,5 @@
-// How a virtual CNC is set up. configuration.hpp reads it from a file, whose schema, idl/cnc.proto,
-// has the mark of each switch.
+// The settings of a virtual CNC. configuration.hpp reads them from a file; its schema,
+// idl/cnc.proto, marks each switch as documented, inferred or our choice.
 #pragma once
 
 #include <chrono>
@@ -24,37 +24,38 @@
 
 namespace millrace::cnc::simulator {
 
-/// Where a server is reached.
+/// The address on which a server listens.
 struct ListenAddress {
-  /// Numeric.
+  /// A numeric IP address.
   std::string host;
-  /// 0 = any free one.
+  /// 0 = any free port.
   std::uint16_t port = 0;
 
-  /// "127.0.0.1:48898"; nothing for any other text.
+  /// Parses "127.0.0.1:48898"; nullopt for any other text.
   static std::optional<ListenAddress> parse(std::string_view text);
 };
 
-/// What the vendor does not document about the answers of the ADS objects.
+/// Undocumented behaviour of the ADS objects.
 struct AnswerRules {
-  /// 0x47 and 0x48 answer a string with its whole buffer, otherwise with the text and its NUL.
+  /// 0x47 and 0x48 return the whole buffer of a string; otherwise the text and its NUL.
   bool whole_string_buffer = true;
-  /// The answer to the name of a variable that does not exist.
+  /// The error for the name of an unknown variable.
   ads::ErrorCode unknown_variable = ads::ErrorCode::symbol_not_found;
-  /// Index groups without 0x100000 are those with it; otherwise they are invalid.
+  /// Index groups without 0x100000 address the same objects as those with it; otherwise they are
+  /// invalid.
   bool old_groups = true;
-  /// Index groups with 0x100000 name the objects; otherwise they are invalid.
+  /// Index groups with 0x100000 address the objects; otherwise they are invalid.
   bool current_groups = true;
-  /// Where the value stands in S_WRITE_VAR_DATA.
+  /// Offset of the value in S_WRITE_VAR_DATA.
   std::uint32_t old_value_offset = 96;
-  /// COM tells the program's name and the error that ended it.
+  /// COM has the NC program's name and the error that ended it.
   bool program_objects = true;
 };
 
-/// How the AMS router and its network behave.
+/// Behaviour of the AMS router and its network.
 struct ConnectionSettings {
   ads::ForeignTarget foreign_target = ads::ForeignTarget::answer_error_7;
-  /// Of the clients that may speak; none = everybody may.
+  /// NetIds of the clients with a route; empty = every client has one.
   std::vector<ads::NetId> routes;
   bool one_per_address = false;
   bool sum_commands = true;
@@ -62,30 +63,30 @@ struct ConnectionSettings {
   bool symbols = true;
   /// The variables of the channels are among the symbols.
   bool variable_symbols = true;
-  /// Notifications go on when their client connects again.
+  /// Notifications continue when their client connects again.
   bool notifications_survive = false;
   ads::Faults faults;
   std::size_t max_connections = 250;
-  /// After which an unused connection is closed; 0 = never.
+  /// An idle connection is closed after this time; 0 = never.
   std::chrono::seconds idle_time = std::chrono::minutes(10);
-  /// Of a connection.
+  /// Limit of each connection.
   std::size_t max_notifications = 550;
   ads::SubscriptionHabits notifications;
 };
 
-/// Secure ADS beside plain ADS.
+/// Secure ADS in addition to plain ADS.
 struct SecureAdsSettings {
   ListenAddress listen{"127.0.0.1", ads::secure_port};
-  /// A certificate is made at the start where none is named.
+  /// Without a certificate, the CNC makes one at its start.
   ads::ServerSecurity security;
-  /// Where routes are kept; empty = nowhere.
+  /// File of the routes; empty = routes are not stored.
   std::filesystem::path routes_file;
   /// No plain ADS.
   bool only = false;
   ads::SecureFaults faults;
 };
 
-/// Answers over UDP; plain ADS then closes connections of clients without a route.
+/// Responds over UDP; plain ADS then closes connections of clients without a route.
 struct DiscoverySettings {
   ListenAddress listen{"127.0.0.1", ads::discovery_port};
   std::string name;
@@ -94,52 +95,52 @@ struct DiscoverySettings {
   std::string password;
 };
 
-/// A channel's number is one byte of an index group.
+/// The number of a channel is one byte of an index group.
 inline constexpr std::uint32_t max_channels = 255;
-/// Of a channel.
+/// Limit of each channel.
 inline constexpr std::size_t max_axes = 32;
 
 struct AxisSettings {
-  /// As programs write it: "X".
+  /// As NC programs write it: "X".
   std::string name;
-  /// Software limits in mm or degrees: a block that leaves them aborts its program.
+  /// Software limits in mm or degrees: a block that leaves them aborts its NC program.
   double negative_limit = -100'000;
   double positive_limit = 100'000;
-  /// In mm/min: a motion is as slow as its slowest axis needs; 0 = as fast as programmed.
+  /// In mm/min; no motion exceeds the limit of any of its axes. 0 = no limit.
   double greatest_feed = 0;
 };
 
-/// A V.G. or V.A. variable that a configuration adds to what every channel has.
+/// A V.G. or V.A. variable that a configuration adds to those of every channel.
 struct SystemVariable {
-  /// Without the axis.
+  /// Its name has no axis.
   Declaration declaration;
   /// Each axis of the channel has one, whose name ends with that of the axis.
   bool per_axis = false;
-  /// What each element begins with, in its type.
+  /// The initial value of each element, in its type.
   nc::Value value = 0.0;
 };
 
 struct Settings {
   std::uint32_t channels = 1;
-  /// Of the interpolator: how often running programs are advanced.
+  /// Cycle of the interpolator: the period in which running NC programs advance.
   std::chrono::nanoseconds cycle = std::chrono::milliseconds(1);
   ServiceRules service;
   AnswerRules answers;
-  /// Of every channel; axes and limits are filled in from those below.
+  /// Options of every channel; the axes and limits below complete them.
   nc::ChannelOptions program;
-  /// What the decoders of all channels do in one cycle together, evenly shared by those that run.
+  /// Decoder operations of all channels in one cycle, evenly shared by those that run.
   std::size_t decoder_operations = 3'200;
-  /// A channel is ready after a program's end, and may start it again; otherwise selected.
+  /// A channel is ready after the end of an NC program, and may start it again; otherwise selected.
   bool ready_after_end = false;
-  /// #TIMER START goes on where the timer was stopped.
+  /// #TIMER START continues a stopped timer from its time.
   bool timers_resume = true;
   /// #MSG SAVE writes the text in quotation marks.
   bool quoted_reports = false;
-  /// The time stamp of #MSG SAVE, as strftime has it, and %f for milliseconds.
+  /// The time stamp of #MSG SAVE: a strftime format, with %f for milliseconds.
   std::string report_time = "%Y-%m-%d %H:%M:%S.%f ";
-  /// Where programs and subprograms are searched, in this order.
+  /// Folders of NC programs and subprograms, searched in this order.
   std::vector<std::filesystem::path> folders;
-  /// Of every channel that is not in channel_axes.
+  /// The axes of every channel that is not in channel_axes.
   std::vector<AxisSettings> axes{{"X"}, {"Y"}, {"Z"}};
   std::map<std::uint32_t, std::vector<AxisSettings>> channel_axes;
   std::vector<SystemVariable> variables;

@@ -13,7 +13,7 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-/// For a client that does not read its answers.
+/// For a client that does not read its responses.
 constexpr std::chrono::seconds drain_limit{1};
 
 std::chrono::nanoseconds steady_now() {
@@ -27,7 +27,7 @@ ads::ServerOptions common_options(const Setup& setup) {
   options.session.foreign_target = connections.foreign_target;
   options.session.routes = connections.routes;
   options.session.subscriptions.task_cycle = setup.settings.cycle;
-  constexpr int behind_the_interpolator = 10;  // of a cycle
+  constexpr int behind_the_interpolator = 10;  // fraction of a cycle
   options.session.subscriptions.offset = setup.settings.cycle / behind_the_interpolator;
   options.session.subscriptions.handles = connections.max_notifications;
   options.session.subscriptions.habits = connections.notifications;
@@ -46,7 +46,7 @@ ads::ServerOptions plain_options(const Setup& setup) {
   return options;
 }
 
-/// Valid for ten years, as long as this CNC runs.
+/// Valid for ten years; used until this process ends.
 void make_certificate(ads::ServerSelfSigned& to) {
   using base::openssl::Key;
   constexpr auto validity = std::chrono::years(10);
@@ -66,7 +66,7 @@ std::string fingerprint_of(const std::string& certificate) {
   return read ? read->fingerprint() : "none";
 }
 
-/// What discovery tells of this CNC.
+/// What discovery reports about this CNC.
 ads::Identity identity_of(const Setup& setup, const ads::ServerSecurity& security) {
   ads::Identity identity;
   identity.net_id = setup.net_id;
@@ -182,7 +182,7 @@ void Station::drain(std::function<void()> done) {
 bool Station::advance(std::chrono::nanoseconds now) {
   for (const Happening& happening : machine_.tick(now)) {
     if (const auto shown = panel_.show(happening); !shown) {
-      // As the CNC does with a file that it cannot write; it may have ended meanwhile.
+      // As the CNC does with a file that it cannot write; the NC program may have ended already.
       if (auto aborted = machine_.channel(happening.channel)->program().abort({0, shown.error()})) {
         (void)panel_.show({happening.channel, *std::move(aborted)});
       }

@@ -35,22 +35,23 @@ class Station {
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
 
-  /// Of plain and of Secure ADS; nothing if it is not served.
+  /// TCP ports of plain and of Secure ADS; nullopt if not served.
   [[nodiscard]] std::optional<std::uint16_t> plain_port() const { return port_of(plain_); }
   [[nodiscard]] std::optional<std::uint16_t> secure_port() const { return port_of(secure_); }
-  /// Of UDP.
+  /// UDP port.
   [[nodiscard]] std::optional<std::uint16_t> discovery_port() const {
     return discovery_ ? std::optional(discovery_->port()) : std::nullopt;
   }
   [[nodiscard]] bool active() const { return machine_.active(); }
   [[nodiscard]] const CycleCounts& cycles() const { return cycle_.counts(); }
-  /// Called whenever the last program has ended.
+  /// Sets the handler that is called after each cycle without an active NC program: when the last
+  /// one has ended, and after a command that starts none.
   void on_idle(std::function<void()> handler) { on_idle_ = std::move(handler); }
-  /// Calls `done` once clients have the answers to all that they have asked so far, or after a
-  /// second: not each client reads them.
+  /// Calls `done` once clients have the responses to all their requests so far, or after one
+  /// second: a client may not read them.
   void drain(std::function<void()> done);
-  /// Starts each program in the channel of the run with its index; the panel shows what is wrong
-  /// with those that cannot be started.
+  /// Starts each program in the channel of the run with the same index; the panel shows the
+  /// mistakes of those that cannot be started.
   void start(const std::vector<Run>& runs, const std::vector<Program>& programs);
 
  private:
@@ -60,7 +61,7 @@ class Station {
   static std::optional<std::uint16_t> port_of(const std::optional<ads::Server>& server) {
     return server ? std::optional(server->tcp_port()) : std::nullopt;
   }
-  /// One cycle; true while there are more to come.
+  /// Runs one cycle; true while more are needed.
   bool advance(std::chrono::nanoseconds now);
 
   Panel& panel_;

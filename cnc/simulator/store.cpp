@@ -8,7 +8,7 @@ namespace millrace::cnc::simulator {
 
 namespace {
 
-/// A handle is the kind, from 1, in the upper byte and the index in the lower ones.
+/// The upper byte of a handle is the kind, from 1; the lower bytes are the index.
 constexpr unsigned kind_shift = 24;
 constexpr std::uint32_t index_mask = (1U << kind_shift) - 1;
 
@@ -22,7 +22,7 @@ std::optional<Kind> kind_of(std::string_view name) {
   return std::nullopt;
 }
 
-/// Row by row; nothing if the indices are too many, too few or too large.
+/// Counts row by row; nullopt for too many, too few or too large indices.
 std::optional<std::uint32_t> element_at(const Declaration& declaration,
                                         std::span<const std::uint32_t> indices) {
   if (indices.size() != declaration.dimensions.size()) {

@@ -1,4 +1,4 @@
-// All variables of one channel that live outside the NC interpreter, found by name or by number.
+// All variables of one channel outside the NC interpreter, found by name or by number.
 //
 //   Store store;
 //   store.family(Kind::global).add(std::make_shared<Variable>(…));
@@ -20,25 +20,25 @@
 
 namespace millrace::cnc::simulator {
 
-/// The families an ADS client can enumerate. The order is that of an enumeration of all three
-/// (IB/tf5200_ads_access_to_cnc/312795019 names them so; the order is our choice).
+/// The families that an ADS client can enumerate, in the order of an enumeration of all three
+/// (IB/tf5200_ads_access_to_cnc/312795019 has the names; the order is our choice).
 enum class Kind { external, global, axis };
 inline constexpr std::array<Kind, 3> all_kinds{Kind::external, Kind::global, Kind::axis};
 
 /// "V.E", "V.G" or "V.A".
 std::string_view prefix_of(Kind kind);
 
-/// The variables of one kind, numbered without gaps in the order they were added.
+/// The variables of one kind, numbered without gaps in the order in which they were added.
 class Family {
  public:
-  /// A variable may be shared by the stores of several channels. Its name is new in this family.
+  /// The stores of several channels may share a variable. Its name must be new in this family.
   void add(std::shared_ptr<Variable> variable);
   [[nodiscard]] std::size_t size() const { return variables_.size(); }
   [[nodiscard]] Variable& at(std::size_t index) const { return *variables_.at(index); }
-  /// As the old functions count: variables that were added one after the other and differ in their
-  /// axis alone are one.
+  /// The count of the old functions: consecutive variables that differ only in their axis count as
+  /// one.
   [[nodiscard]] std::size_t listed() const { return listed_.size(); }
-  /// The first of them.
+  /// The first variable of an entry.
   [[nodiscard]] Variable& listed_at(std::size_t index) const { return at(listed_.at(index)); }
   /// By full name without indices; null if there is none.
   [[nodiscard]] Variable* find(std::string_view base) const;
@@ -56,10 +56,10 @@ class Family {
   std::unordered_map<std::string, std::size_t, Hash, std::equal_to<>> by_name_;
 };
 
-/// A variable, and the element that was meant.
+/// A variable, and the selected element.
 struct Selection {
   Variable* variable = nullptr;
-  /// None: the whole array was meant.
+  /// Nullopt: the whole array.
   std::optional<std::uint32_t> element;
 
   [[nodiscard]] ads::Bytes read() const;
@@ -73,13 +73,13 @@ class Store {
     return families_.at(static_cast<std::size_t>(kind));
   }
 
-  /// By name, with indices where an element of an array is meant; names are case-sensitive
+  /// Finds a variable by name, with indices for an element of an array. Names are case-sensitive
   /// (documented for V.E., IB/tf5200_external_variables/112455051; inferred for the others).
   [[nodiscard]] std::optional<Selection> find(std::string_view name) const;
 
-  /// A number that stays the same for the life of this store (its structure is our choice).
+  /// A number that does not change during the life of this store (its structure is our choice).
   [[nodiscard]] std::optional<std::uint32_t> handle(std::string_view base) const;
-  /// By handle; no indices mean the scalar or the whole array.
+  /// Finds a variable by handle; without indices, the scalar or the whole array.
   [[nodiscard]] std::optional<Selection> find(std::uint32_t handle,
                                               std::span<const std::uint32_t> indices) const;
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t prefix_length = 3;  // SD.
 
-/// A name taken apart: "SD.TABLE[3].TEXT" is TABLE, 3 and TEXT.
+/// The parts of a name: "SD.TABLE[3].TEXT" is TABLE, 3 and TEXT.
 struct Parts {
   std::string_view name;
   std::optional<std::uint32_t> index;
@@ -63,7 +63,7 @@ SystemData::SystemData(std::vector<DataDeclaration> declarations) {
     items_.push_back({std::move(declaration), offset});
     const DataDeclaration& added = items_.back().declaration;
     if (!added.structure()) {
-      // The configuration has made it fit.
+      // The configuration reader has checked that it fits.
       const auto bytes = encode(added.members.front().element, added.value);
       for (std::uint32_t at = offset; bytes && at < memory_.size(); at += added.element_size()) {
         std::copy(bytes->begin(), bytes->end(), memory_.begin() + at);

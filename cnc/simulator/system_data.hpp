@@ -1,16 +1,15 @@
-// The system data of the virtual CNC, as a Rexroth MTX has them: named and typed, single values,
-// structures and arrays, shared by all channels. NC programs write them with SSD and its relatives;
-// ADS clients read and write them by name, whole or in part.
+// The system data of the virtual CNC, like those of a Rexroth MTX: named and typed single values,
+// structures and arrays, shared by all channels. NC programs write them with SSD and related
+// functions; ADS clients read and write them by name, whole or in part.
 //
 //   SystemData data({{"QUEUE", {{"", ElementType::text(127)}}, 100},
 //                    {"CONTROL", {{"LastFilled", dint}, {"LastGet", dint}}}});
 //   auto all = data.find("SD.QUEUE");                   // 100 texts of 128 bytes, in one piece
 //   auto get = data.find("SD.CONTROL.LastGet");
 //
-// That there are structures and arrays, and that each is best read whole, is documented
-// (DOK-MTX***-NC*F*EX*V13, p. 655). That elements count from 1 is inferred. Names with SD., upper
-// and lower case as they are written, members without gaps between them, and that no channel has
-// its own, are our choice.
+// Documented: there are structures and arrays, and each is best read whole (DOK-MTX***-NC*F*EX*V13,
+// p. 655). Inferred: elements count from 1. Our choice: names begin with SD. and are
+// case-sensitive, members have no gaps between them, and no channel has data of its own.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +23,7 @@
 namespace millrace::cnc::simulator {
 
 struct DataMember {
-  /// Empty: the data are no structure, and this is their only value.
+  /// Empty: the data are not a structure, and this is their only value.
   std::string name;
   ElementType element;
 };
@@ -33,13 +32,13 @@ struct DataDeclaration {
   /// Without "SD.".
   std::string name;
   std::vector<DataMember> members;
-  /// Of an array, counted from 1; 0 = no array.
+  /// Elements of an array, counted from 1; 0 = not an array.
   std::uint32_t elements = 0;
-  /// What each element begins with, in its type; not for structures.
+  /// The initial value of each element, in its type; not for structures.
   nc::Value value = 0.0;
 
   [[nodiscard]] bool structure() const { return !members.front().name.empty(); }
-  /// Of one element, in bytes.
+  /// Bytes of one element.
   [[nodiscard]] std::uint32_t element_size() const;
   [[nodiscard]] std::uint32_t size() const {
     return element_size() * (elements == 0 ? 1 : elements);
@@ -48,36 +47,36 @@ struct DataDeclaration {
 
 class SystemData {
  public:
-  /// Their names differ.
+  /// The names must differ.
   explicit SystemData(std::vector<DataDeclaration> declarations);
 
-  /// Some of the data: all of a name, an element, a member of it.
+  /// A part of the data: all data of a name, an element, or a member of it.
   struct Place {
     std::uint32_t offset = 0;
     /// In bytes.
     std::uint32_t size = 0;
-    /// Of a single value; nothing for an array or a structure.
+    /// Type of a single value; nullopt for an array or a structure.
     std::optional<ElementType> element{};
-    /// Of an array that is meant whole; 0 otherwise.
+    /// Elements of a whole array; 0 for any other part.
     std::uint32_t elements = 0;
-    /// The data that it is, or is a part of.
+    /// The data of which this is a part or the whole.
     const DataDeclaration* data = nullptr;
   };
-  /// By name: "SD.CONTROL", "SD.QUEUE[3]", "SD.TABLE[3].TEXT".
+  /// Finds a part by name: "SD.CONTROL", "SD.QUEUE[3]", "SD.TABLE[3].TEXT".
   [[nodiscard]] std::optional<Place> find(std::string_view name) const;
   /// All data, in the order of their declaration.
   [[nodiscard]] std::vector<const DataDeclaration*> all() const;
-  /// Of an array; 0 if there is none of this name.
+  /// Elements of an array; 0 for any other name.
   [[nodiscard]] std::uint32_t elements(std::string_view name) const;
 
-  /// For programs; faults name the data.
+  /// For NC programs; faults contain the name of the data.
   [[nodiscard]] tl::expected<nc::Value, nc::Fault> value(std::string_view name) const;
   tl::expected<void, nc::Fault> assign(std::string_view name, const nc::Value& value);
 
-  /// For ADS clients: at most `room` bytes, none of other data. invalid_offset where there are
-  /// none.
+  /// For ADS clients: at most `room` bytes, up to the end of one declaration. invalid_offset beyond
+  /// all data.
   [[nodiscard]] ads::Result<ads::Bytes> read(std::uint32_t offset, std::uint32_t room) const;
-  /// invalid_size for what goes over the end of the data.
+  /// invalid_size for bytes beyond the end of one declaration.
   ads::Result<void> write(std::uint32_t offset, ads::BytesView bytes);
 
  private:
@@ -93,7 +92,7 @@ class SystemData {
   ads::Bytes memory_;
 };
 
-/// Whether a name is one of theirs, by its beginning.
+/// True if a name begins with the prefix of system data.
 [[nodiscard]] inline bool is_system_data(std::string_view name) {
   return name.starts_with("SD.");
 }

@@ -1,4 +1,4 @@
-// What the configuration says of system data, checked.
+// Reads and checks the system data of the configuration.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace millrace::cnc::simulator {
 
-/// Notes every mistake with its place.
+/// Records every mistake with its place.
 std::vector<DataDeclaration> read_system_data(const config::Cnc& config,
                                               base::configuration::Mistakes& mistakes);
 

@@ -33,7 +33,7 @@ std::string_view text_in(ads::BytesView bytes) {
           static_cast<std::size_t>(end - bytes.begin())};
 }
 
-/// Of a number that fits its type.
+/// The bytes of a number that fits its type.
 ads::Bytes number_bytes(Type type, double number) {
   if (type == Type::real64) {
     return ads::ByteWriter().u64(std::bit_cast<std::uint64_t>(number)).take();

@@ -24,7 +24,7 @@ std::string Declaration::last_element() const {
 
 std::string Declaration::listed() const {
   std::string text = last_element();
-  // The name of the axis stands behind the indices.
+  // The name of the axis follows the indices.
   text.resize(text.size() - axis);
   return text;
 }
@@ -52,7 +52,7 @@ nc::Value Variable::value(std::uint32_t element) const {
 }
 
 ads::Bytes Variable::bytes(std::uint32_t element) const {
-  // What is computed fits its type: whoever computes it has declared the type.
+  // A computed value fits its type: the owner of the computation has declared the type.
   return encode(declaration_.element, value(element)).value();
 }
 

@@ -1,4 +1,4 @@
-// One channel of the virtual CNC: its variables, its Service Interface and the program it runs.
+// One channel of the virtual CNC: its variables, its Service Interface and its NC program.
 //
 //   channel.start({"demo.nc", text});
 //   while (channel.program().active()) channel.tick(now);
@@ -23,17 +23,17 @@
 
 namespace millrace::cnc::simulator {
 
-/// What the virtual CNC is given by its surroundings; all of it outlives the CNC.
+/// The environment of the virtual CNC; all of it must outlive the CNC.
 struct Surroundings {
   Clock clock;
   ProgramSource& programs;
   /// Called with the number of the channel.
   std::function<void(std::uint32_t, const AnsweredCall&)> on_answered = [](auto, const auto&) {};
-  /// Called when an ADS client has set something in motion, so that ticks are needed.
+  /// Called when an ADS client has commanded a channel, so that ticks are needed.
   std::function<void()> on_command = [] {};
 };
 
-/// What the channels of a CNC share.
+/// State that the channels of a CNC share.
 struct Common {
   /// V.E. variables of scope GLOBAL.
   std::vector<std::shared_ptr<Variable>> externals;
@@ -42,7 +42,7 @@ struct Common {
       std::make_shared<SystemData>(std::vector<DataDeclaration>{});
 };
 
-/// What an operator has set of a block search.
+/// An operator's settings of a block search.
 struct BlockSearch {
   /// Execution mode 1.
   bool commanded = false;
@@ -60,34 +60,34 @@ class VirtualChannel : private nc::Environment {
   [[nodiscard]] std::uint32_t number() const { return number_; }
   [[nodiscard]] const Store& store() const { return store_; }
   [[nodiscard]] const nc::Channel& program() const { return program_; }
-  /// For what an operator adjusts: override, single step and the like.
+  /// For the operator's adjustments: override, single step and others.
   [[nodiscard]] nc::Channel& program() { return program_; }
-  /// P, V.P, V.L, V.S and V.CYC of the program.
+  /// P, V.P, V.L, V.S and V.CYC of the NC program.
   [[nodiscard]] nc::VariableDirectory& program_variables() { return program_.variables(); }
   [[nodiscard]] const std::vector<AxisSettings>& axes() const { return axes_; }
-  /// Mode and state, and the chosen program.
+  /// Mode and state, and the selected NC program.
   [[nodiscard]] const ProgramControl& control() const { return control_; }
-  /// The number of the error that ended the program; 0 once it is cleared.
+  /// The number of the error that ended the NC program; 0 once it is cleared.
   [[nodiscard]] std::uint32_t error() const { return error_; }
 
-  /// Starts a program; every mistake if it has any. Not while one is active.
+  /// Starts an NC program, or returns all its mistakes. Not while one is active.
   tl::expected<void, Refusal> start(const Program& program);
   /// NC reset.
   void reset();
-  // What ADS clients command; a refusal is also told to the operator with the next tick.
+  // Commands of ADS clients; the next tick also reports a refusal to the operator.
   tl::expected<void, Refusal> command_mode(Mode mode);
   tl::expected<void, Refusal> command_state(ProcessState state);
   void command_parameter(std::string parameter);
-  /// For the next start.
+  /// Applies to the next start.
   void set_block_search(const BlockSearch& search);
   [[nodiscard]] const BlockSearch& block_search() const { return search_; }
   /// A packet for the streaming program.
   tl::expected<void, Refusal> command_stream(std::string packet);
 
-  /// Lets take effect what ADS clients have written and is due by now.
+  /// Applies the writes of ADS clients that are due by now.
   void apply_writes(std::chrono::nanoseconds now) { service_.advance(now); }
 
-  /// Advances the program to `now`; its decoder does at most so many operations.
+  /// Advances the NC program to `now`; its decoder executes at most `operations` operations.
   std::vector<nc::Event> tick(std::chrono::nanoseconds now, std::size_t operations);
 
  private:
@@ -112,7 +112,7 @@ class VirtualChannel : private nc::Environment {
   ProgramControl control_;
   BlockSearch search_;
   std::uint32_t error_ = 0;
-  /// Refused commands the operator has not been told of.
+  /// Refused commands that were not reported to the operator yet.
   std::vector<nc::Event> untold_;
 };
 

@@ -17,13 +17,13 @@ using objects::Attribute;
 using objects::Target;
 
 constexpr std::uint16_t ads_state_run = 5;
-/// The system service of TwinCAT, which clients ask for its state before anything else.
+/// The system service of TwinCAT, whose state clients read first.
 constexpr std::uint16_t system_port = 10000;
-/// ReadState as a value that can be watched: ADSIGRP_DEVICE_DATA and ADSIOFFS_DEVDATA_ADSSTATE of
+/// ReadState as a value for notifications: ADSIGRP_DEVICE_DATA and ADSIOFFS_DEVDATA_ADSSTATE of
 /// Beckhoff's TcAdsDef.h (documented).
 constexpr ads::Index state_value{0xF100, 0};
 
-/// Documented: 0x705 if the buffer is too small.
+/// 0x705 if the buffer is too small (documented).
 Result<Bytes> fit(Bytes answer, std::uint32_t room) {
   return answer.size() > room ? tl::unexpected(ErrorCode::invalid_size)
                               : Result<Bytes>(std::move(answer));

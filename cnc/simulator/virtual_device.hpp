@@ -1,11 +1,11 @@
-// The virtual CNC behind an ADS server: what each AMS port, index group and offset answers.
+// The virtual CNC behind an ADS server: the response of each AMS port, index group and offset.
 //
 //   VirtualDevice device(machine);
 //   device.read_write(552, {0x122301, 0x48}, 256, name);
 //
-// Errors are those of the kernel's own access functions (ISG/402275851, documented; that they stand
-// on the wire is inferred): 0x702 group or channel, 0x703 offset, 0x704 not readable or writable,
-// 0x705 a buffer too small or a value of the wrong size, 0x706 invalid data.
+// Errors are those of the kernel's own access functions (ISG/402275851, documented; that they are
+// sent on the wire is inferred): 0x702 group or channel, 0x703 offset, 0x704 not readable or
+// writable, 0x705 a buffer too small or a value of the wrong size, 0x706 invalid data.
 #pragma once
 
 #include <cstdint>

@@ -10,7 +10,7 @@ namespace asio = boost::asio;
 using ads::ErrorCode;
 using ads::Result;
 
-// A number of 4 bytes; what has another size is no answer to the question.
+// Decodes a number of 4 bytes; any other size is a protocol_error.
 Result<std::uint32_t> decode_number(const Bytes& bytes) {
   ads::ByteReader in(bytes);
   const auto number = in.u32();

@@ -17,15 +17,15 @@
 
 namespace millrace::cnc::variables {
 
-/// Where a controller keeps its variables, if not at the vendor's defaults.
+/// The addresses of a controller's variables, if they differ from the vendor's defaults.
 struct Location {
   std::uint16_t port = sda_port;
   /// The index group of channel n is this + n.
   std::uint32_t group = decoder_group;
 };
 
-/// The client must outlive what is asked of the channel. Errors are those of the controller and of
-/// the client (error.hpp).
+/// The client must outlive the pending requests of the channel. Errors are those of the controller
+/// and of the client (error.hpp).
 class Channel {
  public:
   /// `number` counts from 1.
@@ -34,25 +34,25 @@ class Channel {
 
   [[nodiscard]] std::uint32_t number() const { return number_; }
 
-  /// The value, at most `length` bytes of it.
+  /// Reads at most `length` bytes of the value.
   boost::asio::awaitable<ads::Result<Bytes>> read(std::string_view name, std::uint32_t length);
   boost::asio::awaitable<ads::Result<Bytes>> read(const ElementOf& element, std::uint32_t length);
   /// The value must have the size of the variable.
   boost::asio::awaitable<ads::Result<void>> write(std::string_view name, BytesView value);
   boost::asio::awaitable<ads::Result<void>> write(const ElementOf& element, BytesView value);
 
-  /// Handles depend on the configuration of the controller; they end with its restart at the
-  /// latest.
+  /// Handles depend on the configuration of the controller. They become invalid at its restart, or
+  /// earlier.
   boost::asio::awaitable<ads::Result<std::uint32_t>> handle(std::string_view name);
   /// Newer controllers only.
   boost::asio::awaitable<ads::Result<Description>> describe(std::string_view name);
   /// The variable of a kind with this number, counted from 0, with its name.
   boost::asio::awaitable<ads::Result<Description>> describe(const IndexStream& index);
-  /// How many variables of a kind ("V.G", "V.E", "V.A", or "" for all) there are.
+  /// The number of variables of a kind ("V.G", "V.E", "V.A", or "" for all).
   boost::asio::awaitable<ads::Result<std::uint32_t>> count(std::string_view kind);
 
-  /// The old listing of a program's own variables, by the offsets of its two functions: how many,
-  /// and the name of one of them, an array with its largest index.
+  /// The old listing of an NC program's own variables, by the offsets of its two functions: their
+  /// number, and the name of one of them. The name of an array has its largest index.
   boost::asio::awaitable<ads::Result<std::uint32_t>> old_count(std::uint32_t offset);
   boost::asio::awaitable<ads::Result<std::string>> old_name(std::uint32_t offset,
                                                             std::uint32_t index);
@@ -60,7 +60,7 @@ class Channel {
   /// The same reads as items of a sum.
   [[nodiscard]] ads::SumItem item(std::string_view name, std::uint32_t length) const;
   [[nodiscard]] ads::SumItem item(const ElementOf& element, std::uint32_t length) const;
-  /// All items in one request. A controller that knows no sums refuses the whole.
+  /// Reads all items in one request. A controller without sums refuses the whole request.
   boost::asio::awaitable<ads::Result<std::vector<ads::Result<Bytes>>>> read(
       std::vector<ads::SumItem> items);
 

@@ -10,7 +10,7 @@ using ads::Result;
 
 namespace {
 
-/// The group of COM's objects with the bits that mean its directory.
+/// The index group of COM's objects, with the bits that select its directory.
 constexpr std::uint32_t directory_group = 0x130100;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The directory of the task COM, read from the controller
-// (IB/tf5200_ads_access_to_cnc/855973643, documented).
+// Reads the directory of the task COM from the controller (IB/tf5200_ads_access_to_cnc/855973643,
+// documented).
 #pragma once
 
 #include <vector>
@@ -9,8 +9,9 @@
 
 namespace millrace::cnc::variables {
 
-/// All records of a channel's directory; that of channel 1 has the controller's objects, too. An
-/// error is the controller's or the client's, protocol_error for a directory of more than 10,000.
+/// All records of a channel's directory; the directory of channel 1 also has the controller's
+/// objects. Errors are those of the controller or the client, and protocol_error for a directory of
+/// more than 10,000 records.
 boost::asio::awaitable<ads::Result<std::vector<DirectoryEntry>>> read_directory(
     ads::Client& client, std::uint32_t channel);
 

@@ -8,20 +8,20 @@
 
 namespace millrace::cnc::variables {
 
-/// The families that can be listed: what the kernel, its configuration and its axes have, then what
-/// programs have. V.CYC variables are read by name only (ISG/312791435.html, documented).
+/// The families that can be listed: those of the kernel, its configuration and its axes, then those
+/// of NC programs. V.CYC variables are read by name only (ISG/312791435.html, documented).
 inline constexpr std::array<std::string_view, 7> families{"V.G", "V.E", "V.A", "P",
                                                           "V.P", "V.L", "V.S"};
 
-/// The family of a variable, "V.G" of "V.G.SERVICE.UUID"; nothing for a name that begins with none
-/// of them.
+/// The family of a variable, "V.G" for "V.G.SERVICE.UUID"; empty for a name without one of these
+/// families.
 std::string_view family_of(std::string_view name);
 
-/// "V.E.TABLE" of "V.E.TABLE[1]". A member of an array's elements keeps its index, which stands in
-/// the middle of its name: "V.G.NP[5].V.X".
+/// "V.E.TABLE" for "V.E.TABLE[1]". A member of an array's elements keeps its index, which is in the
+/// middle of its name: "V.G.NP[5].V.X".
 std::string_view without_indices(std::string_view name);
 
-/// True of "V.G.NP[5].V.X" and "V.G.NP[98].V.X", of "V.E.TABLE" and "V.E.TABLE[1]".
+/// True for "V.G.NP[5].V.X" and "V.G.NP[98].V.X", for "V.E.TABLE" and "V.E.TABLE[1]".
 bool same_but_for_indices(std::string_view left, std::string_view right);
 
 }  // namespace millrace::cnc::variables

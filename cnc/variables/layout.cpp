@@ -26,7 +26,7 @@ std::vector<std::uint32_t> read_list(ByteReader& in) {
   return values;
 }
 
-// Up to the first NUL or the end.
+// The text up to the first NUL or the end.
 std::string_view text_of(BytesView bytes) {
   const auto length = std::ranges::find(bytes, 0) - bytes.begin();
   return {reinterpret_cast<const char*>(bytes.data()), static_cast<std::size_t>(length)};

@@ -1,5 +1,5 @@
-// The byte streams of the generic variable functions (offsets 0x44 to 0x4C), both ways: the client
-// encodes what the virtual CNC decodes, and the other way round.
+// The byte streams of the generic variable functions (offsets 0x44 to 0x4C), encoded and decoded:
+// the virtual CNC decodes what the client encodes, and the reverse.
 //
 //   auto in = encode(ElementOf{handle, {}}, value);         // write by handle
 //   auto what = decode_name(received);                      // read by name
@@ -21,7 +21,7 @@ namespace millrace::cnc::variables {
 using ads::Bytes;
 using ads::BytesView;
 
-/// Type of a variable as its description tells it (IB/tf5200_ads_access_to_cnc/1259032331.html,
+/// Type of a variable, as its description encodes it (IB/tf5200_ads_access_to_cnc/1259032331.html,
 /// documented).
 enum class Type : std::uint32_t {
   boolean = 1,
@@ -37,52 +37,53 @@ enum class Type : std::uint32_t {
 
 enum class Access : std::uint32_t { read_only = 1, read_write = 2 };
 
-/// What 0x45 and 0x4C tell about a variable.
+/// The description of a variable that 0x45 and 0x4C return.
 struct Description {
   std::uint32_t handle = 0;
   Type type = Type::real64;
   Access access = Access::read_only;
   /// Bytes of the value.
   std::uint32_t size = 0;
-  /// Elements in each dimension; none = scalar.
+  /// Elements in each dimension; empty = scalar.
   std::vector<std::uint32_t> dimensions;
-  /// Only with 0x45.
+  /// Set only by 0x45.
   std::string name;
 
   bool operator==(const Description&) const = default;
 };
 
-/// 0x45 answers with the name (NUL-terminated), 0x4C without it.
+/// 0x45 returns the name (NUL-terminated), 0x4C does not.
 enum class NameInDescription { yes, no };
 Bytes encode(const Description& description, NameInDescription with_name);
-/// A name is taken where there is one.
+/// Reads the name if the stream has one.
 std::optional<Description> decode_description(BytesView stream);
 
-/// A variable by its handle, with the array index in each dimension; none = scalar or whole array.
+/// A variable by its handle, with the array index in each dimension; no index = scalar or whole
+/// array.
 struct ElementOf {
   std::uint32_t handle = 0;
   std::vector<std::uint32_t> indices;
 
   bool operator==(const ElementOf&) const = default;
 };
-/// The input of 0x47, or with a value that of 0x49.
+/// The input of 0x47; with a value, the input of 0x49.
 Bytes encode(const ElementOf& element, BytesView value = {});
 struct HandleStream {
   ElementOf element;
-  /// Into the decoded stream; empty in a read.
+  /// View into the decoded stream; empty in a read.
   BytesView value;
 };
 std::optional<HandleStream> decode_handle_stream(BytesView stream);
 
-/// The input of 0x46, 0x48 and 0x4C, or with a value that of 0x4A: name, NUL, value.
+/// The input of 0x46, 0x48 and 0x4C; with a value, the input of 0x4A: name, NUL, value.
 Bytes encode_name(std::string_view name, BytesView value = {});
 struct NameStream {
   std::string_view name;
-  /// Into the decoded stream; empty in a read.
+  /// View into the decoded stream; empty in a read.
   BytesView value;
 };
-/// A stream without NUL is all name (some clients send none). Nothing for a name that is empty or
-/// longer than documented.
+/// A stream without NUL is only a name (some clients send none). Nullopt for a name that is empty
+/// or longer than documented.
 std::optional<NameStream> decode_name(BytesView stream);
 
 /// The input of 0x45 and 0x4B: an index counted from 0 among the variables of a kind.

@@ -1,4 +1,4 @@
-// Which variables a channel has, by family.
+// Lists the variables of a channel by family.
 //
 //   auto found = co_await list(channel, "V.G");
 //   auto what = co_await find(channel, "V.G.SERVICE.UUID");
@@ -14,27 +14,27 @@
 
 namespace millrace::cnc::variables {
 
-/// The old functions that list the variables of programs (addresses.hpp).
+/// The offsets of the old functions that list the variables of NC programs (addresses.hpp).
 struct OldListing {
   std::string_view family;
   std::uint32_t count = 0;
   std::uint32_t name = 0;
 };
-/// Those of a family; null if it is listed otherwise.
+/// The functions of a family; null if it is listed in another way.
 const OldListing* old_listing(std::string_view family);
-/// What is known of a variable that they name, an array with its largest index: what the controller
-/// answers when it is asked for the name without that; where it is too old, REAL64 and READ_WRITE
-/// (documented for the old functions).
+/// The description of a variable from the old functions, whose name for an array has its largest
+/// index. `described` is the controller's description of the name without that index. Controllers
+/// that cannot describe by name give REAL64 and READ_WRITE (documented for the old functions).
 Description old_description(std::string name, ads::Result<Description> described);
 
-/// All variables of one of the families, with their names. The names of what programs have come
-/// from the old functions (addresses.hpp), and what each is, old_description tells. An error is the
-/// controller's or the client's.
+/// All variables of one of the families, with their names. The old functions (addresses.hpp) name
+/// the variables of NC programs, and old_description() describes them. Errors are those of the
+/// controller or the client.
 boost::asio::awaitable<ads::Result<std::vector<Description>>> list(Channel& channel,
                                                                    std::string_view family);
 
-/// What a variable is. Asked by its name, without an index; where the controller is too old for
-/// that, looked up in the list of its family. symbol_not_found if it is in none.
+/// The description of a variable. Requested by its name without an index; if the controller is too
+/// old for that, searched in the list of its family. symbol_not_found if it is in none.
 boost::asio::awaitable<ads::Result<Description>> find(Channel& channel, std::string name);
 
 }  // namespace millrace::cnc::variables

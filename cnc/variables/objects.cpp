@@ -38,7 +38,7 @@ struct ComType {
   std::uint32_t size;
 };
 
-/// Those of the directory page that are values of a CNC.
+/// The types of the directory page that are values of a CNC.
 constexpr std::array<ComType, 9> com_types{{
     {"BOOL", Type::boolean, 1},
     {"BYTE", Type::uns08, 1},
@@ -77,7 +77,7 @@ std::optional<DirectoryEntry> decode_directory_record(BytesView bytes) {
   }
   ads::ByteReader in(bytes);
   DirectoryEntry entry;
-  in.u32();  // an id of the controller's own
+  in.u32();  // an id that the controller uses internally
   entry.size = in.u32();
   entry.writable = in.u16() != 0;
   in.u16();

@@ -1,13 +1,13 @@
-// The objects of the tasks GEO (port 551) and COM (port 553): numbers and texts at fixed places, by
-// name. Pure.
+// The objects of the tasks GEO (port 551) and COM (port 553): numbers and texts at fixed addresses,
+// by name. Pure.
 //
 //   auto place = find_geo_object("block_number", 1);
-//   auto entry = decode_directory_record(bytes);               // what COM has (readings.hpp)
+//   auto entry = decode_directory_record(bytes);               // an object of COM (readings.hpp)
 //
-// A GEO object has no documented name; its name here is ours, its address that of an open-source
-// client of real controllers (inferred), but where the table says otherwise. COM objects have the
-// vendor's names, mc_… of a channel and cnc_… of the controller, and are found in the controller's
-// own directory (IB/tf5200_ads_access_to_cnc/855973643, documented).
+// A GEO object has no documented name: its name is ours. Its address comes from an open-source
+// client of real controllers (inferred), unless the table names a source. COM objects have the
+// vendor's names, mc_… for a channel and cnc_… for the controller. They are found in the
+// controller's own directory (IB/tf5200_ads_access_to_cnc/855973643, documented).
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ namespace millrace::cnc::variables {
 inline constexpr std::uint16_t geo_port = 551;
 inline constexpr std::uint16_t com_port = 553;
 
-/// Where an object is and what it holds.
+/// The address and the type of an object.
 struct ObjectPlace {
   std::uint16_t port = geo_port;
   ads::Index index;
@@ -36,22 +36,22 @@ struct ObjectPlace {
 
 struct GeoObject {
   std::string_view name;
-  /// Of channel 0; the channel is added.
+  /// For channel 0; add the channel's number.
   std::uint32_t group = 0;
   std::uint32_t offset = 0;
   Type type = Type::uns32;
   std::string_view meaning;
 };
 
-/// All that are known.
+/// All known GEO objects.
 std::span<const GeoObject> geo_objects();
-/// The object of a channel, counted from 1; nothing if there is none of this name.
+/// The object of a channel, counted from 1; nullopt if the name is unknown.
 std::optional<ObjectPlace> find_geo_object(std::string_view name, std::uint32_t channel);
 
-/// True for mc_… and cnc_…, which COM's directory has.
+/// True for the names of COM's directory, mc_… and cnc_….
 bool is_com_name(std::string_view name);
 
-/// An object as COM's directory tells it.
+/// An object of COM's directory.
 struct DirectoryEntry {
   std::string name;
   /// "DWORD", "LREAL", …
@@ -64,10 +64,11 @@ struct DirectoryEntry {
 
 /// Bytes of a record of the directory.
 inline constexpr std::size_t directory_record = 84;
-/// One record; nothing for fewer bytes.
+/// Decodes one record; nullopt for fewer bytes.
 std::optional<DirectoryEntry> decode_directory_record(BytesView bytes);
 
-/// What can be read there; the error says why it cannot: a type that is no number or text of a CNC.
+/// The type of the object's value. Fails with the reason if the type is not a number or text of a
+/// CNC.
 tl::expected<ElementType, std::string> element_type(const DirectoryEntry& entry);
 
 }  // namespace millrace::cnc::variables

@@ -26,7 +26,7 @@ struct Task {
   std::string_view without;
 };
 
-/// What is lost without them; the Service Interface is in SDA.
+/// The consequence if a task is missing; the Service Interface is in SDA.
 constexpr std::array tasks{Task{geo_port, "GEO", "no machine data of this task"},
                            Task{sda_port, "SDA", "no Service Interface: does the CNC run?"},
                            Task{com_port, "COM", "no machine data of this task"}};
@@ -49,7 +49,7 @@ std::string words_of(std::uint16_t ads_state) {
 asio::awaitable<Answer> ask_task(ads::Client& client, Task task) {
   const auto what = fmt::format("AMS port {} ({})", task.port, task.name);
   const auto state = co_await client.state(task.port);
-  // A task need not tell its state to be there.
+  // A task may exist without support for ReadState.
   if (!state && state.error() != ErrorCode::service_not_supported) {
     co_return Answer{what, fmt::format("{}: {}", ads::describe(state.error()), task.without),
                      task.port == sda_port ? Verdict::missing : Verdict::optional};

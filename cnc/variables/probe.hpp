@@ -1,4 +1,4 @@
-// What a controller offers to a gateway, each with its answer, before one is configured for it.
+// Finds out what a controller offers to a gateway, before a gateway is configured for it.
 //
 //   const Probe found = co_await probe(client, symbol);       // of a client that is connected
 //   for (const Answer& one : found.answers) …
@@ -12,19 +12,19 @@
 
 namespace millrace::cnc::variables {
 
-/// What the lack of something means for a gateway.
+/// What a result means for a gateway.
 enum class Verdict : std::uint8_t {
   there,
-  /// Not there, and a gateway does without it.
+  /// Missing; a gateway can work without it.
   optional,
-  /// Not there, and no gateway can serve the controller.
+  /// Missing; a gateway cannot serve the controller.
   missing
 };
 
 struct Answer {
-  /// "AMS port 552 (SDA)"
+  /// For example "AMS port 552 (SDA)".
   std::string what;
-  /// In words, with its code; texts of the controller are in CP1252.
+  /// As text, with its code; texts of the controller are in CP1252.
   std::string answer;
   Verdict verdict = Verdict::there;
 };
@@ -35,9 +35,9 @@ struct Probe {
   std::uint32_t channels = 0;
 };
 
-/// Asks for the tasks of the CNC, the Service Interface of each channel, sum commands and
-/// notifications, and leaves nothing behind. Writes nothing. `symbol` is how the controller calls a
-/// channel's variable (state_notices.hpp). The client must outlive the probe.
+/// Checks the tasks of the CNC, the Service Interface of each channel, sum commands and
+/// notifications. Writes no variable and leaves no handle behind. `symbol` is the pattern of the
+/// symbol names of a channel's variables (state_notices.hpp). The client must outlive the probe.
 boost::asio::awaitable<Probe> probe(ads::Client& client, std::string symbol);
 
 }  // namespace millrace::cnc::variables

@@ -1,5 +1,5 @@
-// How a value of a controller is read, once it is known what it is and where (readings.hpp finds
-// out). Pure.
+// How to read a value of a controller whose address and type are known (readings.hpp finds them).
+// Pure.
 #pragma once
 
 #include <cstdint>
@@ -15,22 +15,22 @@ namespace millrace::cnc::variables {
 struct Reading {
   std::uint16_t port = sda_port;
   ads::Index index;
-  /// At most so many bytes are answered.
+  /// The most bytes of the response.
   std::uint32_t length = 0;
-  /// What goes with the question; empty where it is a plain Read.
+  /// The input of a ReadWrite; empty for a plain Read.
   Bytes input;
   ElementType type;
   bool is_array = false;
   Access access = Access::read_only;
-  /// Of the whole of it: bytes, and elements in each dimension; none = a scalar.
+  /// Size of the whole variable in bytes, and elements in each dimension; empty = a scalar.
   std::uint32_t size = 0;
   std::vector<std::uint32_t> dimensions;
 };
 
-/// Why it is not known how something is read.
+/// Why the address or type of a value could not be found.
 struct Trouble {
   ads::ErrorCode code = ads::ErrorCode::none;
-  /// For people: the error, or what is wrong with the answer.
+  /// For people: the error, or the fault in the response.
   std::string reason;
 };
 

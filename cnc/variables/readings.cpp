@@ -22,7 +22,7 @@ bool has_indices(std::string_view name) {
   return name.find('[') != std::string_view::npos;
 }
 
-/// The controller knows no description by name: it is older (documented for 0x4C).
+/// The controller is too old to describe by name (documented for 0x4C), or to give handles.
 bool too_old(ErrorCode code) {
   return code == ErrorCode::invalid_offset || code == ErrorCode::service_not_supported;
 }
@@ -43,11 +43,11 @@ Result<Description> description_of(const Result<Bytes>& answer) {
   });
 }
 
-/// Bytes that a description with its name may have, and a name of the old functions.
+/// In bytes: the longest description with its name, and the longest name of the old functions.
 constexpr std::uint32_t described_length = 512;
 constexpr std::uint32_t old_name_length = 96;
 
-/// Five numbers and one for each dimension.
+/// In bytes: five numbers, and one for each dimension.
 constexpr std::uint32_t nameless_length = 64;
 
 Result<std::uint32_t> number_of(const Result<Bytes>& answer) {
@@ -174,15 +174,15 @@ asio::awaitable<Result<Description>> Readings::describe_from_list(std::uint16_t 
     return same_but_for_indices(each.name, name);
   });
   if (found == listing->second.end()) {
-    // It may come to be: what programs have is listed anew the next time.
+    // NC programs create variables: the next lookup lists the family again.
     listings_.erase(listing);
     co_return tl::make_unexpected(ErrorCode::symbol_not_found);
   }
   co_return *found;
 }
 
-/// Only what the kernel, its configuration and its axes have: what programs have is read by name
-/// (ISG/312791435, documented).
+/// Uses handles only for variables of the kernel, its configuration and its axes. The variables of
+/// NC programs are read by name (ISG/312791435, documented).
 asio::awaitable<void> Readings::use_handles(std::uint16_t channel, std::vector<std::string> names,
                                             std::vector<Known>& known) {
   if (without_handles_.contains(channel)) {
@@ -316,7 +316,7 @@ asio::awaitable<Readings::Answers> Readings::ask(std::vector<Reading> readings) 
   co_return answers;
 }
 
-/// Where the whole is refused the port is remembered as one without sums.
+/// If the controller refuses the whole request, the port is remembered as one without sums.
 asio::awaitable<Readings::Answers> Readings::ask_in_a_sum(std::vector<Reading> readings) {
   const std::uint16_t port = readings.front().port;
   const auto count = static_cast<std::uint32_t>(readings.size());

@@ -1,13 +1,13 @@
-// Values of variables and objects, read again and again: first what and where each is, then all of
-// them in as few requests as the controller allows.
+// Repeated reads of variables and objects: look_up() finds the address and type of each, then
+// read() reads all of them in as few requests as the controller allows.
 //
 //   Readings readings(client);
 //   auto known = co_await readings.look_up(1, {"V.A.ACT_POS.X", "block_number"});
 //   auto bytes = co_await readings.read({*known[0], …});             // of one port
 //   auto elements = decode_elements(known[0]->type, *bytes[0]);
 //
-// A variable is read by handle where the controller gives one, otherwise by name; what stands in
-// brackets is always read by name. Whether a task of the controller knows sums is found by trying.
+// A variable is read by handle if the controller gives one, otherwise by name; names with indices
+// are always read by name. The first read of a task finds out whether it supports sums.
 #pragma once
 
 #include <cstdint>
@@ -22,38 +22,38 @@
 
 namespace millrace::cnc::variables {
 
-/// The client must outlive what is asked of it. One question at a time.
+/// The client must outlive the pending requests. One request at a time.
 class Readings {
  public:
   explicit Readings(ads::Client& client, Location location = {})
       : client_(client), location_(location) {}
 
   using Known = tl::expected<Reading, Trouble>;
-  /// By their names: variables as programs write them, objects as objects.hpp has them. One result
-  /// for each.
+  /// Finds values by name: variables as NC programs write them, objects as objects.hpp names them.
+  /// One result for each name.
   boost::asio::awaitable<std::vector<Known>> look_up(std::uint16_t channel,
                                                      std::vector<std::string> names);
 
-  /// The value of each, in one request where the port knows sums. All of one port. What becomes of
-  /// the whole request (timeout, link_lost) is the error of each.
+  /// Reads each value, in one request if the port supports sums. All must have the same port. An
+  /// error of the whole request (timeout, link_lost) is the error of each value.
   boost::asio::awaitable<std::vector<ads::Result<Bytes>>> read(std::vector<Reading> readings);
 
   /// A part of the variables of a family (listing.hpp).
   struct Page {
-    /// Of the whole family.
+    /// The number of variables in the whole family.
     std::uint32_t total = 0;
     std::vector<Description> variables;
   };
-  /// From the one of this number, counted from 0, and at most so many of them: two requests where
-  /// the controller knows sums.
+  /// At most `most` variables, beginning with number `first`, counted from 0. Two requests if the
+  /// controller supports sums, three for the families of NC programs.
   boost::asio::awaitable<ads::Result<Page>> list_page(std::uint16_t channel, std::string family,
                                                       std::uint32_t first, std::uint32_t most);
 
-  /// Whether this port answers sums, as far as is known.
+  /// False once this port has refused a sum.
   [[nodiscard]] bool sums(std::uint16_t port) const { return !without_sums_.contains(port); }
-  /// Requests that were sent for all this.
+  /// Requests sent so far; listings and directories are counted approximately.
   [[nodiscard]] std::uint64_t requests() const { return requests_; }
-  /// On a new link: forgets what was found out about the controller.
+  /// Call it on a new connection: forgets what was found out about the controller.
   void forget();
 
  private:
@@ -70,7 +70,7 @@ class Readings {
   boost::asio::awaitable<Known> find_object(std::uint16_t channel, std::string name);
   [[nodiscard]] Reading question(std::uint16_t channel, std::uint32_t offset, std::uint32_t length,
                                  Bytes input) const;
-  /// What each of these variables is.
+  /// The requests for the descriptions of these variables.
   [[nodiscard]] std::vector<Reading> questions_for(std::uint16_t channel,
                                                    const std::vector<std::string>& names) const;
 
@@ -81,7 +81,7 @@ class Readings {
   /// Channels whose controller gives no handle.
   std::set<std::uint16_t> without_handles_;
   std::map<std::uint16_t, Directory> directories_;
-  /// What older controllers have, by channel and family.
+  /// Variables of older controllers, by channel and family.
   std::map<std::pair<std::uint16_t, std::string>, std::vector<Description>> listings_;
   std::uint64_t requests_ = 0;
 };

@@ -49,7 +49,7 @@ asio::awaitable<Result<RequestStates::Answers>> RequestStates::read_in_a_sum(
     items.push_back(
         Channel(client_, channel, location_).item(name_of(variable), read_length(variable)));
   }
-  // A sum belongs to the port, not to a channel.
+  // A sum belongs to the port, so any channel can send it.
   Channel any(client_, channels.front(), location_);
   auto answers = co_await any.read(std::move(items));
   co_return answers;

@@ -1,9 +1,9 @@
-// REQUEST_STATE of many channels at once: what a gateway looks at all the time.
+// Reads REQUEST_STATE of many channels at once, which a gateway polls.
 //
 //   RequestStates states(client);
 //   auto seen = co_await states.read({1, 2, 5});      // one request, one result for each
 //
-// Whether the controller knows sums is found by trying, as in service_interface.hpp.
+// The first read finds out whether the controller supports sums, as in service_interface.hpp.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,18 @@
 
 namespace millrace::cnc::variables {
 
-/// The client must outlive what is asked of it.
+/// The client must outlive the pending requests.
 class RequestStates {
  public:
   explicit RequestStates(ads::Client& client, Location location = {})
       : client_(client), location_(location) {}
 
-  /// In the order of `channels`. What a channel refuses is its own error; what becomes of the whole
-  /// request (timeout, link_lost) is that of each.
+  /// Results in the order of `channels`. An error of one channel is the error of its result; an
+  /// error of the whole request (timeout, link_lost) is that of each.
   boost::asio::awaitable<std::vector<ads::Result<std::uint32_t>>> read(
       std::vector<std::uint16_t> channels);
 
-  /// On a new link: forgets what was found out about the controller.
+  /// Call it on a new connection: forgets what was found out about the controller.
   void forget(Location location = {}) {
     location_ = location;
     sums_ = true;

@@ -118,7 +118,7 @@ asio::awaitable<Result<std::vector<Result<Bytes>>>> ServiceInterface::fetch_in_a
   co_return answers;
 }
 
-// The variable by its handle; nothing where it must be addressed by name.
+// The handle of a variable; nullopt if it must be addressed by name.
 asio::awaitable<std::optional<ElementOf>> ServiceInterface::element_of(ServiceVariable variable) {
   if (!handles_) {
     co_return std::nullopt;
@@ -135,8 +135,8 @@ asio::awaitable<std::optional<ElementOf>> ServiceInterface::element_of(ServiceVa
   co_return ElementOf{*handle, {}};
 }
 
-// A stale handle is replaced when it is next needed. A controller that refuses handles over and
-// over would cost three requests each time, so it gets a few chances.
+// A stale handle is replaced at its next use. A controller that keeps refusing handles would cost
+// three requests each time, so handles are given up after several refusals.
 void ServiceInterface::drop_handle(ServiceVariable variable) {
   known_handles_.erase(variable);
   handles_ = ++dropped_handles_ < max_dropped_handles;

@@ -1,5 +1,5 @@
 // The five variables of a channel's Service Interface (IB/tf5200_service_interface/356533387.html,
-// documented): their names and what they hold.
+// documented): their names and types.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ inline constexpr std::array all_service_variables{
     ServiceVariable::uuid, ServiceVariable::request, ServiceVariable::request_state,
     ServiceVariable::response_state, ServiceVariable::response};
 
-/// "V.G.SERVICE.REQUEST_STATE"
+/// For example "V.G.SERVICE.REQUEST_STATE".
 constexpr std::string_view name_of(ServiceVariable variable) {
   switch (variable) {
     case ServiceVariable::uuid:

@@ -18,7 +18,7 @@ using ads::Result;
 
 constexpr std::array states{ServiceVariable::request_state, ServiceVariable::response_state};
 constexpr std::uint32_t state_size = 4;
-/// 1 ms in the 100 ns of the wire; a controller whose cycle is longer samples in its cycle.
+/// 1 ms in units of 100 ns; a controller with a longer cycle samples once per cycle.
 constexpr std::uint32_t cycle = 10'000;
 
 ads::AddNotificationRequest request_for(std::uint32_t symbol) {
@@ -54,7 +54,7 @@ asio::awaitable<std::vector<NoticeOutcome>> StateNotices::watch(
 
   std::vector<NoticeOutcome> outcomes;
   std::vector<ads::AddNotificationRequest> wanted;
-  // What each of `wanted` is about.
+  // Channel and variable of each item of `wanted`.
   std::vector<std::pair<std::uint16_t, ServiceVariable>> about;
   std::vector<std::uint32_t> unused;
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -174,7 +174,7 @@ asio::awaitable<StateNotices::Handles> StateNotices::symbol_handles(
   const bool no_sums =
       is_refusal(together.error()) || together.error() == ErrorCode::protocol_error;
   for (const ads::SumItem& item : items) {
-    // The first error that is not about this name stands for the rest.
+    // An error that does not concern this name applies to all further names.
     const bool over = !no_sums || (!handles.empty() && !handles.back() &&
                                    handles.back().error() != ErrorCode::symbol_not_found);
     if (over) {
@@ -189,7 +189,7 @@ asio::awaitable<StateNotices::Handles> StateNotices::symbol_handles(
   co_return handles;
 }
 
-/// One after the other; it does not matter what is answered.
+/// Releases the symbols one after the other; ignores the responses.
 asio::awaitable<void> StateNotices::release(std::vector<std::uint32_t> symbols) {
   for (const std::uint32_t symbol : symbols) {
     Bytes handle = ads::ByteWriter().u32(symbol).take();

@@ -1,14 +1,14 @@
-// Being told by the controller when REQUEST_STATE and RESPONSE_STATE of channels change.
+// Notifications from the controller when REQUEST_STATE and RESPONSE_STATE of channels change.
 //
 //   StateNotices notices(client, "CH[{channel}].{variable}", told);
 //   auto outcomes = co_await notices.watch({1, 2});     // one for each: granted, or the error
 //   → told(1, ServiceVariable::request_state, 7)
 //   co_await notices.unwatch({1});
 //
-// A handle for the name of each variable (0xF003), and a notification on what stands behind it
-// (0xF005), on change, sampled every millisecond or in the cycle of the controller, sent at once.
-// That the variables of a CNC have names among the symbols of port 552, what these are, and that
-// notifications on them are granted is not documented: it is tried.
+// Each variable needs a handle for its symbol name (0xF003) and a notification on that handle
+// (0xF005): on change, sampled every millisecond or in the cycle of the controller, sent at once.
+// Not documented, so tried: that the variables of a CNC are symbols of port 552, how these are
+// named, and that notifications on them are granted.
 #pragma once
 
 #include <functional>
@@ -22,31 +22,33 @@
 
 namespace millrace::cnc::variables {
 
-/// No value: nothing more is told of this variable, its handle is not valid any more.
+/// Without a value, the handle has become invalid: no further notification of this variable
+/// follows.
 using StateTold =
     std::function<void(std::uint16_t channel, ServiceVariable, std::optional<std::uint32_t> value)>;
 
 struct NoticeOutcome {
   std::uint16_t channel = 0;
-  /// none = both are told.
+  /// none = both states have a notification.
   ads::ErrorCode error = ads::ErrorCode::none;
-  /// What was refused, in words with the code.
+  /// What was refused, as text with the code.
   std::string refusal{};
 };
 
-/// The client must outlive what is asked of it. One watch() or unwatch() at a time.
+/// The client must outlive the pending requests. One watch() or unwatch() at a time.
 class StateNotices {
  public:
-  /// `symbol` has {channel} and {variable} in it. `told` is not called after forget() or leave().
+  /// `symbol` contains {channel} and {variable}. `told` is not called after forget() or leave().
   StateNotices(ads::Client& client, std::string symbol, StateTold told)
       : client_(client), symbol_(std::move(symbol)), told_(std::move(told)) {}
 
-  /// In the order of `channels`. Where one of a channel's states is refused, neither is told.
+  /// Subscribes to both states of each channel; results in the order of `channels`. If one state of
+  /// a channel is refused, neither has a notification.
   boost::asio::awaitable<std::vector<NoticeOutcome>> watch(std::vector<std::uint16_t> channels);
   boost::asio::awaitable<void> unwatch(std::vector<std::uint16_t> channels);
-  /// Closes the client, and leaves nothing behind at the controller.
+  /// Closes the client, and releases all handles at the controller.
   void leave();
-  /// The link is gone.
+  /// The connection is lost.
   void forget() { watched_.clear(); }
 
  private:

@@ -13,8 +13,8 @@ using ads::Result;
 
 constexpr auto probed = ServiceVariable::request_state;
 
-// Which code a controller gives for an unknown name is not documented; an unknown channel is an
-// unknown index group (inferred).
+// The error code for an unknown name is not documented; an unknown channel is an unknown index
+// group (inferred).
 std::string words_for_none(const Location& location, ErrorCode refusal) {
   const auto question = fmt::format("{} of channel 1 (AMS port {}, index group {:#x})",
                                     name_of(probed), location.port, location.group + 1);
@@ -45,7 +45,7 @@ asio::awaitable<Result<Location>> locate(ads::Client& client, std::uint32_t chan
       co_return tl::make_unexpected(answer.error());
     }
     if (answer.error() != ErrorCode::invalid_group) {
-      break;  // the group is there, and has no such variable
+      break;  // the group exists, without such a variable
     }
   }
   co_return first;

@@ -1,5 +1,4 @@
-// What a controller offers to a gateway: does it have a Service Interface, and in how many
-// channels?
+// Finds out whether a controller has a Service Interface, and in how many channels.
 //
 //   auto found = co_await survey(client);
 //   if (found && found->channels == 0) log->error("{}", found->finding);
@@ -9,25 +8,25 @@
 
 namespace millrace::cnc::variables {
 
-/// More than any controller has; a simulated device that accepts every channel ends here.
+/// More channels than any controller has; limits the survey of a simulated device that accepts
+/// every channel.
 inline constexpr std::uint32_t max_channels = 32;
 
 struct Survey {
   /// Channels 1 to this one have a Service Interface.
   std::uint32_t channels = 0;
-  /// What was found, in words for the operator.
+  /// The result, as text for the operator.
   std::string finding;
 };
 
-/// Where the controller keeps the variables of this channel: at `first`, or in the index groups of
-/// the other generation of controllers (inferred: both stand in the documentation). `first` if it
-/// refuses both. An error as for survey().
+/// The address of this channel's variables: `first`, or the index groups of the other generation of
+/// controllers (inferred: both are in the documentation). `first` if the controller refuses both.
+/// Errors as for survey().
 boost::asio::awaitable<ads::Result<Location>> locate(ads::Client& client, std::uint32_t channel,
                                                      Location first = {});
 
-/// Asks channel after channel until one is refused. An error means that the question could not be
-/// put (no link, no answer in time, controller not ready): try again later. The client must outlive
-/// the survey.
+/// Reads channel after channel until one is refused. An error means that no answer was possible (no
+/// connection, timeout, controller not ready): try again later. The client must outlive the survey.
 boost::asio::awaitable<ads::Result<Survey>> survey(ads::Client& client, Location location = {},
                                                    std::uint32_t limit = max_channels);
 

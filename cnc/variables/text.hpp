@@ -18,12 +18,12 @@ namespace millrace::cnc::variables {
 inline constexpr std::size_t max_text = 127;
 inline constexpr std::size_t text_size = max_text + 1;
 
-/// The bytes up to the first NUL or the end: whether a controller answers with the text and its NUL
-/// or with the whole padded buffer is not documented, so both are understood.
+/// The bytes up to the first NUL or the end. Not documented: whether a controller returns the text
+/// with its NUL or the whole padded buffer. Both are accepted.
 std::string decode_text(ads::BytesView bytes);
 
-/// The text and its NUL. A text that does not fit, or holds a NUL, is refused with the reason: it
-/// is never cut.
+/// The text and its NUL. Fails with the reason if the text does not fit or contains a NUL; the text
+/// is never truncated.
 tl::expected<ads::Bytes, std::string> encode_text(std::string_view text);
 
 }  // namespace millrace::cnc::variables

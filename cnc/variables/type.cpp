@@ -26,7 +26,7 @@ constexpr std::array<Facts, 9> facts{{
     {0, "STRING"},
 }};
 
-/// A type comes from the controller, so it may be any number.
+/// The type comes from the controller, so it may be any number.
 Facts facts_of(Type type) {
   const std::size_t index = static_cast<std::size_t>(type) - 1;
   return index < facts.size() ? facts.at(index) : Facts{0, "UNKNOWN"};

@@ -9,15 +9,15 @@
 
 namespace millrace::cnc::variables {
 
-/// Bytes of a number; 0 for a string, whose size is its own, and for a type nobody knows.
+/// Bytes of a number; 0 for a string, whose size varies, and for an unknown type.
 std::uint32_t size_of(Type type);
-/// "UNS32", as attribute 0x200 and the old functions (with V_ before it) name it; "UNKNOWN" for a
-/// number that is none of them.
+/// For example "UNS32", as attribute 0x200 and the old functions (with V_ before it) name it;
+/// "UNKNOWN" for any other number.
 std::string_view name_of(Type type);
-/// By that name, in any case.
+/// Finds a type by that name, case-insensitive.
 std::optional<Type> parse_type(std::string_view name);
 
-/// "READ_ONLY" or "READ_WRITE"; "UNKNOWN" for a number that is neither.
+/// "READ_ONLY" or "READ_WRITE"; "UNKNOWN" for any other number.
 std::string_view name_of(Access access);
 
 }  // namespace millrace::cnc::variables

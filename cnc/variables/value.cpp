@@ -160,7 +160,7 @@ tl::expected<Bytes, std::string> encode_elements(ElementType type,
                                : tl::unexpected(fmt::format("element {}: {}", i, bytes.error()));
     }
     if (texts.size() > 1) {
-      bytes->resize(type.size);  // Strings of an array stand in buffers of one size.
+      bytes->resize(type.size);  // the strings of an array have buffers of one size
     }
     all.insert(all.end(), bytes->begin(), bytes->end());
   }

@@ -1,4 +1,4 @@
-// From a call to a row, and from its being written to the answer.
+// Makes a row from a call, and the response from the result of its write.
 //
 // States (docs/services.md): 1 written, "OK" and the id of the row; 10 request not understood; 11
 // the archive cannot be written.
@@ -16,7 +16,7 @@ namespace millrace::services::archiver {
 
 inline constexpr std::uint32_t state_not_written = 11;
 
-/// What the archiver needs to know of a call.
+/// The data of a call that the archiver needs.
 struct CallInfo {
   fabric::CallId call{};
   fabric::ChannelKey key{};
@@ -26,7 +26,7 @@ struct CallInfo {
   bool replayed = false;
 };
 
-/// The error is the answer to a request that cannot be kept.
+/// The error is the response to a request that cannot be stored.
 tl::expected<Put, sdk::Response> put_of(const CallInfo& call, fabric::Time now);
 
 sdk::Response answer_to(const Written& written);

@@ -18,10 +18,10 @@ using fabric::Time;
 
 constexpr std::string_view name_start = "archive-";
 constexpr std::string_view name_end = ".db";
-/// A file a second for 30,000 years.
+/// Enough for one file per second for 30,000 years.
 constexpr std::uint64_t max_number = 999'999'999'999;
 
-/// "archive-000017.db" → 17; nothing for other files.
+/// "archive-000017.db" → 17; nullopt for other files.
 std::optional<std::uint64_t> number_of(const fs::path& file) {
   const std::string name = file.filename().string();
   if (!name.starts_with(name_start) || !name.ends_with(name_end)) {
@@ -37,10 +37,10 @@ fs::path name_of(const fs::path& folder, std::uint64_t number) {
   return folder / fmt::format("{}{:06}{}", name_start, number, name_end);
 }
 
-/// The id after those in `file`, which is damaged, if that can be read of it.
+/// The id after the last put in the damaged `file`, if it can be read.
 std::optional<std::int64_t> readable_next_put(const fs::path& file) {
   try {
-    // No row of ours has one beyond, not even after next_put_without.
+    // No row of ours has a larger id, even after next_put_without().
     constexpr std::int64_t most = std::int64_t{1} << 53;
     const std::int64_t next = ClosedSegment(file).next_put();
     return next > 0 && next < most ? std::optional(next) : std::nullopt;
@@ -49,8 +49,8 @@ std::optional<std::int64_t> readable_next_put(const fs::path& file) {
   }
 }
 
-/// One that no put has, where nothing can be read: the microseconds since 1970. No archive has had
-/// as many puts by then.
+/// An id that no put has, if none can be read: the microseconds since 1970. No archive has had that
+/// many puts.
 std::int64_t next_put_without(Time now) {
   return std::chrono::duration_cast<std::chrono::microseconds>(now.time_since_epoch()).count();
 }
@@ -115,7 +115,7 @@ void Archive::open_current(Time now) {
     if (dynamic_cast<const Damaged*>(&why) != nullptr) {
       const auto next_put = readable_next_put(file());
       beginning.first_put = std::max(beginning.first_put, next_put.value_or(next_put_without(now)));
-      // The calls in it are known as far as they can be read.
+      // Its calls are known as far as they can be read.
       previous_file_ = next_put ? file() : previous_file_;
     }
     ++number_;
@@ -134,7 +134,7 @@ std::int64_t Archive::look_at(const std::vector<fs::path>& older, Time now) {
         unclosed_.push_back(file);
       }
       previous_file_ = file;
-      // Its first id was chosen beyond those of the files before.
+      // Its first id is larger than those of the files before.
       damaged.clear();
     } catch (const Damaged& why) {
       leave(file, why.what());
@@ -163,7 +163,7 @@ std::vector<std::int64_t> Archive::append(const std::vector<Row>& rows, Time now
     return ids;
   } catch (const Damaged& why) {
     if (!sound_) {
-      // The disk damages what is new, too: that makes no heap of files.
+      // The disk damages new files, too: do not create one after the other.
       throw;
     }
     auto next = begin_next(now);
@@ -202,7 +202,7 @@ std::optional<std::int64_t> Archive::earlier_id(fabric::CallId call) {
     return std::nullopt;
   }
   if (!previous_ && !fs::exists(previous_file_)) {
-    // It was moved or removed: a repeated call of it makes a new row, as after its expiry.
+    // It was moved or removed: a repeated call from it adds a new row, as after its expiry.
     previous_file_.clear();
     return std::nullopt;
   }
@@ -238,7 +238,7 @@ void Archive::rotate(Time now) {
     rotation_failed_ = true;
     return;
   }
-  // What is written no more is closed when nobody waits.
+  // The finished file is closed later, between batches.
   unclosed_.push_back(file());
   go_on_in(std::move(next));
 }
@@ -272,7 +272,8 @@ void Archive::close_files(Time now) {
   std::vector<fs::path> open;
   for (const fs::path& file : std::exchange(unclosed_, {})) {
     if (file == previous_file_) {
-      // It is opened again when it is asked. SQLite closes a file for those only who are alone.
+      // It is opened again on the next query. SQLite closes a file only without other connections
+      // to it.
       previous_.reset();
     }
     try {
@@ -282,7 +283,7 @@ void Archive::close_files(Time now) {
     } catch (const Foreign& why) {
       leave(file, why.what());
     } catch (const std::exception& why) {
-      // It is tried again.
+      // Retried later.
       open.push_back(file);
       if (told_unclosed_.insert(file).second) {
         report_(fmt::format("{} cannot be closed yet: {}", file.string(), why.what()));
@@ -318,7 +319,7 @@ void Archive::remove_expired(Time now, Ages ages) {
       report_(fmt::format("{} cannot be removed: {}", files[i].string(), failed.message()));
       continue;
     }
-    // There only if somebody read it until now.
+    // They exist only if another process has read the file until now.
     std::error_code none;
     fs::remove(files[i].string() + "-wal", none);
     fs::remove(files[i].string() + "-shm", none);

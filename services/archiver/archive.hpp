@@ -1,11 +1,12 @@
-// A folder of archive files: the newest is written, the others are closed and kept for a while.
+// A folder of archive files: the newest is written, the others are closed and kept for a configured
+// time.
 //
 //   Archive archive("/var/lib/millrace/archive", policy, now, report);
 //   const auto ids = archive.append(rows, now);
-//   archive.tidy_up(now, Ages::believed);         // now and then, when nobody waits
+//   archive.tidy_up(now, Ages::believed);         // periodically, between batches
 //
-// Functions throw SQLite::Exception or std::runtime_error when the folder or its files cannot be
-// read or written.
+// Functions throw SQLite::Exception or std::runtime_error if the folder or its files cannot be read
+// or written.
 #pragma once
 
 #include <cstdint>
@@ -28,49 +29,49 @@ enum class Ages : std::uint8_t { believed, doubted };
 
 class Archive {
  public:
-  /// Is told what an operator should know and what is gone on without.
+  /// Receives the faults that an operator should know and that do not stop the archive.
   using Report = std::function<void(const std::string&)>;
 
-  /// Makes the folder if it is not there. A file in it that is damaged or somebody else's is
-  /// reported and left as it is. Throws also if another process writes the folder.
+  /// Creates a missing folder. A file in it that is damaged or not ours is reported and left
+  /// unchanged. Throws also if another process writes to the folder.
   Archive(
       std::filesystem::path folder, const Policy& policy, fabric::Time now,
       Report report = [](const std::string&) {});
 
-  /// Adds all rows or none, durably; begins a new file before if it is time and that is possible,
-  /// or if this one turns out to be damaged. Returns the id of each put, 0 for other rows. A put
-  /// whose call is in this file or the one before has the id it had.
+  /// Adds all rows or none, durably. Begins a new file first if one is due and possible, or if the
+  /// current one is damaged. Returns the id of each put, 0 for other rows. A put whose call is in
+  /// this file or the one before keeps its id.
   std::vector<std::int64_t> append(const std::vector<Row>& rows, fabric::Time now);
 
-  /// Closes files that are written no more, unless somebody reads them, and removes those whose
-  /// time is over if a file was begun since.
+  /// Closes finished files unless another process reads them. Removes expired files if a new file
+  /// was begun since the last call.
   void tidy_up(fabric::Time now, Ages ages);
-  /// Whether a file could not be closed yet.
+  /// True if a file could not be closed yet.
   [[nodiscard]] bool untidy() const { return !unclosed_.empty(); }
 
-  /// Files of the folder that are damaged, or nobody's archive; left as they are.
+  /// Files of the folder that are damaged or not an archive; left unchanged.
   [[nodiscard]] const std::set<std::filesystem::path>& foreign() const { return foreign_; }
 
   /// The file that is written.
   [[nodiscard]] std::filesystem::path file() const;
-  /// When the newest file was last written before this archive was opened; nothing for a new one.
+  /// When the newest file was last written before this archive was opened; nullopt for a new one.
   [[nodiscard]] std::optional<fabric::Time> last_written() const { return last_written_; }
 
  private:
-  /// What there is of older files. Returns the id of the next put.
+  /// Reads the state of the older files. Returns the id of the next put.
   std::int64_t look_at(const std::vector<std::filesystem::path>& older, fabric::Time now);
   void open_current(fabric::Time now);
   std::vector<std::int64_t> append_to_current(const std::vector<Row>& rows, fabric::Time now);
-  /// The id that a call has in the file before.
+  /// The id of a call in the file before.
   std::optional<std::int64_t> earlier_id(fabric::CallId call);
-  /// Begins the next file; without one, this one goes on.
+  /// Begins the next file; on failure, continues with the current one.
   void rotate(fabric::Time now);
   [[nodiscard]] std::unique_ptr<Segment> begin_next(fabric::Time now) const;
-  /// Nothing in it fails half way.
+  /// Cannot fail halfway.
   void go_on_in(std::unique_ptr<Segment> next);
   void close_files(fabric::Time now);
   void remove_expired(fabric::Time now, Ages ages);
-  /// Reports `file` as one that is not ours, once.
+  /// Reports `file` as damaged or not ours, once.
   void leave(const std::filesystem::path& file, const std::string& why);
 
   std::filesystem::path folder_;
@@ -80,18 +81,18 @@ class Archive {
   std::optional<fabric::Time> last_written_;
   /// Number of the file that is written.
   std::uint64_t number_ = 1;
-  /// The file before, to know repeated calls; opened when it is asked.
+  /// The file before, to recognise repeated calls; opened on the first query.
   std::filesystem::path previous_file_;
   std::optional<ClosedSegment> previous_;
   /// Never null.
   std::unique_ptr<Segment> current_;
   std::vector<std::filesystem::path> unclosed_;
   std::set<std::filesystem::path> foreign_;
-  /// Those of them that were reported.
+  /// The unclosed files that were reported.
   std::set<std::filesystem::path> told_unclosed_;
   bool begun_a_file_ = true;
   bool rotation_failed_ = false;
-  /// Rows were written to the current file, or it was looked through as it was opened.
+  /// Rows were written to the current file, or it was checked when it was opened.
   bool sound_ = true;
 };
 

@@ -28,7 +28,7 @@ Config config_from(const config::Archiver& from, const std::filesystem::path& ba
 }
 
 void check(const config::Archiver& from, base::configuration::Mistakes& mistakes) {
-  // More would have no room as a number of bytes.
+  // More would overflow as a number of bytes.
   constexpr std::uint64_t most_mib = std::uint64_t{1} << (63U - mib_bits);
   mistakes.expect_range(from.keep_mib(), std::uint64_t{0}, most_mib,
                         base::configuration::ConfigPath{} / "keep_mib");

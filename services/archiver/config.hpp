@@ -1,4 +1,4 @@
-// archiver.textproto, read and checked (schema and defaults: idl/archiver.proto).
+// Reads and checks archiver.textproto (schema and defaults: idl/archiver.proto).
 #pragma once
 
 #include <filesystem>

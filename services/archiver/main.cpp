@@ -1,4 +1,4 @@
-// millrace-archiver: keeps what programs give it, and what happens on the fabric.
+// millrace-archiver: stores what NC programs send, and what happens on the fabric.
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -35,7 +35,7 @@ archiver::CallInfo info(const sdk::Call& call) {
           .replayed = call.replayed()};
 }
 
-/// Answers once the row is on the disk; the SDK's threads do not wait for that.
+/// Responds once the row is on the disk; the SDK's threads do not wait for that.
 sdk::LaterHandler writing_to(archiver::Writer& writer) {
   return [&writer](const std::shared_ptr<const sdk::Call>& call) {
     auto put = archiver::put_of(info(*call), std::chrono::system_clock::now());
@@ -50,7 +50,7 @@ sdk::LaterHandler writing_to(archiver::Writer& writer) {
 }
 
 int serve(int argc, char** argv) {
-  // A repeated call adds no second row, so it may come as often as it likes.
+  // A repeated call adds no second row, so delivery is at least once.
   sdk::ServiceProgram program({.uuid = "326de49a-633b-4cea-a9b8-1924d7f926a7",
                                .name = "archiver",
                                .description =

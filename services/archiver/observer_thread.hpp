@@ -1,5 +1,5 @@
-// Rows of what an observer of the fabric sees: events of calls, states of channels, values of
-// machines and what becomes of programs, as they come.
+// Makes rows of what an observer of the fabric sees, as it arrives: events of calls, states of
+// channels, values of machines and events of NC programs.
 //
 //   ObserverThread observer(join, {.without_text = {"560aacbf-…"}},
 //                           [&](Row row) { writer.record(std::move(row)); });
@@ -18,17 +18,17 @@ namespace millrace::services::archiver {
 struct Observed {
   bool events = true;
   bool channels = true;
-  /// Values of machines, and what becomes of programs.
+  /// Values of machines.
   bool data = true;
   bool programs = true;
-  /// Canonical UUIDs of calls whose texts are not to be kept.
+  /// Canonical UUIDs of calls whose texts are not stored.
   std::set<std::string> without_text{};
 };
 
-/// Observes on a thread of its own, so that no writer on the fabric waits for the archive.
+/// Observes on its own thread, so that no writer on the fabric waits for the archive.
 class ObserverThread {
  public:
-  /// `sink` is called on that thread. Throws std::runtime_error if the fabric cannot be joined.
+  /// `sink` is called on that thread. Throws std::runtime_error if joining the fabric fails.
   ObserverThread(const fabric::dds::ParticipantOptions& join, Observed wanted,
                  std::function<void(Row)> sink);
   ~ObserverThread();

@@ -16,16 +16,16 @@ namespace {
 
 struct Column {
   const char* name;
-  /// Over the table, whose rows are called `row`.
+  /// SQL over the table, whose rows are called `row`.
   const char* expression;
   bool json = false;
 };
 using Columns = std::vector<Column>;
 
 struct Source {
-  /// That must be there.
+  /// The table that must exist.
   const char* table;
-  /// Over what is asked, where that is not the table itself.
+  /// The FROM clause, if it is not the table itself.
   const char* from;
   const char* order;
   Columns columns;
@@ -36,7 +36,7 @@ constexpr const char* samples =
     " sample.variable)";
 
 Source source_of(Kind kind) {
-  // Microseconds are what a person reads; the file holds nanoseconds.
+  // People read microseconds; the file has nanoseconds.
   const Column at{"at",
                   "strftime('%Y-%m-%dT%H:%M:%S', row.at / 1000000000, 'unixepoch')"
                   " || printf('.%06dZ', row.at / 1000 % 1000000)"};
@@ -106,7 +106,7 @@ Source source_of(Kind kind) {
   throw std::logic_error("no such kind of row");
 }
 
-/// The conditions of a filter and, in the same order, what is bound to them.
+/// The conditions of a filter and, in the same order, the values bound to them.
 class Condition {
  public:
   explicit Condition(const Filter& filter) {
@@ -151,7 +151,7 @@ class Condition {
     values_.emplace_back(
         [value](SQLite::Statement& statement, int index) { statement.bind(index, value); });
   }
-  /// Nothing becomes NULL.
+  /// Nullopt becomes NULL.
   void bind_later(const std::optional<std::string>& value) {
     values_.emplace_back([value](SQLite::Statement& statement, int index) {
       value ? statement.bind(index, *value) : statement.bind(index);
@@ -176,7 +176,7 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
     return {};
   }
   if (value.isFloat()) {
-    // The shortest form that is the same number; JSON has none for what is infinite.
+    // The shortest form of the same number; JSON has none for infinity.
     const double number = value.getDouble();
     return {.type = std::isfinite(number) ? Cell::Type::number : Cell::Type::text,
             .text = fmt::format("{}", number)};
@@ -185,8 +185,8 @@ Cell cell_of(const SQLite::Column& value, const Column& column) {
   return {.type = value.isInteger() ? Cell::Type::number : text, .text = value.getString()};
 }
 
-/// Writes the rows of one file until there are `limit` of them in all, and counts them.
-/// `rows` is only made once the file turns out to be one that can be read.
+/// Writes and counts the rows of one file until there are `limit` in total. `rows` is called only
+/// once the file proves to be readable.
 template <typename Rows>
 void write_file(const std::filesystem::path& file, const Source& source, const Condition& condition,
                 std::uint64_t limit, const Rows& rows, std::uint64_t& count) {
@@ -196,7 +196,7 @@ void write_file(const std::filesystem::path& file, const Source& source, const C
   }
   RowWriter& writer = rows();
   if (!database.tableExists(source.table)) {
-    return;  // written before there was one, and never since
+    return;  // an older file that never had this table
   }
   SQLite::Statement select(database, sql_of(source, condition));
   condition.bind(select);
@@ -230,14 +230,14 @@ Found write_rows(const std::filesystem::path& folder, const Filter& filter, Form
     try {
       write_file(file, source, condition, limit, rows, found.rows);
     } catch (const std::exception& why) {
-      // One that was old enough may just have been removed.
+      // An expired file may just have been removed.
       if (std::filesystem::exists(file)) {
         found.unread.push_back(fmt::format("{}: {}", file.string(), why.what()));
       }
     }
   }
   if (found.unread.empty()) {
-    rows();  // An archive without a file has no rows, which is an answer.
+    rows();  // An archive without a file has no rows, which is a valid result.
   }
   found.read = writer.has_value();
   return found;

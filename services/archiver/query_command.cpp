@@ -19,7 +19,7 @@ namespace {
 
 namespace program = base::program;
 
-/// Flags as they were typed, before they mean something.
+/// The flags as typed, before they are parsed.
 struct Flags {
   std::string config;
   std::string folder;
@@ -101,11 +101,11 @@ std::filesystem::path folder_from(const Flags& flags) {
   return folder;
 }
 
-/// Where an export goes: standard output, or a file that is there whole or as it was before.
+/// The destination of an export: standard output, or a file that is replaced as a whole or not at
+/// all.
 class Output {
  public:
-  /// An empty `file` is standard output. What is no plain file (a pipe, a device) is written as it
-  /// comes.
+  /// An empty `file` is standard output. A pipe or a device is written directly.
   explicit Output(const std::string& file)
       : file_(file), draft_(file.empty() || is_special(file) ? file : file + ".part") {
     if (!file_.empty()) {
@@ -149,7 +149,8 @@ class Output {
   std::ofstream stream_;
 };
 
-/// The exit code, once it has said what could not be read, and ended `out` if anything could.
+/// Reports what could not be read, finishes `out` if any file could be read, and returns the exit
+/// code.
 int finish(Output& out, const Found& found) {
   if (found.read) {
     out.finish();

@@ -1,4 +1,4 @@
-// When a file of the archive is closed, and which closed ones are removed. Pure.
+// Decides when a file of the archive is closed, and which closed files are removed. Pure.
 #pragma once
 
 #include <chrono>
@@ -18,19 +18,19 @@ struct Policy {
   std::uintmax_t keep_bytes = 10240ULL << 20U;
 };
 
-/// True if the file that was `begun` then and is `bytes` large now must be closed; also if it was
-/// begun by a clock that was ahead by more than such a file's time.
+/// True if a file with this begin and size must be closed; also if it was begun by a clock that was
+/// ahead by more than the maximum age of a file.
 bool must_rotate(const Policy& policy, fabric::Time begun, std::uintmax_t bytes, fabric::Time now);
 
 /// A closed file.
 struct Closed {
   std::uintmax_t bytes = 0;
-  /// Nothing if that is not known: then it is not too old.
+  /// Nullopt if unknown: then the file does not expire by age.
   std::optional<fabric::Time> ended{};
 };
 
-/// How many of `closed`, in the order of age, the oldest first, must be removed beside an open file
-/// of `open_bytes`. The newest stays in any case: it tells repeated calls.
+/// How many of `closed`, oldest first, must be removed beside an open file of `open_bytes`. The
+/// newest always stays: it identifies repeated calls.
 std::size_t expired(const Policy& policy, const std::vector<Closed>& closed,
                     std::uintmax_t open_bytes, fabric::Time now);
 

@@ -1,4 +1,4 @@
-// What is written to the archive.
+// The rows of the archive.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace millrace::services::archiver {
 
-/// What an NC program gave; one per call.
+/// The data that an NC program sent; one per call.
 struct Put {
   fabric::CallId call{};
   fabric::ChannelKey key{};
-  /// When the archiver had it.
+  /// When the archiver received it.
   fabric::Time at{};
   /// V.G.SERVICE.REQUEST_STATE.
   std::uint32_t state = 0;
@@ -28,11 +28,11 @@ struct Put {
 
 struct EventRow {
   fabric::Event event{};
-  /// Otherwise who, when and how long are kept, but not what was said.
+  /// False: the row has all columns except the text of the event.
   bool with_text = true;
 };
 
-/// Texts of events, states and data are as on the fabric, CP1252; the archive holds UTF-8.
+/// Texts of events, states and data are in CP1252, as on the fabric; the archive stores UTF-8.
 using Row =
     std::variant<Put, EventRow, fabric::ChannelStatus, fabric::DataSample, fabric::ProgramEvent>;
 

@@ -1,4 +1,4 @@
-// Rows as text, for people and programs.
+// Writes rows as text, for people and programs.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 namespace millrace::services::archiver {
 
 enum class Format : std::uint8_t {
-  /// A header and one row per line, tabs between; tabs and line ends in values become
-  /// blanks, other controls \xNN.
+  /// A header and one row per line, separated by tabs. Tabs and line ends in values become blanks,
+  /// other controls \xNN.
   text,
   /// RFC 4180 with a header: comma, double quotes where needed, CR LF.
   csv,
@@ -21,7 +21,7 @@ enum class Format : std::uint8_t {
 struct Cell {
   enum class Type : std::uint8_t { null, number, text, json };
   Type type = Type::null;
-  /// UTF-8; digits of a number, JSON of json.
+  /// UTF-8; the digits of a number, the JSON of a json cell.
   std::string text{};
 };
 

@@ -20,7 +20,7 @@ using fabric::Value;
 std::string json_of(std::int64_t element) {
   return std::to_string(element);
 }
-/// As 10 and not as 1E1. JSON has no word for what is no number.
+/// As 10 and not as 1E1. JSON has no number for infinity and NaN.
 std::string json_of(double element) {
   const std::string text = fmt::format("{}", element);
   return std::isfinite(element) ? text : '"' + text + '"';
@@ -39,7 +39,7 @@ void bind_one(SQLite::Statement& statement, int index, const std::string& elemen
   statement.bind(index, base::text::to_utf8(element));
 }
 
-/// A number or text as it is, an array as JSON, NULL where there is none.
+/// A number or text unchanged, an array as JSON, NULL for no value.
 void bind_value(SQLite::Statement& statement, int index, const Value& value) {
   std::visit(
       [&](const auto& elements) {
@@ -58,7 +58,7 @@ void bind_value(SQLite::Statement& statement, int index, const Value& value) {
       value.elements);
 }
 
-/// When it was so: a value that is not good became so with the sample.
+/// When the value was valid: a value without good quality has the time of its sample.
 fabric::Time time_of(const DataSample& sample, const Value& value) {
   return value.quality == Quality::good && value.at != fabric::Time{} ? value.at : sample.at;
 }

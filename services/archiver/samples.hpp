@@ -1,5 +1,5 @@
-// How values of machines are kept: each variable of a group is named once in a file, and a row is
-// written when its value is another one, or its quality.
+// How values of machines are stored: a file has each variable of a group once, and a row is written
+// when its value or quality changes.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,13 @@ namespace millrace::services::archiver {
 
 class Samples {
  public:
-  /// The tables are there. The database outlives this.
+  /// The tables must exist. The database must outlive this.
   explicit Samples(SQLite::Database& database);
 
-  /// Rows of what is new in a sample. One without values ends what was good in its group.
+  /// Adds rows for what has changed in a sample. A sample without values ends the good values of
+  /// its group.
   void add(const fabric::DataSample& sample);
-  /// After a transaction that was taken back.
+  /// Call it after a transaction was rolled back.
   void forget();
 
  private:
@@ -30,7 +31,7 @@ class Samples {
 
   struct Variable {
     std::int64_t id = 0;
-    /// What was written last; its time does not count.
+    /// The last written value; its time is not compared.
     fabric::Value last{};
     bool written = false;
   };
@@ -46,7 +47,7 @@ class Samples {
   std::map<GroupKey, std::map<std::string, Variable>> groups_;
 };
 
-/// A type as its column has it: "REAL64", "SGN16[]" of an array.
+/// The text of a type in its column: "REAL64", "SGN16[]" for an array.
 std::string type_text(const fabric::Value& value);
 
 }  // namespace millrace::services::archiver

@@ -10,9 +10,9 @@ namespace millrace::services::archiver {
 
 namespace {
 
-/// Step n makes version n + 1 of version n. Never changed once released, only added to.
+/// Step n migrates version n to version n + 1. Released steps never change; new ones are appended.
 constexpr std::array<const char*, schema_version> steps{
-    // Puts. The call is a key, so that a repeated one adds nothing.
+    // Puts. The call is a key, so that a repeated one adds no row.
     R"sql(
 CREATE TABLE archive (
   begun     INTEGER NOT NULL,
@@ -37,7 +37,7 @@ CREATE TABLE field (
   PRIMARY KEY (put, key)
 ) STRICT, WITHOUT ROWID;
 )sql",
-    // What the archiver sees on the fabric by itself.
+    // What the archiver itself observes on the fabric.
     R"sql(
 CREATE TABLE event (
   id       INTEGER PRIMARY KEY,
@@ -72,7 +72,7 @@ CREATE TABLE channel (
 CREATE INDEX channel_at ON channel (at);
 )sql",
     // Machine data. A sample has no id: its time and variable are its place in the file, so that
-    // rows of 25 bytes are added at its end.
+    // rows of 25 bytes are appended at its end.
     R"sql(
 CREATE TABLE variable (
   id      INTEGER PRIMARY KEY,

@@ -25,7 +25,7 @@ std::int64_t count(Time time) {
 constexpr const char* next_put_of =
     "SELECT max(coalesce((SELECT max(id) + 1 FROM put), 1), (SELECT first_put FROM archive))";
 
-/// Also where the start of an earlier process ended half way.
+/// Also completes the interrupted begin of an earlier process.
 void begin(SQLite::Database& database, const Beginning& beginning) {
   const bool has_puts = database.execAndGet("SELECT EXISTS (SELECT 1 FROM put)").getInt() != 0;
   const bool has_begun = database.execAndGet("SELECT EXISTS (SELECT 1 FROM archive)").getInt() != 0;
@@ -41,7 +41,7 @@ void begin(SQLite::Database& database, const Beginning& beginning) {
   set.exec();
 }
 
-/// Before anything is written to it.
+/// Call it before any write.
 void refuse_foreign(SQLite::Database& database) {
   if (database.execAndGet("PRAGMA user_version").getInt() == 0 &&
       database.execAndGet("SELECT EXISTS (SELECT 1 FROM sqlite_master)").getInt() != 0) {
@@ -62,7 +62,7 @@ auto naming_damage(Work work) {
   }
 }
 
-/// The same, where a table that is missing says that the file is somebody else's.
+/// The same; a missing table means that the file is not ours.
 template <typename Work>
 auto naming_strangers(Work work) {
   try {
@@ -75,7 +75,7 @@ auto naming_strangers(Work work) {
   }
 }
 
-/// A page that is damaged shows now, and not in the middle of a row that somebody waits for.
+/// Finds a damaged page now, not during the write of a row that a call waits for.
 void refuse_damaged(SQLite::Database& database) {
   const std::string found = database.execAndGet("PRAGMA quick_check(1)").getString();
   if (found != "ok") {
@@ -83,7 +83,7 @@ void refuse_damaged(SQLite::Database& database) {
   }
 }
 
-/// Opened and ready for durable writing.
+/// Opens the database for durable writing.
 SQLite::Database open(const std::filesystem::path& file, const Beginning& beginning) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                             busy_timeout_ms);
@@ -108,24 +108,24 @@ void bind(SQLite::Statement& statement, int index, const Value& value) {
   statement.bind(index, value);
 }
 
-/// Of a file and its write-ahead log, which has what is not in the file yet.
+/// The identities of a file and of its write-ahead log, which has the newest changes.
 using Identities = std::array<base::posix::FileIdentity, 2>;
 
 Identities identities_of(const std::filesystem::path& file) {
   return {base::posix::identity_of(file), base::posix::identity_of(file.string() + "-wal")};
 }
 
-/// Binds `values` in their order and runs the statement; returns the number of rows it changed.
+/// Binds `values` in their order and runs the statement; returns the number of changed rows.
 template <typename... Values>
 int run(SQLite::Statement& statement, const Values&... values) {
-  // The plain reset() throws once more what the last execution threw.
+  // The plain reset() throws the error of the last execution once more.
   statement.tryReset();
   int index = 0;
   (bind(statement, ++index, values), ...);
   return statement.exec();
 }
 
-/// Columns of text hold UTF-8; a UUID that is none has the controller's bytes.
+/// Columns of text have UTF-8; a text that is not UTF-8 has the controller's bytes.
 std::string utf8(const std::string& text) {
   return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
 }
@@ -143,8 +143,8 @@ struct Segment::Impl {
   std::int64_t add(const fabric::DataSample& sample);
   std::int64_t add(const fabric::ProgramEvent& event);
   std::int64_t id_of(const std::string& call);
-  /// After a failure. A statement that was refused half way, as by another process's lock, keeps
-  /// its view of the database as it was, and SQLite refuses all writing on top of an old view.
+  /// Call it after a failure. A statement that failed halfway, for example at another process's
+  /// lock, keeps its snapshot of the database, and SQLite refuses writes on top of an old snapshot.
   void reset();
 
   std::filesystem::path file;
@@ -250,7 +250,7 @@ Segment& Segment::operator=(Segment&&) noexcept = default;
 
 std::vector<std::int64_t> Segment::append(const std::vector<Row>& rows) {
   if (identities_of(impl_->file) != impl_->opened) {
-    // SQLite would go on writing to a file that has no name any more.
+    // SQLite would continue to write to a file that has lost its name.
     throw std::runtime_error(
         "it was moved or removed while the archiver was using it; put it back, or restart the "
         "archiver");
@@ -260,7 +260,7 @@ std::vector<std::int64_t> Segment::append(const std::vector<Row>& rows) {
   ids.reserve(rows.size());
   try {
     naming_damage([&] {
-      // The lock first: where another process has it, no statement begins.
+      // The lock first: while another process has it, no statement begins.
       SQLite::Transaction transaction(impl_->database, SQLite::TransactionBehavior::IMMEDIATE);
       for (const Row& row : rows) {
         ids.push_back(std::visit([&](const auto& value) { return impl_->add(value); }, row));
@@ -318,8 +318,7 @@ bool close(const std::filesystem::path& file, Time now) {
 
 struct ClosedSegment::Impl {
   explicit Impl(const std::filesystem::path& file)
-      // Nothing is written, but SQLite rolls back what a crash left half done, which it cannot do
-      // on a database that is opened for reading alone.
+      // Writes nothing itself, but SQLite rolls back the rest of a crash, which needs write access.
       : database(file.string(), SQLite::OPEN_READWRITE, busy_timeout_ms),
         find(database, "SELECT id FROM put WHERE call = ?") {}
 

@@ -1,11 +1,11 @@
-// A file of the archive: an SQLite database; in WAL mode and written a batch at a time while it is
-// the newest, closed and only read later.
+// A file of the archive: an SQLite database. The newest is in WAL mode and written batch by batch;
+// a closed one is only read.
 //
 //   Segment segment(folder / "archive-000001.db", {.begun = now, .first_put = 1});
 //   const auto ids = segment.append(rows);    // durable when it returns
 //
-// All functions throw SQLite::Exception when the file cannot be read or written, Damaged when it is
-// damaged, and Foreign when it is none of ours.
+// All functions throw SQLite::Exception if the file cannot be read or written, Damaged if it is
+// damaged, and Foreign if it is not ours.
 #pragma once
 
 #include <cstdint>
@@ -19,22 +19,22 @@
 
 namespace millrace::services::archiver {
 
-/// What a file without a put starts with; one that has puts has its own.
+/// Initial values of a file without a put; a file with puts has its own.
 struct Beginning {
   fabric::Time begun{};
   std::int64_t first_put = 1;
 };
 
-/// Who opens a file waits so long while it is being closed.
+/// How long an open waits while the file is being closed.
 inline constexpr int busy_timeout_ms = 5000;
 
-/// A file with a name of ours that somebody else made, or that is damaged.
+/// A file with a name of ours that another program made, or that is damaged.
 class Foreign : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// It may have been ours.
+/// A damaged file that may be ours.
 class Damaged : public Foreign {
  public:
   using Foreign::Foreign;
@@ -42,25 +42,24 @@ class Damaged : public Foreign {
 
 class Segment {
  public:
-  /// Opens `file` and makes it if it is not there, or empty; an older one gets the tables of today.
-  /// What it has is looked through before anything is written. Throws std::runtime_error for a file
-  /// of a newer millrace.
+  /// Opens `file`; creates it if it is missing or empty; migrates an older one. Checks its contents
+  /// before any write. Throws std::runtime_error for a file of a newer millrace.
   Segment(const std::filesystem::path& file, const Beginning& beginning);
   ~Segment();
   Segment(Segment&&) noexcept;
   Segment& operator=(Segment&&) noexcept;
 
   /// Adds all rows or none, in one transaction. Returns the id of each put, 0 for the other rows; a
-  /// put whose call is here already has the id it had. Throws std::runtime_error while the file is
-  /// not where it was opened.
+  /// put whose call is already in the file keeps its id. Throws std::runtime_error if the file was
+  /// moved or removed since it was opened.
   std::vector<std::int64_t> append(const std::vector<Row>& rows);
-  /// What the next new put will have.
+  /// The id of the next new put.
   [[nodiscard]] std::int64_t next_put() const;
 
   [[nodiscard]] fabric::Time begun() const;
-  /// close() has been called, perhaps by an earlier process; nothing may be added.
+  /// close() was called, possibly by an earlier process; no row may be added.
   [[nodiscard]] bool ended() const;
-  /// In bytes, once all of it is moved out of its write-ahead log.
+  /// In bytes, once its write-ahead log is merged into it.
   [[nodiscard]] std::uintmax_t size() const;
 
  private:
@@ -68,9 +67,9 @@ class Segment {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Ends a file that is written no more, at `now` if it was not ended before, and leaves a single
-/// plain file that can be copied, and read on read-only media. False if somebody has it open: then
-/// that is for later. Does not wait.
+/// Ends a finished file, at `now` if it was not ended before, and leaves a single regular file that
+/// can be copied, and read on read-only media. False if another process has it open: try again
+/// later. Does not wait.
 bool close(const std::filesystem::path& file, fabric::Time now);
 
 /// A file of the archive that is only read.
@@ -83,11 +82,11 @@ class ClosedSegment {
 
   /// The id of the put of this call.
   [[nodiscard]] std::optional<std::int64_t> find(fabric::CallId call);
-  /// What the next put after those of this file has.
+  /// The id of the next put after those of this file.
   [[nodiscard]] std::int64_t next_put() const;
-  /// When it was ended; nothing if it was not.
+  /// When the file was ended; nullopt if it was not.
   [[nodiscard]] std::optional<fabric::Time> ended() const;
-  /// Ended, and a single plain file.
+  /// True if it is ended and a single regular file.
   [[nodiscard]] bool closed() const;
 
  private:

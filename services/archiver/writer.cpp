@@ -13,14 +13,16 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The kind of error that ends with the first batch that is written.
+/// The kind of an error that ends with the first successful batch.
 constexpr const char* unwritable = "write";
 constexpr std::size_t max_batch = 4096;
 constexpr std::size_t max_recorded = 100'000;
 constexpr std::chrono::seconds retry_after{1};
-/// How long values of machines wait for others: a commit costs more than the values of a beat.
+/// How long values of machines wait for further rows: a commit costs more than the values of one
+/// sample period.
 constexpr std::chrono::milliseconds together{500};
-/// How often files are tried again that somebody reads, and the clock is looked at.
+/// How often the closing of files that are being read is retried, and the longest time between two
+/// checks of the clock.
 constexpr std::chrono::seconds untidy_pause{1};
 constexpr std::chrono::minutes pause{10};
 

@@ -1,5 +1,5 @@
-// The thread that writes the archive: whatever has come since the last commit goes into the next,
-// so that many callers share one wait for the disk.
+// The thread that writes the archive: all rows since the last commit go into the next one, so that
+// many callers share one wait for the disk.
 //
 //   Writer writer(std::move(archive), log);
 //   writer.put(std::move(put), [call](const Written& written) { call->answer(…); });
@@ -39,40 +39,40 @@ class Writer {
  public:
   using Log = std::shared_ptr<spdlog::logger>;
 
-  /// `notices`, which outlives it, gets to know what troubles the archive: "archive", "lost_rows",
+  /// `notices`, which must outlive it, gets the alarms of the archive: "archive", "lost_rows",
   /// "foreign_files".
   Writer(Archive archive, Log log, fabric::NoticeSink& notices);
-  /// Writes what is waiting, then ends.
+  /// Writes the waiting rows, then ends.
   ~Writer();
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
   /// `done` is called on the writer's thread, once the put is durable or has failed.
   void put(Put put, std::function<void(const Written&)> done);
-  /// What is seen on the fabric; values of machines may wait for half a second, to be written
-  /// together. While the archive cannot be written they wait, and the oldest of more than 100,000
-  /// (of samples: with 8 values each) are lost, which the log tells.
+  /// Adds an observation of the fabric; values of machines may wait for half a second, to be
+  /// written together. While the archive cannot be written, rows wait; beyond 100,000 (for samples:
+  /// with 8 values each) the oldest are lost and the log reports their number.
   void record(Row row);
 
  private:
   using Done = std::function<void(const Written&)>;
-  /// What goes into one transaction: puts first, with a `done` each, then recorded rows.
+  /// The contents of one transaction: puts first, with a `done` each, then recorded rows.
   struct Batch {
     std::vector<Row> rows;
     std::vector<Done> done;
   };
 
   void run();
-  /// Waits for rows; empty after a while if the archive has something to do besides. Nothing once
-  /// the end has come and nothing waits.
+  /// Waits for rows. Empty after a while, so that the archive can be tidied up. Nullopt at the end,
+  /// when no row waits.
   std::optional<Batch> take();
-  /// What nobody waits for: between batches.
+  /// Maintenance between batches.
   void tidy_up();
   [[nodiscard]] bool has_work() const;
   void write(Batch batch);
-  /// Puts the recorded rows back, to be tried again.
+  /// Returns the recorded rows to the queue for another attempt.
   void keep(std::vector<Row> rows, std::size_t first_recorded);
-  /// An error that may come with each batch.
+  /// Logs an error that may repeat with each batch.
   void complain(const std::string& kind, const std::string& text);
   void notice_failure(const std::string& reason);
   void notice_success();
@@ -87,7 +87,7 @@ class Writer {
   std::condition_variable changed_;
   std::deque<std::pair<Put, Done>> puts_;
   std::deque<Row> recorded_;
-  /// How much of the room for recorded rows they take.
+  /// Weight of the waiting recorded rows, limited by max_recorded.
   std::size_t weight_ = 0;
   /// Until when recorded rows may wait for others.
   std::chrono::steady_clock::time_point due_{};

@@ -10,7 +10,8 @@
 
 namespace millrace::services::batch {
 
-/// A script that may be replaced while calls run; each call runs what was there when it began.
+/// A script that may be replaced while calls run; each call runs the script that was current when
+/// it began.
 class CurrentScript {
  public:
   explicit CurrentScript(Script script) : script_(std::move(script)) {}
@@ -22,7 +23,7 @@ class CurrentScript {
   Script script_;
 };
 
-/// Runs the script for each call; a withdrawn one ends it.
+/// Runs the script for each call; a cancelled call ends its process.
 sdk::Handler answering(std::shared_ptr<const CurrentScript> script, base::program::Log log);
 
 }  // namespace millrace::services::batch

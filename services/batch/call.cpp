@@ -12,7 +12,7 @@ namespace {
 using sdk::Response;
 using text::error;
 
-/// Enough to recognise 127 characters of up to 3 bytes and what follows them.
+/// In bytes: enough to recognise 127 characters of up to 3 bytes and the text after them.
 constexpr std::size_t max_kept = 4096;
 
 std::string without_line_ends(std::string text) {
@@ -38,7 +38,7 @@ Response refused(const Script& script, const std::string& why) {
                fmt::format("output of {}: {}", script.registration.name, why));
 }
 
-/// Cutting UTF-8 output at what was kept may leave half a character; it is cut off anyway.
+/// Removes half a character where the UTF-8 output was truncated.
 std::string whole_characters(std::string text) {
   while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xC0U) == 0x80U) {
     text.pop_back();
@@ -60,7 +60,7 @@ tl::expected<std::string, std::string> output_text(const Script& script, const C
   return base::text::to_cp1252(text);
 }
 
-/// A program that said nothing: its end is the answer.
+/// The response for a process without output: how it ended.
 Response silent_answer(const Script& script, const Ended& ended) {
   const std::string& name = script.registration.name;
   const std::uint32_t state = state_of(ended);

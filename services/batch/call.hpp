@@ -1,17 +1,17 @@
-// Between a call and a program: what the program is given, and what its end means.
+// Converts a call to the command of a script, and the end of its process to a response.
 //
-//   const auto command = command_for(script, call);       // or the answer to a bad request
+//   const auto command = command_for(script, call);       // or the response to a bad request
 //   const Verdict v = verdict(script, run(*command, limits_for(script)));
 //
-// The rule of states (docs/services.md):
+// States (docs/services.md):
 //   1           exit code 0; the text is the output
-//   100 + n     exit code n; the text is the output, or says the code if there is none
+//   100 + n     exit code n; the text is the output, or the code if there is none
 //   400 + n     ended by signal n
-//   10          the request cannot be given to a program
+//   10          the request cannot be passed to a process
 //   11          the time limit was reached
-//   12          it could not be started
-//   13          its output cannot be an answer: too long, or not in the controller's code page
-//   14          the call was withdrawn while it ran; the program was ended
+//   12          the process could not be started
+//   13          the output cannot be a response: too long, or not in the controller's code page
+//   14          the call was cancelled while the process ran; the process was ended
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ inline constexpr std::uint32_t state_withdrawn = 14;
 inline constexpr std::uint32_t state_exit_code = 100;
 inline constexpr std::uint32_t state_signal = 400;
 
-/// What the batch service needs to know of a call.
+/// The data of a call that the batch service needs.
 struct CallInfo {
   /// CP1252, at most 127 bytes.
   std::string request;
@@ -44,17 +44,18 @@ struct CallInfo {
   bool replayed = false;
 };
 
-/// The program with the request as its last argument and as one line of standard input, and the
-/// call in its environment (MILLRACE_CALL, _ATTEMPT, _MACHINE, _CHANNEL, _STATE, _REPLAYED). The
-/// error is the answer to a request that cannot be an argument.
+/// The script with the request as its last argument and as one line of standard input, and the call
+/// in its environment (MILLRACE_CALL, _ATTEMPT, _MACHINE, _CHANNEL, _STATE, _REPLAYED). The error
+/// is the response to a request that cannot be an argument.
 tl::expected<Command, sdk::Response> command_for(const Script& script, const CallInfo& call);
 
 Limits limits_for(const Script& script);
 
 struct Verdict {
-  /// At most 127 bytes. Trailing line ends of the output are not part of it.
+  /// At most 127 bytes, without trailing line ends of the output.
   sdk::Response answer;
-  /// What the operator should know besides (cut output, standard error); empty if nothing.
+  /// Additional information for the operator (truncated output, standard error); empty if there is
+  /// none.
   std::string remark{};
 };
 

@@ -1,4 +1,4 @@
-// Which programs are served, and what to do when that changes.
+// Decides which scripts are served, and what changes when that changes.
 #pragma once
 
 #include <filesystem>
@@ -9,23 +9,22 @@
 
 namespace millrace::services::batch {
 
-/// What has to happen so that `after` is served instead of `before`.
+/// The steps to serve `after` in place of `before`.
 struct Changes {
-  /// UUIDs to take off the fabric, running calls finished.
+  /// UUIDs to remove from the fabric after their running calls.
   std::vector<std::string> stop;
-  /// To put on the fabric, after the stops (a script that changed its registration is in both).
+  /// Scripts to register, after the stops (a script with a changed registration is in both).
   std::vector<Script> start;
-  /// Registered as before, but to be run differently from the next call on.
+  /// Scripts with the same registration that run differently from the next call on.
   std::vector<Script> update;
 };
 
 Changes changes(const std::vector<Script>& before, const std::vector<Script>& after);
 
-/// The scripts whose program is there and executable for this process.
+/// The scripts whose file exists and is executable for this process.
 std::vector<Script> present(const std::vector<Script>& scripts);
 
-/// Differs when one of the files changed: time, size, mode or place on the disk, or its being
-/// there.
+/// Changes when one of the files changes: time, size, mode, place on the disk or existence.
 std::string fingerprint(const std::filesystem::path& config, const std::vector<Script>& scripts);
 
 }  // namespace millrace::services::batch

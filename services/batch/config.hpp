@@ -1,4 +1,4 @@
-// batch.textproto, read and checked (schema and defaults: idl/batch.proto).
+// Reads and checks batch.textproto (schema and defaults: idl/batch.proto).
 #pragma once
 
 #include <chrono>
@@ -17,8 +17,8 @@ struct Config {
   std::vector<Script> scripts;
 };
 
-/// The error has one line per mistake, with file, line and column. A program that does not
-/// exist is no mistake: it may come later.
+/// The error has one line per mistake, with file, line and column. A missing script file is not a
+/// mistake: it may be added later.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 
 }  // namespace millrace::services::batch

@@ -11,7 +11,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Between two looks; often enough to see that a file stays quiet.
+/// Time between two checks; short enough to notice that a file is still changing.
 std::chrono::milliseconds interval(const Config& config) {
   return std::clamp<std::chrono::milliseconds>(config.settle / 4, std::chrono::milliseconds(20),
                                                std::chrono::seconds(1));
@@ -39,7 +39,7 @@ Folder::Folder(std::filesystem::path file, sdk::ServiceOptions base, base::progr
 void Folder::follow() {
   std::unique_lock guard(lock_);
   while (!changed_.wait_for(guard, interval(config_), [this] { return stopping_; })) {
-    // What a look does takes its time; stop() need not wait for it.
+    // A check takes time; stop() need not wait for it.
     guard.unlock();
     look();
     guard.lock();

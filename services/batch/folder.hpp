@@ -1,4 +1,4 @@
-// Serves a batch.textproto and follows its changes, and those of the programs it names.
+// Serves a batch.textproto and applies its changes, and those of the scripts in it.
 #pragma once
 
 #include <condition_variable>

@@ -11,7 +11,7 @@ Host::Host(sdk::ServiceOptions base, base::program::Log log)
     : base_(std::move(base)), log_(std::move(log)) {}
 
 Host::~Host() {
-  // All at once, then wait for each.
+  // Stops all at once, then waits for each.
   for (auto& [uuid, served] : services_) {
     served.service->stop();
   }

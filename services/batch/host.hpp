@@ -1,7 +1,7 @@
 // The services of a batch configuration on the fabric.
 //
 //   Host host(options, log);
-//   host.serve(scripts);      // now, and again whenever they change
+//   host.serve(scripts);      // now, and again after each change
 #pragma once
 
 #include <map>
@@ -20,16 +20,15 @@ namespace millrace::services::batch {
 /// Not thread-safe.
 class Host {
  public:
-  /// How to join the fabric, and the version, come from `base`; the rest from each script.
+  /// `base` has the fabric and the version; each script has the rest.
   Host(sdk::ServiceOptions base, base::program::Log log);
-  /// Leaves, once the calls under way are answered.
+  /// Leaves the fabric after the running calls are answered.
   ~Host();
   Host(const Host&) = delete;
   Host& operator=(const Host&) = delete;
 
-  /// Serves these scripts, as far as their programs are there, instead of the earlier ones. A
-  /// service that is not wanted any more finishes the calls it has. A script that cannot be put on
-  /// the fabric is left out and logged.
+  /// Serves these scripts, if their files exist, in place of the earlier ones. A removed service
+  /// finishes its calls. A script that cannot be registered is logged and left out.
   void serve(const std::vector<Script>& scripts);
 
   [[nodiscard]] std::size_t size() const { return services_.size(); }

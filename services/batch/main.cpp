@@ -19,7 +19,7 @@ using namespace millrace;
 namespace program = base::program;
 namespace batch = services::batch;
 
-/// --config: many programs, each with its UUID.
+/// --config: many scripts, each with its UUID.
 int serve_folder(int argc, char** argv) {
   CLI::App app{"Answers calls with programs and scripts"};
   std::string file = "batch.textproto";
@@ -39,7 +39,7 @@ int serve_folder(int argc, char** argv) {
   return program::run(app, argc, argv, [&] {
     const fabric::dds::ParticipantOptions join = fabric.options();
     const auto log = program::make_log(name, level);
-    // One process is one participant, however many programs it serves.
+    // One process is one participant, independent of the number of scripts that it serves.
     const services::sdk::ServiceOptions options{
         .version = MILLRACE_VERSION,
         .member = std::make_shared<services::sdk::Member>(join, log),
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     return program::asks_for_check(argc, argv) ? program::check(argc, argv, checked)
                                                : serve_folder(argc, argv);
   }
-  // "--exec --help" names no program, and asks for nothing else.
+  // "--exec --help" has no script; it only requests the help.
   char* const* const help = std::find_if(argv, argv + argc, asks_for_help);
   if (help == argv + argc) {
     return batch::serve_one(argc, argv);

@@ -28,7 +28,7 @@ void add_flags(CLI::App& app, Flags& flags) {
   app.add_flag("--cp1252", flags.cp1252, "It speaks the controller's code page, not UTF-8");
 }
 
-/// Throws UsageError for a program that is not there: nobody could bring it later unnoticed.
+/// Throws UsageError for a missing file: without --config, no check would notice it later.
 Script script_from(const Flags& flags, const sdk::ServiceOptions& options) {
   Script script;
   script.registration.name = options.name;

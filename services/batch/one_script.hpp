@@ -1,4 +1,4 @@
-// millrace-batch --exec: one program, all on the command line.
+// millrace-batch --exec: one script, configured on the command line.
 #pragma once
 
 namespace CLI {
@@ -11,8 +11,8 @@ namespace millrace::services::batch {
 /// and --cp1252. Returns an exit code.
 int serve_one(int argc, char** argv);
 
-/// Adds those of its flags that `others` does not have: their help, man page and completion tell of
-/// them; a command line that has one and no --exec is refused.
+/// Adds those of its flags that `others` does not have, for their help, man page and completion. A
+/// command line with one of them and without --exec is refused.
 void tell_flags_of_one(CLI::App& others);
 
 }  // namespace millrace::services::batch

@@ -19,19 +19,19 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using base::posix::Fd;
 
-/// How soon it is noticed that nobody wants the program any more.
+/// The longest delay until a cancelled call is noticed.
 constexpr std::chrono::milliseconds look_up{50};
 
-/// What a pipe holds at most; what is left in it when the program has ended is no more.
+/// The most bytes in a pipe, so the most that is left when the process has ended.
 constexpr std::size_t pipe_capacity = 1 << 20;
 
-/// Reads what is there now, at most a pipe full; closes `fd` at its end.
+/// Reads the available bytes, at most one full pipe; closes `fd` at its end.
 void drain(Fd& fd, Captured& into, std::size_t keep) {
   std::array<char, 4096> bytes{};
   for (std::size_t total = 0; fd && total < pipe_capacity;) {
     const ssize_t count = ::read(fd.get(), bytes.data(), bytes.size());
     if (count < 0) {
-      return;  // nothing there now
+      return;  // no bytes available now
     }
     if (count == 0) {
       fd.close();
@@ -44,7 +44,7 @@ void drain(Fd& fd, Captured& into, std::size_t keep) {
   }
 }
 
-/// One running program and the decision when to end it.
+/// One running process, and the decision when to end it.
 class Run {
  public:
   Run(Child child, const Limits& limits, const Unwanted& unwanted)
@@ -67,7 +67,7 @@ class Run {
  private:
   enum class Phase : std::uint8_t { running, asked_to_end, killed };
 
-  /// Waits for the next thing to happen and sees to it; true once the program has ended.
+  /// Waits for the next event and handles it; true once the process has ended.
   bool wait() {
     std::array<pollfd, 3> events{pollfd{child_.ended.get(), POLLIN, 0},
                                  pollfd{child_.output.get(), POLLIN, 0},
@@ -86,7 +86,7 @@ class Run {
     return false;
   }
 
-  /// Milliseconds until the next step of ending it; -1 once nothing is left to do but wait.
+  /// Milliseconds until the next step of ending it; -1 if only its end is left to wait for.
   [[nodiscard]] int remaining() const {
     if (phase_ == Phase::killed) {
       return -1;
@@ -101,7 +101,7 @@ class Run {
       phase_ = Phase::asked_to_end;
       next_ = Clock::now() + limits_.kill_after;
       signal_session(child_.pid, SIGTERM);
-      // A stopped (SIGSTOP) program could not obey.
+      // A stopped (SIGSTOP) process could not handle it.
       signal_session(child_.pid, SIGCONT);
     } else {
       phase_ = Phase::killed;

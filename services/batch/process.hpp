@@ -1,12 +1,11 @@
-// Runs one program to its end: no shell, nothing inherited, a session of its own.
+// Runs one process to its end: no shell, no inherited descriptors, its own session.
 //
-//   Ended ended = run({.program = "/opt/cell/measure", .arguments = {"WELLE7"}, .input =
-//   "WELLE7\n"},
-//                     {.time_limit = 5s});
+//   Ended ended = run(
+//       {.program = "/opt/cell/measure", .arguments = {"WELLE7"}, .input = "WELLE7\n"},
+//       {.time_limit = 5s});
 //
-// The program's end is the end of its main process. What that leaves running in its session is
-// ended with it, in whatever process group; only a process that opened a session of its own
-// (setsid) stays.
+// The end is that of the main process. Processes that it leaves in its session are ended with it,
+// in any process group; only a process with its own session (setsid) stays.
 #pragma once
 
 #include <chrono>
@@ -19,20 +18,21 @@
 namespace millrace::services::batch {
 
 struct Command {
-  /// Absolute; executed as it is. A file without "#!" that is no program does not start.
+  /// Absolute; executed directly. A file that is neither a binary nor begins with "#!" does not
+  /// start.
   std::filesystem::path program;
   std::vector<std::string> arguments{};
-  /// "NAME=value", besides the few that are passed on of this process's own.
+  /// "NAME=value", in addition to the few variables passed on from this process.
   std::vector<std::string> environment{};
-  /// Where it runs; absolute.
+  /// Working directory; absolute.
   std::filesystem::path folder{};
-  /// Its standard input, at most 4096 bytes (they must fit a pipe).
+  /// Its standard input, at most 4096 bytes (they must fit into a pipe).
   std::string input{};
 };
 
 struct Limits {
   std::chrono::milliseconds time_limit{30000};
-  /// From SIGTERM to SIGKILL, once the time is over or nobody wants it any more.
+  /// Time from SIGTERM to SIGKILL, after the time limit or a cancellation.
   std::chrono::milliseconds kill_after{1000};
   /// Bytes of standard output to keep; the rest is read and counted.
   std::size_t max_output = 4096;
@@ -42,7 +42,7 @@ struct Limits {
 
 enum class End : std::uint8_t { exited, signalled, time_limit, unwanted, not_started };
 
-/// What a stream brought: the first bytes, and how many there were.
+/// The first bytes of a stream, and the number of all its bytes.
 struct Captured {
   std::string text{};
   std::size_t size = 0;
@@ -50,18 +50,18 @@ struct Captured {
 
 struct Ended {
   End end = End::not_started;
-  /// Exit code of `exited`, signal number of `signalled`, else 0.
+  /// Exit code of `exited`, signal number of `signalled`, otherwise 0.
   int code = 0;
   Captured output{};
   Captured errors{};
-  /// Why it did not start, in words.
+  /// Why the process did not start, as text.
   std::string reason{};
 };
 
-/// True once nobody waits for the program's answer any more. Asked from time to time.
+/// True once no call waits for the result. Called periodically.
 using Unwanted = std::function<bool()>;
 
-/// Blocks until the program is over; one that nobody wants any more is ended before its time.
+/// Blocks until the process has ended; ends it early once `unwanted` returns true.
 Ended run(
     const Command& command, const Limits& limits, const Unwanted& unwanted = [] { return false; });
 

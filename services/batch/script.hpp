@@ -1,4 +1,4 @@
-// One program of the batch service, as configured and checked.
+// One script of the batch service, as configured and checked.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ namespace millrace::services::batch {
 enum class TooLong : std::uint8_t { refuse, cut };
 enum class Encoding : std::uint8_t { utf8, cp1252 };
 
-/// What tools and gateways see of it; a change needs a new registration.
+/// The properties that tools and gateways see; a change needs a new registration.
 struct Registration {
   /// Canonical (fabric::canonical_uuid).
   std::string uuid;
@@ -31,7 +31,7 @@ struct Script {
   Registration registration;
   /// Absolute.
   std::filesystem::path program;
-  /// What comes before the request.
+  /// The arguments before the request.
   std::vector<std::string> arguments;
   /// Absolute.
   std::filesystem::path folder;

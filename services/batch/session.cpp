@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The session of a process that runs, by proc(5): "PID (NAME) STATE PPID PGRP SESSION ...", where
-/// the name may hold anything.
+/// The session of a running process, by proc(5): "PID (NAME) STATE PPID PGRP SESSION ...", where
+/// the name may contain any characters.
 std::optional<pid_t> session_of(const fs::path& process) {
   std::string line;
   if (!std::getline(std::ifstream(process / "stat"), line)) {
@@ -57,7 +57,7 @@ void signal_session(pid_t session, int signal) {
 }
 
 void kill_session(pid_t session) {
-  // What is killed starts nothing more: when there is nobody new, all are.
+  // A killed process starts no further one: when no new process is found, all are killed.
   std::set<pid_t> killed;
   for (bool more = true; more;) {
     more = false;

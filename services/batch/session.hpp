@@ -1,4 +1,4 @@
-// The processes of a session, whatever process groups they have moved to.
+// The processes of a session, in any process group.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,7 @@
 
 namespace millrace::services::batch {
 
-/// Those that run; not those that only wait to be reaped. The number stays the session's own until
-/// its leader is reaped.
+/// The running processes, without zombies. The session keeps its number until its leader is reaped.
 std::vector<pid_t> processes_of(pid_t session);
 
 /// Sends `signal` to all of them.

@@ -37,13 +37,13 @@ std::optional<Pipe> make_pipe() {
   return Pipe{.read = Fd(ends[0]), .write = Fd(ends[1])};
 }
 
-/// RAII around what posix_spawn wants to be told. All calls only fill memory.
+/// RAII for the arguments of posix_spawn. All calls only fill memory.
 class Instructions {
  public:
   Instructions() {
     posix_spawn_file_actions_init(&actions_);
     posix_spawnattr_init(&attributes_);
-    // The service blocks and handles signals for itself; the program starts with a clean slate.
+    // The service blocks and handles signals itself; the process starts with the defaults.
     sigset_t none;
     sigemptyset(&none);
     sigset_t all;
@@ -84,15 +84,15 @@ std::string_view name_of(std::string_view assignment) {
   return assignment.substr(0, assignment.find('='));
 }
 
-/// What programs need to find others, folders and the words of their user. Whatever else this
-/// service was given, a secret perhaps, is its own (docs/services.md).
+/// Variables that processes need to find programs, folders and the language of their user. All
+/// others of this service, which may be secrets, are not passed on (docs/services.md).
 bool is_passed_on(std::string_view name) {
   constexpr std::array<std::string_view, 8> names{"PATH",  "HOME", "USER", "LOGNAME",
                                                   "SHELL", "LANG", "TZ",   "TMPDIR"};
   return name.starts_with("LC_") || std::ranges::find(names, name) != names.end();
 }
 
-/// What is passed on of this process's environment, and `added`.
+/// The variables that are passed on from this process's environment, and `added`.
 std::vector<std::string> environment(const std::vector<std::string>& added) {
   std::vector<std::string> all = added;
   for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry) {
@@ -103,7 +103,7 @@ std::vector<std::string> environment(const std::vector<std::string>& added) {
   return all;
 }
 
-/// The form exec wants: pointers with a null at the end. `texts` must outlive it.
+/// The form that exec expects: pointers with a null at the end. `texts` must outlive it.
 std::vector<char*> pointers(std::vector<std::string>& texts) {
   std::vector<char*> all;
   all.reserve(texts.size() + 1);
@@ -114,7 +114,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
   return all;
 }
 
-/// The reason first: an answer has little room.
+/// Begins with the reason, since a response has little room.
 std::string why(int error, const Command& command) {
   const std::string program = command.program.string();
   switch (error) {
@@ -128,7 +128,8 @@ std::string why(int error, const Command& command) {
 }
 
 bool give_input(const Pipe& pipe, const std::string& input) {
-  // An empty pipe takes it whole, so this cannot block; nobody has read yet, so it cannot break.
+  // An empty pipe takes the whole input, so this cannot block; its reader has not started, so it
+  // cannot break.
   assert(input.size() <= max_input);
   return ::write(pipe.write.get(), input.data(), input.size()) ==
          static_cast<ssize_t>(input.size());

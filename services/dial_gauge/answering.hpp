@@ -1,6 +1,6 @@
-// The answering of requests: which gauge, is its reading good, and what does the program get.
+// Answers requests: finds the gauge, judges its reading, and makes the response.
 //
-// States (docs/services.md): 1 a value, or what was asked for; 10 request not understood; 11
+// States (docs/services.md): 1 a value, or what was requested; 10 request not understood; 11
 // unknown gauge; 12 out of range; 13 no radio contact; 14 battery low; 15 value too old; 16
 // receiver not reachable; 17 zero point not kept.
 #pragma once
@@ -29,19 +29,19 @@ inline constexpr std::uint32_t state_too_old = 15;
 inline constexpr std::uint32_t state_line_down = 16;
 inline constexpr std::uint32_t state_zero_not_kept = 17;
 
-/// What is known of a gauge beside where its values come from.
+/// The properties of a gauge, without the source of its values.
 struct Gauge {
   std::string name{};
-  /// Of what the gauge shows, before ZERO.
+  /// Range of the gauge's own values, without the zero point.
   Nanometres minimum = 0;
   Nanometres maximum = 25 * nanometres_per_mm;
   std::chrono::milliseconds max_age{10000};
   unsigned decimals = 3;
 };
 
-/// What each gauge showed when it was zeroed.
+/// The value of each gauge at its ZERO.
 using Zeros = std::map<std::string, Nanometres>;
-/// Keeps them where a restart finds them; the error says why that failed.
+/// Stores the zero points for the next start; the error is the reason of a failure.
 using KeepZeros = std::function<tl::expected<void, std::string>(const Zeros&)>;
 
 /// Not thread-safe.
@@ -52,10 +52,10 @@ class Answering {
 
   sdk::Response answer(std::string_view request, Time now);
 
-  /// The gauges of which a program could not have a reading when it asked last, because of gauge,
-  /// radio or line, and why in words.
+  /// The gauges whose last requested reading failed because of gauge, radio or line, with the
+  /// reason as text.
   [[nodiscard]] const std::map<std::string, std::string>& failing() const { return failing_; }
-  /// Forgets those that can be read again, although no program has asked.
+  /// Removes gauges from failing() that can be read again, without a request.
   void look();
 
  private:
@@ -69,9 +69,9 @@ class Answering {
   sdk::Response read(Entry& entry, bool bare, Time now);
   sdk::Response zero(Entry& entry, Time now);
   sdk::Response status(Entry& entry, Time now);
-  /// Reads the source, and remembers whether that is possible.
+  /// Reads the source, and records whether that was possible.
   tl::expected<Reading, Failure> read_source(Entry& entry, Time now);
-  /// The reading, if it is one to work with, else the answer that says why not.
+  /// The reading if it is usable, otherwise the response with the reason.
   tl::expected<Reading, sdk::Response> good_reading(Entry& entry, Time now);
   [[nodiscard]] Nanometres zero_of(const std::string& gauge) const;
 

@@ -19,7 +19,8 @@ using base::configuration::ConfigPath;
 using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 
-/// A length of a machine tool, and no infinity or NaN, which text format lets pass.
+/// The longest length of a machine tool in mm; excludes infinity and NaN, which text format
+/// accepts.
 constexpr double longest = 1e6;
 
 bool is_length(double mm) {
@@ -52,7 +53,7 @@ std::size_t line_number(const config::DialGauge& from, const std::string& name) 
   return static_cast<std::size_t>(found - from.line().begin());
 }
 
-/// What a frame of the line has room for; that of the longest where there is no such line.
+/// The highest channel in a frame of the line; that of the longest frame if the line is missing.
 unsigned last_channel(const config::DialGauge& from, const std::string& name) {
   const std::size_t number = line_number(from, name);
   const bool is_digimatic =
@@ -61,7 +62,7 @@ unsigned last_channel(const config::DialGauge& from, const std::string& name) {
   return is_digimatic ? 9 : 9999;
 }
 
-/// As the system knows them (termios).
+/// The baud rates of the system (termios).
 bool is_baud_rate(unsigned rate) {
   constexpr std::array rates{50U,     75U,     110U,    134U,    150U,    200U,    300U,    600U,
                              1200U,   1800U,   2400U,   4800U,   9600U,   19200U,  38400U,  57600U,

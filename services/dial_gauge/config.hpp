@@ -1,4 +1,4 @@
-// dial_gauge.textproto, read and checked (schema and defaults: idl/dial_gauge.proto).
+// Reads and checks dial_gauge.textproto (schema and defaults: idl/dial_gauge.proto).
 #pragma once
 
 #include <chrono>
@@ -25,7 +25,7 @@ struct LineConfig {
   std::chrono::milliseconds reopen{1000};
 };
 
-/// A gauge heard on channel `channel` of line number `line` of the configuration.
+/// A gauge on channel `channel` of line number `line` of the configuration.
 struct RadioConfig {
   std::size_t line = 0;
   unsigned channel = 0;
@@ -46,8 +46,8 @@ struct Config {
 /// The error has one line per mistake, with file, line and column.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 
-/// What is served without a configuration: one simulated gauge G1 that shows 12.345 mm, its zero
-/// point kept in `folder`.
+/// The configuration without a file: one simulated gauge G1 that shows 12.345 mm, with its zero
+/// point stored in `folder`.
 Config demonstration(const std::filesystem::path& folder);
 
 }  // namespace millrace::services::dial_gauge

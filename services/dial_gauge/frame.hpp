@@ -1,14 +1,14 @@
-// What a receiver sends over its serial line, taken apart byte by byte.
+// Parses the frames that a receiver sends over its serial line, byte by byte.
 //
 //   FrameReader reader(Form::u_wave, Unit::mm);
 //   reader.feed("DT10002-0000000.001M\r", [&](const Frame& frame) { … });
 //
-// Form u_wave, as receivers of this kind send it over their virtual serial port (57600 8N1). Seen
-// on real devices, not in a public manual:
+// Form u_wave, sent by receivers of this kind over their virtual serial port (57600 8N1). Recorded
+// from real devices, not in a public manual:
 //
 //   DT1 cccc ±ddd.ddd u CR   value of channel cccc: 0 to 9999 (inferred: group and channel, two
 //                            digits each), eleven characters after the sign, unit M (mm) or I
-//                            (inch, inferred). Always 20 characters (inferred from what was seen;
+//                            (inch, inferred). Always 20 characters (inferred from recordings;
 //                            required, because a lost digit would be a wrong value)
 //   ST1 … CR, TI1 … CR       state messages of the receiver, no values
 //
@@ -18,7 +18,7 @@
 //   0 c A ±ddd.ddd CR        value of channel c, eight characters after the sign, no unit
 //   9 c n CR                 the receiver's error n on channel c (inferred)
 //
-// LF is taken for CR, so that a line that passed a terminal program reads the same.
+// LF counts as CR, so that a line that passed a terminal program reads the same.
 #pragma once
 
 #include <cstdint>
@@ -39,19 +39,19 @@ struct ValueFrame {
   bool operator==(const ValueFrame&) const = default;
 };
 
-/// The receiver says that this channel has no value to give.
+/// The receiver reports that this channel has no value.
 struct ErrorFrame {
   unsigned channel = 0;
   char code = '0';
   bool operator==(const ErrorFrame&) const = default;
 };
 
-/// Nothing to do with values.
+/// A message without a value.
 struct StateFrame {
   bool operator==(const StateFrame&) const = default;
 };
 
-/// No frame of this form; `text` is at most 64 bytes of what came.
+/// Not a valid frame of this form; `text` is at most 64 bytes of it.
 struct BrokenFrame {
   std::string text;
   bool operator==(const BrokenFrame&) const = default;
@@ -59,16 +59,16 @@ struct BrokenFrame {
 
 using Frame = std::variant<ValueFrame, ErrorFrame, StateFrame, BrokenFrame>;
 
-/// One frame without its CR.
+/// Parses one frame without its CR.
 Frame parse_frame(std::string_view text, Form form, Unit digimatic_unit);
 
-/// Finds the frames in a stream. A frame that does not end is broken once it is longer than any
-/// could be; reading goes on behind the next CR.
+/// Finds the frames in a stream. A frame without an end is broken once it is longer than any valid
+/// one; reading continues after the next CR.
 class FrameReader {
  public:
   FrameReader(Form form, Unit digimatic_unit) : form_(form), unit_(digimatic_unit) {}
   void feed(std::string_view bytes, const std::function<void(const Frame&)>& sink);
-  /// The line was interrupted: what is half there will not be completed.
+  /// The line was interrupted: drops the incomplete frame.
   void reset();
 
  private:

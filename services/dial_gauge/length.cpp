@@ -47,8 +47,8 @@ std::optional<Nanometres> parse_length(std::string_view text, Unit unit) {
       digits.find_first_not_of("0123456789") != std::string::npos) {
     return std::nullopt;
   }
-  // 12 digits times 25.4 million is more than 64 bits hold; a gauge shows far fewer, but a line may
-  // carry anything.
+  // 12 digits times 25.4 million overflows 64 bits; a gauge shows far fewer, but a line may carry
+  // any bytes.
   Nanometres number = 0;
   std::from_chars(digits.data(), digits.data() + digits.size(), number);
   const Nanometres scale = unit == Unit::mm ? nanometres_per_mm : nanometres_per_inch;

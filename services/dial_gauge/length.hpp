@@ -18,14 +18,14 @@ inline constexpr Nanometres nanometres_per_inch = 25'400'000;
 
 enum class Unit : std::uint8_t { mm, inch };
 
-/// A sign, digits and at most one point: 1 to 12 digits, up to 6 of them decimals. Nothing else,
-/// not even a blank.
+/// A sign, digits and at most one point: 1 to 12 digits, up to 6 of them decimals. No other
+/// characters, not even a blank.
 std::optional<Nanometres> parse_length(std::string_view text, Unit unit);
 
 /// In mm, rounded half away from zero to `decimals` (0 to 6), with its unit: "-0.005 mm".
 std::string to_text(Nanometres length, unsigned decimals);
 
-/// The nearest step of `step` nanometres (> 0).
+/// Rounds to the nearest multiple of `step` nanometres (> 0).
 Nanometres quantised(double nanometres, Nanometres step);
 
 }  // namespace millrace::services::dial_gauge

@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
       return fmt::format("{} gauges, {} lines", config.gauges.size(), config.lines.size());
     });
   }
-  // At most once: ZERO twice is not ZERO once.
+  // At most once: a repeated ZERO may set another zero point.
   sdk::ServiceProgram program({.uuid = "e6f15204-3a7c-4686-9bc3-1400d062127c",
                                .name = "dial_gauge",
                                .description = "Answers with the values of dial gauges",

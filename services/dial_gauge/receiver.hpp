@@ -1,4 +1,4 @@
-// What a receiver on a serial line has heard, channel by channel, and the gauges that read from it.
+// The values from a receiver on a serial line, channel by channel, and the gauges that read them.
 //
 //   Receiver receiver(Form::u_wave, Unit::mm);
 //   receiver.opened();
@@ -19,15 +19,15 @@
 
 namespace millrace::services::dial_gauge {
 
-/// Pure: told what happens on the line. Not thread-safe.
+/// Pure: the caller passes the events of the line. Not thread-safe.
 class Receiver {
  public:
   Receiver(Form form, Unit digimatic_unit) : frames_(form, digimatic_unit) {}
 
   void opened();
-  /// The line is gone, `reason` in words. Values heard before stay, and get older.
+  /// The line is closed, with the reason as text. Earlier values stay, and get older.
   void closed(std::string reason);
-  /// Bytes of the line. Returns the text of each frame that was broken, for the log.
+  /// Handles bytes of the line. Returns the text of each broken frame, for the log.
   std::vector<std::string> hear(std::string_view bytes, Time now);
 
   [[nodiscard]] tl::expected<Reading, Failure> newest(unsigned channel) const;
@@ -36,14 +36,14 @@ class Receiver {
  private:
   struct Channel {
     std::optional<Reading> newest;
-    /// What the receiver said last, if that was not a value.
+    /// The last error code of the receiver, if no value came since.
     std::optional<char> error;
     std::uint64_t values = 0;
     std::uint64_t errors = 0;
   };
 
   FrameReader frames_;
-  /// Why there is no line; nothing while there is one.
+  /// Why the line is down; nullopt while it is up.
   std::optional<std::string> down_ = "not opened yet";
   std::map<unsigned, Channel> channels_;
 };

@@ -1,4 +1,4 @@
-// What a program may ask of its gauges.
+// The requests of NC programs to gauges.
 //
 //   parse("READ depth").value() == Request{Verb::read, "depth"}
 #pragma once
@@ -17,13 +17,13 @@ struct Request {
   Verb verb = Verb::read;
   /// Empty for `list`.
   std::string gauge;
-  /// READ only: the number of millimetres without the unit, as STR_TO_REAL takes it.
+  /// READ only: the number of millimetres without the unit, as STR_TO_REAL expects it.
   bool bare = false;
   bool operator==(const Request&) const = default;
 };
 
-/// READ g, READ g mm, ZERO g, STATUS g or LIST: words with blanks between them, the verb in any
-/// case, the name as configured. The error says what was expected.
+/// READ g, READ g mm, ZERO g, STATUS g or LIST: words separated by blanks, the verb
+/// case-insensitive, the name as configured. The error contains what was expected.
 tl::expected<Request, std::string> parse(std::string_view text);
 
 /// Letters, digits, '_' and '-', 1 to 32.

@@ -27,7 +27,7 @@ Zeros zeros_or_throw(const std::filesystem::path& file) {
   return *std::move(zeros);
 }
 
-/// What is heard on one line, into its receiver and the log.
+/// Passes the bytes of one line to its receiver, and its events to the log.
 class Listener : public SerialLineListener {
  public:
   Listener(const LineConfig& config, std::mutex& lock, base::program::Log log,
@@ -62,7 +62,7 @@ class Listener : public SerialLineListener {
     const auto broken = receiver_->hear(bytes, Time::clock::now());
     guard.unlock();
     for (const std::string& text : broken) {
-      // The 1st, 2nd, 4th, 8th …: a noisy line must not fill the log.
+      // Logs the 1st, 2nd, 4th, 8th …: a noisy line must not fill the log.
       if (std::has_single_bit(++broken_)) {
         log_->warn("line {}: {} broken frames so far, the last {}", name_, broken_,
                    text::in_quotes(text));
@@ -79,7 +79,7 @@ class Listener : public SerialLineListener {
   std::uint64_t broken_ = 0;
 };
 
-/// How often gauges are looked at that could not be read.
+/// How often failing gauges are checked.
 constexpr std::chrono::seconds pause{1};
 
 }  // namespace
@@ -114,7 +114,7 @@ struct RunningGauges::Impl {
     });
   }
 
-  /// With the lock.
+  /// Needs the lock.
   void tell_failing() {
     for (const auto& [gauge, why] : answering.failing()) {
       notices.raise({.key = {.kind = "gauge", .subject = gauge},
@@ -143,7 +143,7 @@ struct RunningGauges::Impl {
                                              Time::clock::now());
   }
 
-  /// For the receivers and what answers.
+  /// Protects the receivers and the Answering.
   std::mutex lock;
   fabric::NoticeSink& notices;
   boost::asio::io_context context;
@@ -151,7 +151,7 @@ struct RunningGauges::Impl {
   std::vector<std::unique_ptr<Listener>> listeners;
   std::vector<std::unique_ptr<SerialLine>> lines;
   Answering answering;
-  /// The gauges that were failing when that was told last.
+  /// The failing gauges at the last report.
   std::map<std::string, std::string> told;
   std::thread thread;
 };

@@ -1,5 +1,5 @@
-// The gauges of a configuration, running: simulators, and receivers on serial lines with a thread
-// that listens to them.
+// The running gauges of a configuration: simulators, and receivers on serial lines with a thread
+// that reads them.
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@ namespace millrace::services::dial_gauge {
 
 class RunningGauges {
  public:
-  /// `notices`, which outlives it, gets to know which lines are gone ("gauge_line") and which
-  /// gauges a program asked for in vain ("gauge"). Throws program::UsageError for a file of zero
+  /// `notices`, which must outlive it, gets the alarms of lines that are down ("gauge_line") and of
+  /// gauges whose requested reading failed ("gauge"). Throws program::UsageError for a file of zero
   /// points that cannot be read.
   RunningGauges(const Config& config, const base::program::Log& log, fabric::NoticeSink& notices);
   ~RunningGauges();

@@ -15,7 +15,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// 8 data bits, no parity, 1 stop bit, no flow control, as receivers of this kind have it.
+/// 8 data bits, no parity, 1 stop bit, no flow control, as receivers of this kind use.
 error_code configure(asio::serial_port& port, unsigned baud_rate) {
   using Port = asio::serial_port_base;
   error_code error;
@@ -37,7 +37,7 @@ error_code configure(asio::serial_port& port, unsigned baud_rate) {
 
 }  // namespace
 
-/// Outlives the SerialLine until its last handler has run; a stopped one tells nobody anything.
+/// Outlives the SerialLine until its last handler has run; a stopped session calls no listener.
 class SerialLine::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(const asio::any_io_executor& executor, LineConfig config, SerialLineListener& listener)

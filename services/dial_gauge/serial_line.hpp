@@ -1,7 +1,7 @@
-// A serial line that is kept open: bytes in, and word of its coming and going.
+// A serial line that is kept open: reports its bytes, and when it opens and closes.
 //
 //   SerialLine line(context.get_executor(), {.device = "/dev/ttyUSB0", .baud_rate = 57600},
-//   listener);
+//                   listener);
 #pragma once
 
 #include <memory>
@@ -19,14 +19,14 @@ class SerialLineListener {
  public:
   virtual ~SerialLineListener() = default;
   virtual void on_opened() = 0;
-  /// `reason` in words, with the device. Told once each time, not for each attempt to open it
-  /// again.
+  /// `reason` as text, with the device. Called once for each loss, not for each failed attempt to
+  /// open the device.
   virtual void on_closed(const std::string& reason) = 0;
   virtual void on_bytes(std::string_view bytes) = 0;
 };
 
-/// Opens the device at once and again after each failure, `reopen` later. Ends with its destructor,
-/// which must run on the executor or after its context has stopped.
+/// Opens the device at once, and again `reopen` after each failure. Destroy it on the executor or
+/// after its context has stopped.
 class SerialLine {
  public:
   SerialLine(const boost::asio::any_io_executor& executor, LineConfig config,

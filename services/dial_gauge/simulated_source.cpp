@@ -23,8 +23,8 @@ SimulatedSource::SimulatedSource(Simulation simulation, Time start)
 }
 
 tl::expected<Reading, Failure> SimulatedSource::read(Time now) {
-  // Each attempt costs the same draws and charge, whatever becomes of it, so that a change of one
-  // setting does not shuffle all values behind it.
+  // Each attempt uses the same random numbers and charge, whatever its result, so that a change of
+  // one setting does not change all later values.
   const bool lost = uniform() * 100 < simulation_.radio_loss_percent;
   const double noise_um = normal() * simulation_.noise_um;
   const double battery = battery_;
@@ -60,7 +60,7 @@ double SimulatedSource::uniform() {
 }
 
 double SimulatedSource::normal() {
-  // Box-Muller; the first draw must not be 0.
+  // Box-Muller; the argument of log must not be 0.
   const double radius = std::sqrt(-2 * std::log(1 - uniform()));
   return radius * std::cos(2 * M_PI * uniform());
 }

@@ -1,4 +1,4 @@
-// A dial gauge that is not there.
+// A simulated dial gauge.
 //
 //   SimulatedSource gauge({.seed = 7, .nominal_mm = {12.345}, .noise_um = 0.5}, start);
 //   gauge.read(now)->value   // 12'345'000 or a step beside it
@@ -26,7 +26,7 @@ struct Simulation {
   double battery_low_percent = 10;
 };
 
-/// The same simulation read at the same times gives the same readings, on every platform.
+/// The same simulation with reads at the same times returns the same readings, on every platform.
 class SimulatedSource : public Source {
  public:
   SimulatedSource(Simulation simulation, Time start);

@@ -1,4 +1,4 @@
-// Where readings come from: a simulator or a receiver on a serial line.
+// The sources of readings: a simulator or a receiver on a serial line.
 #pragma once
 
 #include <chrono>
@@ -16,14 +16,14 @@ using Time = std::chrono::steady_clock::time_point;
 
 struct Reading {
   Nanometres value = 0;
-  /// When it was measured, or heard.
+  /// When it was measured or received.
   Time taken{};
 };
 
 enum class Fault : std::uint8_t {
-  /// Nothing has been heard of the gauge, or it does not answer.
+  /// No value of the gauge was received, or it does not answer.
   no_contact,
-  /// Its battery is too low for a reading to be trusted.
+  /// Its battery is too low for a reliable reading.
   battery_low,
   /// The receiver itself cannot be reached.
   line_down,
@@ -31,14 +31,14 @@ enum class Fault : std::uint8_t {
 
 struct Failure {
   Fault fault = Fault::no_contact;
-  /// In words, for the program's answer.
+  /// As text, for the response.
   std::string reason;
 };
 
-/// What a gauge is known to be like, without a reading being taken.
+/// What is known about a gauge without a reading.
 struct Condition {
   std::optional<unsigned> battery_percent{};
-  /// Readings had from it, and ones that failed or came broken.
+  /// Received readings, and failed or broken ones.
   std::uint64_t readings = 0;
   std::uint64_t failures = 0;
 };
@@ -47,10 +47,10 @@ struct Condition {
 class Source {
  public:
   virtual ~Source() = default;
-  /// The newest reading there is; its age is for the caller to judge.
+  /// The newest reading; the caller judges its age.
   virtual tl::expected<Reading, Failure> read(Time now) = 0;
   [[nodiscard]] virtual Condition condition() const = 0;
-  /// Known without a reading being taken: there is one. Who is not sure says no.
+  /// True if a reading is available without measuring. False if that is not known.
   [[nodiscard]] virtual bool has_reading() const { return false; }
 };
 

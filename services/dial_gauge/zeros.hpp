@@ -1,4 +1,4 @@
-// The zero points of the gauges in a file, so that a restart does not lose them.
+// Stores the zero points of the gauges in a file, so that they survive a restart.
 #pragma once
 
 #include <filesystem>
@@ -10,8 +10,8 @@
 
 namespace millrace::services::dial_gauge {
 
-/// The zero points of an earlier run; none if the file is not there. The error says what is wrong
-/// with it: values must not be answered from a zero point nobody knows.
+/// The zero points of an earlier run; empty if the file does not exist. The error is the fault of
+/// the file: the service must not answer with values from an unknown zero point.
 tl::expected<Zeros, std::string> read_zeros(const std::filesystem::path& file);
 
 /// Durable once it returns.

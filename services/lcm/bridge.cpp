@@ -86,7 +86,7 @@ void Bridge::on_presence(const Presence& presence, Sender sender, fabric::Moment
   compare_calls(*program, key, presence, now.steady, actions);
 }
 
-/// The program that says that it is there; null if it is not believed.
+/// The LCM process that announced its presence; null if the announcement is not accepted.
 
 Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sender sender,
                                  fabric::Moment now, Actions& actions) {
@@ -131,7 +131,7 @@ Bridge::Program* Bridge::welcome(const Key& key, const Presence& presence, Sende
              now.steady, actions);
     return nullptr;
   }
-  // Programs that the configuration does not name take no room from those that it names.
+  // LCM processes that the configuration does not name take no room from those that it names.
   const auto there =
       static_cast<std::size_t>(std::ranges::count_if(programs_, [&](const auto& one) {
         return (rules_.find(one.first.first) != nullptr) == is_named;
@@ -213,7 +213,7 @@ Actions Bridge::on_refused(Registration number, const std::string& reason, Stead
   return actions;
 }
 
-/// What has come meanwhile waits to be read.
+/// Messages that arrived during the standstill are still unread.
 void Bridge::forgive_standstill(SteadyTime now) {
   const SteadyTime last = last_time_.value_or(now);
   last_time_ = now;
@@ -275,7 +275,7 @@ void Bridge::register_anew(Program& program, const Key& key, const Announcement&
 
 void Bridge::complain(const char* kind, std::string_view about, const std::string& text,
                       SteadyTime now, Actions& actions) {
-  // Foreign words in what they are about would make a kind of their own each.
+  // Foreign text in `about` must not create a kind of its own.
   const std::string uuid = fabric::canonical_uuid(about);
   const bool known =
       rules_.find(uuid) != nullptr || std::ranges::any_of(registered_, [&](const auto& registered) {

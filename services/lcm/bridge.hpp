@@ -1,14 +1,15 @@
-// Decides what the bridge between LCM and the fabric does: who is there, who gets a call, what a
-// reply is worth, what is withdrawn. Pure: messages, calls and times in, actions out.
+// The decisions of the bridge between LCM and the fabric: which LCM processes are alive, which gets
+// a call, whether a reply is valid, which call is cancelled. Pure: takes messages, calls and times,
+// returns actions.
 //
 //   for (const Action& action : bridge.on_message(channel, bytes, sender, now)) …
 //
-// Each program that announces itself becomes an instance of its UUID, so that gateways choose among
-// several, and a program that falls silent is an instance that has died. LCM loses messages, so
-// nothing is said only once: the calls that a program's presence shows are held against those it
-// should have, and requests and withdrawals are sent again. A reply counts if it comes from the
-// socket that the presence comes from, for a call that this program was given and that nobody has
-// taken back since.
+// Each LCM process that announces itself becomes an instance of its UUID, so that gateways choose
+// among several; a process that falls silent is an instance that has died. LCM loses messages, so
+// nothing is sent only once: the bridge compares the calls in a process's presence with the calls
+// that it dispatched, and sends requests and cancellations again. A reply is valid if it comes from
+// the socket of the presence, for a call that was dispatched to this process and not cancelled
+// since.
 #pragma once
 
 #include <compare>
@@ -30,40 +31,40 @@
 
 namespace millrace::services::lcm {
 
-/// The socket a datagram came from.
+/// The socket from which a datagram came.
 struct Sender {
   std::uint32_t address = 0;
   std::uint16_t port = 0;
   auto operator<=>(const Sender&) const = default;
-  /// "127.0.0.1:40123"
+  /// For example "127.0.0.1:40123".
   [[nodiscard]] std::string to_string() const;
 };
 
-/// "program 000000000000002a"
+/// For example "program 000000000000002a".
 std::string program_name(std::int64_t program);
 
-/// An instance that the bridge has had registered; counted from 1, never used again.
+/// A registered instance of the bridge; counted from 1, never reused.
 using Registration = std::uint64_t;
 
-/// Put an instance on the fabric.
+/// Register an instance on the fabric.
 struct Register {
   Registration number = 0;
   Announcement announcement{};
 };
-/// Take it off, at once: what it has goes on as if it had died.
+/// Remove it at once: its calls continue as if it had died.
 struct Unregister {
   Registration number = 0;
 };
-/// Have it ask for nothing new; Bridge::on_drained when it is done.
+/// Let it take no new call; Bridge::on_drained() when its calls are finished.
 struct Drain {
   Registration number = 0;
 };
-/// Send on LCM.
+/// Send a message on LCM.
 struct Publish {
   std::string channel{};
   std::string bytes{};
 };
-/// End a call; that of one that was cancelled is not sent.
+/// End a call; the result of a cancelled call is not sent.
 struct Answer {
   Registration number = 0;
   fabric::CallId call{};
@@ -84,42 +85,45 @@ using Actions = std::vector<Action>;
 
 class Bridge {
  public:
-  /// A presence that comes so soon after something was sent may have been written before.
+  /// A presence that arrives this soon after a message may have been sent before it.
   static constexpr std::chrono::milliseconds settle{100};
-  /// Between two interim answers of one call that are passed on; of those in between the last one.
+  /// The shortest time between two interim responses of one call on the fabric; of those in
+  /// between, the last is sent.
   static constexpr std::chrono::milliseconds interim_pause{20};
-  /// How often on_time is to be called.
+  /// The period of on_time().
   static constexpr std::chrono::milliseconds tick{20};
-  /// Who has not been called for so long has stood still itself, and has heard nobody meanwhile.
+  /// A longer time without a call of on_time() means that this process stood still, and received no
+  /// messages.
   static constexpr std::chrono::milliseconds stood_still{200};
-  /// Between two registrations of one program: each is work for everybody on the fabric.
+  /// The shortest time between two registrations of one LCM process: each is work for every process
+  /// on the fabric.
   static constexpr std::chrono::milliseconds register_pause{1000};
 
   explicit Bridge(Rules rules) : rules_(std::move(rules)) {}
 
-  /// A message on any channel; those of others are passed over.
+  /// A message on any channel; ignores the channels of others.
   Actions on_message(std::string_view channel, std::string_view bytes, Sender sender,
                      fabric::Moment now);
-  /// The first part of a message on `channel` that is too long for one datagram.
+  /// The first fragment of a message on `channel` that is too long for one datagram.
   Actions on_fragment(std::string_view channel, Sender sender, fabric::SteadyTime now);
-  /// An instance is to run this.
+  /// A call is dispatched to an instance.
   Actions on_call(Registration number, const fabric::Request& request, fabric::SteadyTime now);
   Actions on_cancelled(Registration number, fabric::CallId call, fabric::SteadyTime now);
-  /// An operator asks it to leave.
+  /// An operator asks the instance to leave.
   Actions on_dismissed(Registration number, fabric::SteadyTime now);
-  /// It has answered everything since it was asked to drain.
+  /// The instance has answered all calls since Drain.
   Actions on_drained(Registration number);
-  /// It could not be registered.
+  /// The instance could not be registered.
   Actions on_refused(Registration number, const std::string& reason, fabric::SteadyTime now);
   Actions on_time(fabric::SteadyTime now);
 
   [[nodiscard]] std::size_t programs() const { return programs_.size(); }
 
  private:
-  /// A call that a program was given.
+  /// A call that was dispatched to an LCM process.
   struct Given {
     fabric::Request request{};
-    /// When what stands was sent last: the request, or its withdrawal.
+    /// When the request, or its cancellation, was last sent.
     fabric::SteadyTime sent{};
     bool withdrawn = false;
     fabric::SteadyTime interim_sent{};
@@ -131,7 +135,7 @@ class Bridge {
   struct Program {
     Sender sender{};
     fabric::SteadyTime heard{};
-    /// As it is registered, or was refused.
+    /// The announcement as registered, or as refused.
     Announcement announced{};
     std::optional<Registration> registration{};
     std::optional<fabric::SteadyTime> registered_at{};
@@ -140,11 +144,11 @@ class Bridge {
     /// An operator has asked it to leave.
     bool dismissed = false;
     fabric::SteadyTime told_to_leave{};
-    /// By call_name, as all that is remembered of calls.
+    /// By call_name(), like all state of calls.
     std::map<std::string, Given> calls{};
-    /// The newest attempt of each call that is over: a repeated answer is no news.
+    /// The newest attempt of each finished call, to ignore its repeated replies.
     sdk::CallMemory<std::string, std::uint32_t> over{256};
-    /// The newest attempt of each that was withdrawn: no answer any more.
+    /// The newest cancelled attempt of each call: its replies are ignored.
     sdk::CallMemory<std::string, std::uint32_t> withdrawn{256};
   };
 

@@ -1,4 +1,4 @@
-// The calls that programs have, and what they say to them.
+// The calls of LCM processes, and the messages to them.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -32,7 +32,7 @@ Publish withdrawal_of(const std::string& uuid, std::int64_t program,
   return {channel_of(withdrawal_prefix, uuid), fabric::lcm::encode(message)};
 }
 
-/// The state of an answer as the controller has it; the error says why it has none.
+/// The state of a reply as the controller's type, or why it does not fit.
 tl::expected<std::uint32_t, std::string> state_of(std::int64_t state) {
   if (state < 0 || state > 0xFFFF'FFFF) {
     return tl::unexpected(
@@ -54,7 +54,7 @@ sdk::Result result_of(const Answered& answered, Encoding encoding) {
   });
 }
 
-/// Why it is no interim answer; empty if it is one.
+/// Why the result is not a valid interim response; empty if it is.
 std::string why_unfit(const sdk::Result& result) {
   if (!result) {
     return result.error();
@@ -87,7 +87,7 @@ void Bridge::compare_calls(Program& program, const Key& key, const Presence& pre
     }
   }
   for (const std::string& name : over) {
-    // Of a call that was withdrawn nothing is sent, whatever it is.
+    // The result of a cancelled call is not sent.
     end(program, name, sdk::Response{.text = "withdrawn"}, actions);
   }
 }
@@ -135,7 +135,7 @@ void Bridge::take_answer(Program& program, Given& given, const Answered& answere
   const std::string& name = answered.attempt.call;
   const std::uint32_t* const withdrawn = program.withdrawn.find(name);
   if (!given.withdrawn && withdrawn != nullptr && answered.attempt.number <= *withdrawn) {
-    // Of the run that was given up; the one that stands goes on.
+    // A reply to the cancelled attempt; the current one continues.
     return;
   }
   if (answered.kind == AnswerKind::interim) {

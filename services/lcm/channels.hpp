@@ -1,4 +1,4 @@
-// The channels of LCM on which the bridge and its programs speak.
+// The LCM channels between the bridge and the LCM processes.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace millrace::services::lcm {
 
-/// From all programs.
+/// From all LCM processes.
 inline constexpr std::string_view presence_channel = "MILLRACE_PRESENCE";
 
-// With the canonical UUID behind them. To its programs:
+// Followed by the canonical UUID. To its processes:
 inline constexpr std::string_view request_prefix = "MILLRACE_REQUEST.";
 inline constexpr std::string_view withdrawal_prefix = "MILLRACE_WITHDRAWAL.";
 inline constexpr std::string_view drain_prefix = "MILLRACE_DRAIN.";

@@ -19,12 +19,12 @@ using base::configuration::ConfigPath;
 using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 
-/// Programs speak five times a second; one word may be lost.
+/// LCM processes announce themselves five times a second; one message may be lost.
 constexpr std::uint32_t shortest_silence = 400;
 constexpr std::uint32_t longest_silence = 60'000;
 constexpr std::uint32_t most_programs = 1024;
 
-/// What stands before `mark` in `text`, which is left with what stands behind it.
+/// Returns the part of `text` before `mark`, and leaves the part after it in `text`.
 std::string_view cut(std::string_view& text, char mark) {
   const std::size_t end = std::min(text.find(mark), text.size());
   const std::string_view head = text.substr(0, end);
@@ -32,8 +32,8 @@ std::string_view cut(std::string_view& text, char mark) {
   return head;
 }
 
-/// Fills group, port and ttl; the error says what is wrong. An option of liblcm that has no meaning
-/// here (recv_buf_size) is none.
+/// Sets group, port and ttl; the error is the fault in the URL. Options of liblcm without a meaning
+/// here (recv_buf_size) are accepted.
 tl::expected<void, std::string> parse_url(std::string_view url, Network& network) {
   using Error = tl::unexpected<std::string>;
   constexpr std::string_view scheme = "udpm://";

@@ -1,4 +1,4 @@
-// lcm.textproto, read and checked (schema and defaults: idl/lcm.proto).
+// Reads and checks lcm.textproto (schema and defaults: idl/lcm.proto).
 #pragma once
 
 #include <filesystem>
@@ -12,13 +12,13 @@
 
 namespace millrace::services::lcm {
 
-/// Where LCM's messages travel.
+/// The network of LCM's messages.
 struct Network {
   /// As in the configuration.
   std::string url = "udpm://239.255.76.67:7667?ttl=0";
   std::string group = "239.255.76.67";
   std::uint16_t port = 7667;
-  /// 0 = on this host, and only what comes from it is heard.
+  /// 0 = messages stay on this host, and messages of other hosts are ignored.
   std::uint8_t ttl = 0;
   /// Address of the interface.
   std::string interface = "127.0.0.1";

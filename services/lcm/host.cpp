@@ -39,19 +39,18 @@ fabric::Request request_of(const sdk::Call& call) {
           .replayed = call.replayed()};
 }
 
-/// A program as an instance of the fabric.
+/// An LCM process as an instance on the fabric.
 struct Hosted {
-  // In this order: a call that is let go of is answered, which leads nowhere once the instance is
-  // gone.
+  // In this order: releasing a call answers it, which has no effect once the instance is gone.
   std::map<CallId, CallPointer> calls;
   std::unique_ptr<sdk::Instance> instance;
 };
 
 }  // namespace
 
-/// Everything of DDS comes in its threads, everything of LCM on the loop; a lock keeps the order of
-/// what is decided and of what is sent on LCM. Instances begin and end on the loop, without the
-/// lock: an instance that ends waits for what still comes for it.
+/// Events of DDS arrive in its threads, messages of LCM on the loop; a lock keeps the order of the
+/// decisions and of the messages on LCM. Instances begin and end on the loop, without the lock: a
+/// destroyed instance waits for its pending events.
 struct Host::Impl final : SocketListener {
   using Lock = std::unique_lock<std::mutex>;
 
@@ -80,7 +79,7 @@ struct Host::Impl final : SocketListener {
   const sdk::ServiceOptions base;
   const base::program::Log log;
   std::mutex lock;
-  // With the lock:
+  // Need the lock:
   Bridge bridge;
   fabric::Complaints complaints;
   std::map<Registration, std::unique_ptr<Hosted>> hosted;
@@ -192,7 +191,7 @@ void Host::Impl::say(Level level, const std::string& text) const {
   log->log(level == Level::warn ? spdlog::level::warn : spdlog::level::info, "{}", text);
 }
 
-/// With the lock.
+/// Needs the lock.
 void Host::Impl::send(const Publish& publish) {
   if (const auto sent = socket.publish(publish.channel, publish.bytes); !sent) {
     if (const auto line = complaints.note("lost", "", sent.error(), now().steady)) {
@@ -241,7 +240,7 @@ void Host::Impl::open(const Register& action) {
                 },
             .draining =
                 [this, number](const std::string& issuer) {
-                  // This program's own leaving is no affair of the programs it speaks for.
+                  // This process's own shutdown does not concern the LCM processes.
                   if (!issuer.empty()) {
                     Lock held(lock);
                     const Actions actions = bridge.on_dismissed(number, now().steady);
@@ -258,7 +257,7 @@ void Host::Impl::open(const Register& action) {
   }
 }
 
-/// In the order that Hosted has.
+/// Destroys in the order of Hosted.
 void Host::Impl::close(Registration number) {
   const auto node = [&] {
     const Lock held(lock);
@@ -287,7 +286,7 @@ void Host::Impl::stop() {
   }
 }
 
-/// The supervisor shows it.
+/// The supervisor shows the number.
 void Host::Impl::tell() {
   if (hosted.size() != told) {
     told = hosted.size();

@@ -1,7 +1,7 @@
-// The programs of LCM on the fabric: carries out what the bridge decides.
+// The LCM processes on the fabric: carries out the decisions of the bridge.
 //
 //   Host host(config, options, log);
-//   host.run();       // until stop() and the calls under way are answered
+//   host.run();       // until stop() was called and the running calls are answered
 #pragma once
 
 #include <memory>
@@ -15,19 +15,19 @@ namespace millrace::services::lcm {
 
 class Host {
  public:
-  /// `base`: the member that all instances are of, and their version. Throws std::runtime_error if
-  /// LCM's group cannot be joined.
+  /// `base`: the participant of all instances, and their version. Throws std::runtime_error if
+  /// joining LCM's group fails.
   Host(const Config& config, sdk::ServiceOptions base, base::program::Log log);
   ~Host();
   Host(const Host&) = delete;
   Host& operator=(const Host&) = delete;
 
-  /// Once.
+  /// Call it once.
   void run();
-  /// Asks for no new call, and ends run() when those under way are answered. From any thread.
+  /// Takes no new call, and ends run() when the running calls are answered. From any thread.
   void stop();
 
-  /// For others who show something on LCM; from any thread.
+  /// For other senders on LCM; from any thread.
   [[nodiscard]] Socket& socket();
 
  private:

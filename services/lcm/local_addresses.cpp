@@ -31,8 +31,8 @@ std::set<std::uint32_t> look() {
 }  // namespace
 
 bool LocalAddresses::has(std::uint32_t address, std::chrono::steady_clock::time_point now) {
-  // Sent over the loopback interface without an address of its own, a datagram comes from 0.0.0.0.
-  // From a network the kernel takes neither.
+  // A datagram over the loopback interface without an address comes from 0.0.0.0. The kernel
+  // accepts neither address from a network.
   if (address == INADDR_ANY || address >> 24U == loopback_network) {
     return true;
   }

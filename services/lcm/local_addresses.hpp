@@ -1,4 +1,4 @@
-// The addresses of IPv4 that this host has.
+// The IPv4 addresses of this host.
 #pragma once
 
 #include <chrono>
@@ -9,7 +9,7 @@ namespace millrace::services::lcm {
 
 class LocalAddresses {
  public:
-  /// Looks again for an address that it does not know, at most once a second.
+  /// Reads the addresses again for an unknown one, at most once a second.
   bool has(std::uint32_t address, std::chrono::steady_clock::time_point now);
 
  private:

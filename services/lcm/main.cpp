@@ -1,4 +1,4 @@
-// millrace-lcm: programs that speak LCM as services of the fabric.
+// millrace-lcm: LCM processes as services of the fabric.
 #include <optional>
 
 #include <fmt/format.h>
@@ -62,14 +62,15 @@ int serve(int argc, char** argv) {
     fabric::dds::ParticipantOptions join = fabric.options();
     join.name = name;
     const auto log = program::make_log(name, level);
-    // Before that of the services: all of a process find each other as the first one does.
+    // Before the participant of the services: all participants of a process use the discovery of
+    // the first.
     std::optional<fabric::dds::Participant> hearing;
     if (config.mirror) {
       hearing.emplace(join);
     }
     std::optional<lcm::Host> host;
     services::sdk::StopSignals signals(log);
-    // One process is one participant, however many programs it serves.
+    // One process is one participant, independent of the number of LCM processes that it serves.
     const services::sdk::ServiceOptions options{
         .version = MILLRACE_VERSION, .member = std::make_shared<services::sdk::Member>(join, log)};
     host.emplace(config, options, log);

@@ -1,4 +1,4 @@
-// Calls and events of the fabric, shown on LCM as they come.
+// Sends calls and events of the fabric on LCM as they happen.
 //
 //   MirrorThread mirror(participant, config, host.socket(), log);
 #pragma once
@@ -12,11 +12,11 @@
 
 namespace millrace::services::lcm {
 
-/// Observes on a thread of its own.
+/// Observes on its own thread.
 class MirrorThread {
  public:
-  /// `participant` hears everybody (fabric::dds::Finding); that of the services only announces
-  /// itself. Both it and `socket` outlive this. Throws std::runtime_error with Cyclone's reason.
+  /// `participant` discovers all others (fabric::dds::Finding); that of the services only announces
+  /// itself. It and `socket` must outlive this. Throws std::runtime_error with Cyclone's reason.
   MirrorThread(fabric::dds::Participant& participant, Mirror mirror, Socket& socket,
                base::program::Log log);
   ~MirrorThread();

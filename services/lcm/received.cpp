@@ -23,14 +23,14 @@ namespace {
 
 using Error = tl::unexpected<std::string>;
 
-// What idl/millrace.idl and identities have room for.
+// The limits of idl/millrace.idl and of identities.
 constexpr std::size_t longest_name = 63;
 constexpr std::size_t longest_description = 127;
 constexpr std::size_t longest_version = 31;
-/// Channels a program may name.
+/// The most channels that an LCM process may announce.
 constexpr std::size_t most_scopes = 16;
 
-/// Letters, digits, '-', '_', '.': no wildcard of a partition, no blank in a name.
+/// Letters, digits, '-', '_', '.': excludes wildcards of partitions, and blanks in names.
 bool is_plain(char c) {
   return base::text::is_alphanumeric(c) || c == '-' || c == '_' || c == '.';
 }
@@ -122,7 +122,7 @@ tl::expected<Announcement, std::string> announcement_of(const presence_t& from) 
                       .concurrency = static_cast<std::uint32_t>(from.concurrency)};
 }
 
-/// Microseconds that nanoseconds of 64 bits have room for.
+/// True for microseconds that fit into nanoseconds of 64 bits.
 bool is_time(std::int64_t microseconds) {
   constexpr std::int64_t last = std::numeric_limits<std::int64_t>::max() / 1000;
   return microseconds > 0 && microseconds <= last;
@@ -145,7 +145,7 @@ tl::expected<Presence, std::string> parse_presence(std::string_view bytes) {
   if (const auto type = fabric::lcm::check_type<presence_t>(bytes); !type) {
     return Error(type.error());
   }
-  // Each call takes its length, its NUL and its attempt, at least.
+  // Each call takes at least its length, its NUL and its attempt.
   constexpr std::size_t smallest_call = 9;
   const std::int32_t count = fabric::lcm::leading_count(bytes);
   if (count < 0 || count > static_cast<std::int32_t>(most_calls) ||

@@ -1,4 +1,4 @@
-// What programs say, checked: every message on LCM is foreign bytes. Pure.
+// Parses and checks the messages of LCM processes: every message on LCM is untrusted. Pure.
 //
 //   const auto presence = parse_presence(bytes);
 //   if (!presence) complain(presence.error());
@@ -18,13 +18,13 @@ namespace millrace::services::lcm {
 
 /// An attempt of a call.
 struct Attempt {
-  /// As call_name() gives it; the form is checked, the digest is not.
+  /// As call_name() returns it; only the form is checked, not the digest.
   std::string call{};
   std::uint32_t number = 1;
   bool operator==(const Attempt&) const = default;
 };
 
-/// What an instance is registered as.
+/// The registration data of an instance.
 struct Announcement {
   /// Canonical.
   std::string uuid{};
@@ -40,18 +40,18 @@ struct Announcement {
 struct Presence {
   /// Not 0.
   std::int64_t program = 0;
-  /// By the program's clock.
+  /// By the clock of the LCM process.
   fabric::Time at{};
   Announcement announcement{};
-  /// The calls that it has.
+  /// The calls that it runs.
   std::vector<Attempt> calls{};
   bool draining = false;
 };
 
 enum class AnswerKind : std::uint8_t { final, interim, failed };
 
-/// Text and state are as they came: whether they can be written is another question, to which the
-/// NC program gets an answer.
+/// Text and state as received: whether they can be written is checked later, and the NC program
+/// gets an error if not.
 struct Answered {
   std::int64_t program = 0;
   Attempt attempt{};
@@ -60,21 +60,21 @@ struct Answered {
   std::int64_t state = 0;
 };
 
-/// Calls that one program may have.
+/// The most calls of one LCM process.
 inline constexpr std::uint32_t most_calls = 256;
 
-/// What a call is called on LCM: "5f3a9c0112d4-17.8c0b1d2e3f4a5b6c". The part behind the dot is
-/// made of channel, text and state. Programs remember calls by this name, and a stranger on the
-/// fabric may ask for something else under the id of a call to come.
+/// The name of a call on LCM: "5f3a9c0112d4-17.8c0b1d2e3f4a5b6c". The part after the dot is a
+/// digest of channel, text and state. LCM processes remember calls by this name. The call id
+/// is not enough: another participant might use the id of a future call for a different request.
 std::string call_name(const fabric::Request& request);
 
-/// The error says what is wrong with it.
+/// The error is the fault in the message.
 tl::expected<Presence, std::string> parse_presence(std::string_view bytes);
 tl::expected<Answered, std::string> parse_reply(std::string_view bytes);
 
-/// A text of LCM in the controller's code page; the error says why it has none there.
+/// A text of LCM in the controller's code page; the error is why that is not possible.
 tl::expected<std::string, std::string> to_controller(const std::string& text, Encoding encoding);
-/// The other way.
+/// The reverse.
 std::string from_controller(const std::string& text, Encoding encoding);
 
 }  // namespace millrace::services::lcm

@@ -1,4 +1,4 @@
-// What the bridge is told to do with the programs it hears.
+// The bridge's rules for LCM processes.
 #pragma once
 
 #include <chrono>
@@ -13,12 +13,12 @@
 
 namespace millrace::services::lcm {
 
-/// How texts are coded on LCM.
+/// The encoding of texts on LCM.
 enum class Encoding : std::uint8_t { utf8, cp1252 };
 
-/// What holds for the programs of one UUID, whatever they say.
+/// Settings for the LCM processes of one UUID, which override their announcements.
 struct ServiceRule {
-  /// Empty = what the program says.
+  /// Empty = as announced.
   std::vector<fabric::ChannelScope> channels{};
   std::optional<fabric::Delivery> delivery{};
   std::optional<std::uint32_t> concurrency{};
@@ -26,8 +26,8 @@ struct ServiceRule {
 };
 
 struct Rules {
-  /// A program that is silent for so long is gone; one whose clock is so far from ours, too: what
-  /// is so old says nothing of now.
+  /// An LCM process that is silent for this time is gone. A presence with a time that differs by
+  /// more is ignored: it is outdated.
   std::chrono::milliseconds silence{1000};
   /// UUIDs that are not in `services` are served, too.
   bool any_uuid = true;

@@ -22,18 +22,18 @@ using asio::ip::udp;
 
 namespace {
 
-/// Datagrams that are read before others have their turn on the loop.
+/// Datagrams that are read before other work of the loop.
 constexpr int most_per_turn = 64;
-/// For a moment in which the loop does something else; the kernel gives what it allows.
+/// Buffers datagrams while the loop does other work; the kernel may grant less.
 constexpr int receive_buffer = 4 << 20;
 constexpr std::size_t longest_datagram = 65'536;
 
-/// What this process sends to the group comes back to it as to all members, and would wake it for
-/// nothing: the kernel drops that for `in`.
+/// The group returns this process's own datagrams, which would wake it needlessly: the kernel drops
+/// them for `in`.
 void drop_what_comes_from(const udp::endpoint& own, udp::socket& in) {
   constexpr auto source_address = static_cast<std::uint32_t>(SKF_NET_OFF + 12);
   constexpr std::uint32_t source_port =
-      0;  // of the UDP header, which a filter of a socket begins at
+      0;  // offset in the UDP header, at which a socket filter begins
   constexpr std::uint16_t load_word = BPF_LD | BPF_W | BPF_ABS;
   constexpr std::uint16_t load_half = BPF_LD | BPF_H | BPF_ABS;
   constexpr std::uint16_t jump_if_equal = BPF_JMP | BPF_JEQ | BPF_K;
@@ -45,7 +45,7 @@ void drop_what_comes_from(const udp::endpoint& own, udp::socket& in) {
                                       {keep, 0, 0, 0},
                                       {keep, 0, 0, longest_datagram}}};
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
-  // Where that is not allowed, what comes back is passed over later.
+  // If that is not permitted, they are ignored later.
   static_cast<void>(
       ::setsockopt(in.native_handle(), SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter));
 }
@@ -78,10 +78,10 @@ struct Socket::Impl {
 void Socket::Impl::open() {
   const auto interface = asio::ip::make_address_v4(network.interface);
   in.open(udp::v4());
-  // As LCM's programs do: all of them on a host receive the group.
+  // As the LCM processes do: all of them on a host receive the group.
   in.set_option(udp::socket::reuse_address(true));
   in.set_option(asio::socket_base::receive_buffer_size(receive_buffer));
-  // To the group's address, so that nothing is heard that was sent to this host alone.
+  // Bound to the group's address, so that datagrams to this host's own address are not received.
   in.bind(group);
   in.set_option(asio::ip::multicast::join_group(group.address().to_v4(), interface));
   in.non_blocking(true);

@@ -3,8 +3,8 @@
 //   Socket socket(loop, network, listener);
 //   socket.publish("MILLRACE_REQUEST.560aacbf-…", bytes);
 //
-// liblcm itself has a thread that receives and a pipe to whoever handles, hears every sender on the
-// network, and leaves the choice of the interface to the routes: docs/decisions/lcm.md.
+// liblcm itself uses a receiving thread and a pipe to the handler, receives from every sender on
+// the network, and leaves the choice of the interface to the routes: docs/decisions/lcm.md.
 #pragma once
 
 #include <memory>
@@ -28,20 +28,20 @@ class SocketListener {
   virtual ~SocketListener() = default;
   virtual void on_packet(std::string_view channel, std::string_view bytes, Sender sender) = 0;
   virtual void on_fragment(std::string_view channel, Sender sender) = 0;
-  /// With a ttl of 0: from another host, and not read.
+  /// With a ttl of 0: a datagram from another host, which is not read.
   virtual void on_foreign(Sender sender) = 0;
 };
 
 class Socket {
  public:
-  /// Throws std::runtime_error, which says what to do, if the group cannot be joined. Loop and
-  /// listener outlive it.
+  /// Throws std::runtime_error, with advice, if joining the group fails. Loop and listener must
+  /// outlive it.
   Socket(boost::asio::io_context& loop, const Network& network, SocketListener& listener);
   ~Socket();
   Socket(const Socket&) = delete;
   Socket& operator=(const Socket&) = delete;
 
-  /// Without waiting; from any thread. The error is the system's: what could not be sent is lost.
+  /// Does not wait; from any thread. The error is the system's: the message is lost.
   tl::expected<void, std::string> publish(std::string_view channel, std::string_view bytes);
 
  private:

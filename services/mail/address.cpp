@@ -11,7 +11,7 @@ namespace millrace::services::mail {
 
 namespace {
 
-/// RFC 5321, 4.5.3.1: the local part, and what fits a path.
+/// In characters (RFC 5321, 4.5.3.1): the longest local part, and the longest mailbox in a path.
 constexpr std::size_t max_local = 64;
 constexpr std::size_t max_mailbox = 254;
 
@@ -24,7 +24,7 @@ bool is_domain(char c) {
   return base::text::is_alphanumeric(c) || c == '-';
 }
 
-/// Parts of good characters with single dots between them.
+/// True for parts of valid characters, separated by single dots.
 bool is_dotted(std::string_view text, bool (*good)(char)) {
   return !text.empty() && text.front() != '.' && text.back() != '.' &&
          text.find("..") == std::string_view::npos &&

@@ -1,7 +1,7 @@
-// Mail addresses as configurations write them. Pure.
+// Mail addresses in configurations. Pure.
 //
-//   parse_address("Press 1 <press1@example.com>").value() == Address{"Press 1",
-//   "press1@example.com"}
+//   parse_address("Press 1 <press1@example.com>").value() ==
+//       Address{"Press 1", "press1@example.com"}
 #pragma once
 
 #include <string>
@@ -19,11 +19,12 @@ struct Address {
   bool operator==(const Address&) const = default;
 };
 
-/// "NAME <MAILBOX>" or "MAILBOX", where a mailbox is a dot-atom, '@' and a domain (RFC 5322, 3.4.1,
-/// without quoted strings and domain literals), at most 254 bytes. The error says what is wrong.
+/// "NAME <MAILBOX>" or "MAILBOX". A mailbox is a dot-atom, '@' and a domain (RFC 5322, 3.4.1,
+/// without quoted strings and domain literals), at most 254 bytes. The error is the fault in the
+/// address.
 tl::expected<Address, std::string> parse_address(std::string_view text);
 
-/// What is behind the '@'.
+/// The part after the '@'.
 std::string_view domain_of(const Address& address);
 
 }  // namespace millrace::services::mail

@@ -11,7 +11,8 @@ namespace {
 using sdk::Response;
 using text::error;
 
-/// What a server says may be anything; the program gets what its code page shows.
+/// The server's reply may contain any bytes; the NC program gets printable characters of its code
+/// page.
 std::string shown(const std::string& reply) {
   std::string text = base::text::to_cp1252(reply).value_or(reply);
   std::replace_if(
@@ -45,7 +46,7 @@ std::optional<Entry> after(Entry entry, const Outcome& outcome, const RetryPolic
     case Verdict::refused:
       entry.stage = Stage::refused;
       if (program_waits) {
-        // It has been told; only the call needs to be remembered.
+        // The NC program has the response; only the call must be remembered.
         entry.mail = {};
       }
       return entry;
@@ -61,7 +62,7 @@ std::optional<Entry> after(Entry entry, const Outcome& outcome, const RetryPolic
     case Verdict::later:
       break;
   }
-  // Time in which nothing was tried does not count: the service was not there, or the clock jumped.
+  // Time without any attempt does not count: the service was down, or the clock jumped.
   const auto late = now - entry.next;
   if (entry.next != fabric::Time{} &&
       late > std::max<std::chrono::nanoseconds>(policy.longest, std::chrono::hours(1))) {

@@ -25,7 +25,7 @@ std::string names_of(const Map& map) {
   return names;
 }
 
-/// All keys of a template that a request must give.
+/// All keys of a template that a request must contain.
 std::set<std::string> wanted_keys(const MailTemplate& made) {
   std::set<std::string> keys;
   for (const Template* part : {&made.subject, &made.text}) {
@@ -38,7 +38,7 @@ std::set<std::string> wanted_keys(const MailTemplate& made) {
   return keys;
 }
 
-/// Each mailbox once, however often and under whatever names it is asked for.
+/// Adds each mailbox once, also if it is requested repeatedly or under different names.
 void add(std::vector<Address>& to, const std::vector<Address>& more) {
   for (const Address& address : more) {
     if (std::ranges::find(to, address.mailbox, &Address::mailbox) == to.end()) {

@@ -1,4 +1,4 @@
-// From a call to the mail it asks for. Pure.
+// Makes the mail that a call requests. Pure.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace millrace::services::mail {
 
-/// What the mail service needs to know of a call.
+/// The data of a call that the mail service needs.
 struct CallInfo {
   fabric::CallId call{};
   fabric::ChannelKey key{};
@@ -23,16 +23,16 @@ struct CallInfo {
   bool replayed = false;
 };
 
-/// The same call makes the same mail at any time, but for its date; its Message-ID is made of the
-/// call id. The error is the answer to a request that makes no mail.
+/// The same call always makes the same mail, except for its date; its Message-ID is made of the
+/// call id. The error is the response to an invalid request.
 tl::expected<Mail, sdk::Response> compose(const Config& config, const CallInfo& call,
                                           fabric::Time now);
 
-/// The mail of a rule's occasion; `id` is the occasion's.
+/// The mail for an occasion of a rule; `id` is that of the occasion.
 Mail compose(const Config& config, const Rule& rule, const Values& values, fabric::CallId id,
              fabric::Time now);
 
-/// The keys that every template may use because the call brings them: "call.machine" …
+/// The keys that every template may use because the call has their values: "call.machine" …
 const std::set<std::string>& call_keys();
 
 }  // namespace millrace::services::mail

@@ -25,7 +25,7 @@ using base::configuration::ConfigPath;
 using base::configuration::ConfigStep;
 using base::configuration::Mistakes;
 
-/// Takes over what is good and notes what is not.
+/// Reads the valid fields and records the mistakes.
 class Reader {
  public:
   Reader(const config::Mail& from, const fs::path& folder, Mistakes& mistakes)

@@ -1,4 +1,4 @@
-// mail.textproto, read and checked (schema and defaults: idl/mail.proto).
+// Reads and checks mail.textproto (schema and defaults: idl/mail.proto).
 #pragma once
 
 #include <chrono>
@@ -17,9 +17,9 @@
 namespace millrace::services::mail {
 
 enum class Security : std::uint8_t {
-  /// Everything in the clear, and no login.
+  /// No encryption, and no login.
   none,
-  /// Plain SMTP until both have agreed on TLS, before anything else is said.
+  /// Plain SMTP until both sides have agreed on TLS, before any other command.
   starttls,
   /// TLS from the first byte.
   tls
@@ -31,7 +31,7 @@ struct ServerConfig {
   Security security = Security::starttls;
   /// Empty = the system's.
   std::filesystem::path ca_file{};
-  /// Empty = no login. With it, one of the next two.
+  /// Empty = no login. Otherwise one of the next two is set.
   std::string user{};
   std::filesystem::path password_file{};
   std::string password_env{};
@@ -70,8 +70,7 @@ struct Config {
 /// The error has one line per mistake, with file, line and column.
 tl::expected<Config, std::string> load(const std::filesystem::path& file);
 
-/// The server's password as it is now; empty if there is no login. The error says what to put
-/// right.
+/// The server's current password; empty without login. The error contains what to correct.
 tl::expected<std::string, std::string> password(const ServerConfig& server);
 
 }  // namespace millrace::services::mail

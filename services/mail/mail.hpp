@@ -1,4 +1,4 @@
-// A mail on its way: what the server is told, and what has become of it.
+// A mail in delivery: its envelope and message, and its stage.
 #pragma once
 
 #include <cstdint>
@@ -18,10 +18,10 @@ struct Mail {
   bool operator==(const Mail&) const = default;
 };
 
-/// How far a mail has come (idl/mail.proto has the meanings).
+/// The stages of a mail (meanings: idl/mail.proto).
 enum class Stage : std::uint8_t { waiting, handed_over, accepted, refused, given_up };
 
-/// What the spool keeps of one call.
+/// The data that the spool stores for one call.
 struct Entry {
   fabric::CallId call{};
   Stage stage = Stage::waiting;
@@ -29,9 +29,9 @@ struct Entry {
   /// When the call came.
   fabric::Time made{};
   std::uint32_t attempts = 0;
-  /// When it is tried again, while it waits.
+  /// Time of the next attempt, while the mail waits.
   fabric::Time next{};
-  /// What the server, or the way to it, said last.
+  /// The last reply of the server, or the last error of the connection.
   std::string reply{};
   bool operator==(const Entry&) const = default;
 };

@@ -54,7 +54,7 @@ std::string checked(const std::string& file) {
                   config.recipients.size(), config.rules.size(), config.server.host,
                   config.server.port, words_of(config.server.security));
   if (const auto secret = mail::password(config.server); !secret) {
-    // It may be where only the service's unit puts it.
+    // The password may be where only the service's unit can read it.
     text +=
         fmt::format("\nIts password cannot be read here; the service needs it: {}", secret.error());
   }
@@ -62,9 +62,9 @@ std::string checked(const std::string& file) {
 }
 
 int serve(int argc, char** argv) {
-  // A server that hangs up is an error of its connection, not the end of the service.
+  // A closed connection of a server is an error of that connection and must not end the service.
   std::signal(SIGPIPE, SIG_IGN);
-  // A repeated call sends no second mail, so it may come as often as it likes to the same spool.
+  // A repeated call sends no second mail from the same spool, so delivery is at least once.
   sdk::ServiceProgram service({.uuid = "b536e110-ca9e-4198-bddb-64331366bedb",
                                .name = "mail",
                                .description = "Sends mails for NC programs",

@@ -11,12 +11,12 @@ namespace millrace::services::mail {
 
 namespace {
 
-/// RFC 2045 and 2047: characters of a line, and of an encoded word.
+/// RFC 2045 and 2047: the most characters of a line, and of an encoded word.
 constexpr std::size_t max_line = 76;
 constexpr std::size_t max_word = 75;
 constexpr std::string_view word_start = "=?utf-8?Q?";
 constexpr std::string_view word_end = "?=";
-/// Room for the longest header name in front of the first word.
+/// Room for the longest header name before the first word.
 constexpr std::size_t name_room = 12;
 
 bool is_ascii(std::string_view text) {
@@ -29,8 +29,8 @@ std::string without_controls(std::string_view text) {
   return clean;
 }
 
-/// The bytes of the character at the start of `text`; a byte that begins none counts as one. Never
-/// more than a character of UTF-8 may have, or what is none would not fit into a word.
+/// The bytes of the first character of `text`; an invalid first byte counts as one. At most the
+/// length of a UTF-8 character: a longer run of invalid bytes would not fit into a word.
 std::string_view first_character(std::string_view text) {
   constexpr std::size_t longest = 4;
   std::size_t size = 1;
@@ -41,7 +41,7 @@ std::string_view first_character(std::string_view text) {
   return text.substr(0, size);
 }
 
-/// In an encoded word, as strict as one in front of an address must be (RFC 2047, 5.3).
+/// A character in an encoded word, as strict as before an address (RFC 2047, 5.3).
 std::string in_word(std::string_view character) {
   std::string out;
   for (const char c : character) {
@@ -63,7 +63,7 @@ std::string encoded_words(std::string_view text) {
     const std::string_view character = first_character(text);
     const std::string coded = in_word(character);
     if (coded.size() > room) {
-      // Words with a fold between them are read as one.
+      // Words separated by a fold are read as one.
       out += fmt::format("{}\r\n {}", word_end, word_start);
       room = max_word - word_start.size() - word_end.size() - 1;
     }
@@ -162,7 +162,7 @@ std::string to_message(const Content& content) {
   header("To", to_header(content.to));
   header("Message-ID", fmt::format("<{}>", content.message_id));
   header("Subject", header_text(content.subject));
-  // RFC 3834: nobody's holiday notice is to answer a machine.
+  // RFC 3834: prevents automatic replies, such as holiday notices.
   header("Auto-Submitted", "auto-generated");
   header("MIME-Version", "1.0");
   header("Content-Type", "text/plain; charset=utf-8");

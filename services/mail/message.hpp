@@ -21,14 +21,15 @@ struct Content {
   std::string text{};
 };
 
-/// ASCII; lines end in CR LF and have at most 76 characters, or one unbreakable address more. What
-/// would end a header line early, or begin one, cannot get into it: controls become blanks.
+/// ASCII; lines end in CR LF and have at most 76 characters, plus the length of one unbreakable
+/// address. Control characters become blanks, so that no text can end a header line or begin a new
+/// one.
 std::string to_message(const Content& content);
 
-/// The text of an unstructured header in ASCII: as it is, or as encoded words, folded.
+/// The text of an unstructured header in ASCII: unchanged, or as encoded words, folded.
 std::string header_text(std::string_view utf8);
 
-/// The body in quoted-printable form (RFC 2045, 6.7), line ends of any kind as CR LF.
+/// The body in quoted-printable form (RFC 2045, 6.7), with any line end as CR LF.
 std::string quoted_printable(std::string_view utf8);
 
 }  // namespace millrace::services::mail

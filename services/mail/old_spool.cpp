@@ -123,7 +123,7 @@ tl::expected<void, std::string> put_old_spool_away(const OldSpool& old) {
   for (std::size_t i = 0; i < old.files.size(); ++i) {
     std::error_code failed;
     if (i + 1 == old.files.size()) {
-      // Has the disk hold the removal of all before it, too.
+      // Makes the removal of all files before it durable, too.
       return base::posix::remove_durably(old.files[i]);
     }
     if (fs::remove(old.files[i], failed); failed) {

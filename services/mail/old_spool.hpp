@@ -1,5 +1,5 @@
-// The spool of earlier versions: a file for each call, "5f3a9c0112d4-17.mail". A spool takes them
-// over when it is opened and leaves none.
+// The spool of earlier versions: a file for each call, "5f3a9c0112d4-17.mail". A spool imports
+// these files when it is opened, and removes them.
 #pragma once
 
 #include <filesystem>
@@ -17,11 +17,11 @@ namespace millrace::services::mail {
 /// The call of "5f3a9c0112d4-17", as CallId::to_string writes it.
 std::optional<fabric::CallId> parse_call(std::string_view text);
 
-/// The call of a file by its name alone; nothing for files that are none of the spool.
+/// The call of a file by its name; nullopt for files that are not of the spool.
 std::optional<fabric::CallId> call_of(std::string_view file_name);
 
-/// The content of a file, protobuf text format (SpooledMail in idl/mail.proto). `name` stands for
-/// the file in errors.
+/// Parses the content of a file, protobuf text format (SpooledMail in idl/mail.proto). `name` is
+/// the file's name in errors.
 tl::expected<Entry, std::string> from_file(const std::string& text, const std::string& name);
 
 struct OldSpool {
@@ -34,10 +34,10 @@ struct OldSpool {
   [[nodiscard]] bool empty() const { return entries.empty(); }
 };
 
-/// Everything of it in `folder`.
+/// Reads all files of an old spool in `folder`.
 OldSpool read_old_spool(const std::filesystem::path& folder);
 
-/// Removes its files, for good, and puts ".broken" behind the names of those that cannot be read.
+/// Removes its files durably, and appends ".broken" to the names of those that cannot be read.
 tl::expected<void, std::string> put_old_spool_away(const OldSpool& old);
 
 }  // namespace millrace::services::mail

@@ -31,7 +31,7 @@ Outcome outcome_of(const Exchange& exchange) {
   if (permanent) {
     return {.verdict = Verdict::refused, .reply = exchange.reply};
   }
-  // One that says not even its name in time may as well not be there.
+  // A server that does not even send its greeting in time counts as not reachable.
   const bool silent = exchange.trouble == Trouble::timeout && exchange.code == 0;
   return {.verdict = Verdict::later,
           .reply = words(exchange),

@@ -1,4 +1,4 @@
-// What one attempt to send came to. Pure.
+// The outcome of one attempt to send. Pure.
 #pragma once
 
 #include <cstdint>
@@ -7,41 +7,41 @@
 namespace millrace::services::mail {
 
 enum class Verdict : std::uint8_t {
-  /// The server has taken the mail.
+  /// The server has accepted the mail.
   accepted,
-  /// Not for now: 4xx, or no contact. The server does not have it.
+  /// Temporary failure: 4xx, or no contact. The server does not have the mail.
   later,
-  /// Never: 5xx.
+  /// Permanent failure: 5xx.
   refused,
-  /// Nothing was said to the server because the connection is not safe.
+  /// The connection is not safe, so nothing was sent to the server.
   insecure,
-  /// The server does not let this service in, or its password cannot be read.
+  /// The server refuses the login, or the password cannot be read.
   login,
-  /// The mail was handed over and no answer came: the server may have it.
+  /// The mail was handed over without a reply: the server may have it.
   doubt,
 };
 
 struct Outcome {
   Verdict verdict = Verdict::later;
-  /// What the server said, or what went wrong on the way.
+  /// The reply of the server, or the error of the connection.
   std::string reply{};
-  /// Whether the server was there at all.
+  /// The server was reachable.
   bool contact = true;
-  /// It was, and then let the time run out.
+  /// The server was reachable, and then a timeout occurred.
   bool stalled = false;
   bool operator==(const Outcome&) const = default;
 };
 
-/// What went wrong below SMTP.
+/// The error below SMTP.
 enum class Trouble : std::uint8_t { none, no_contact, timeout, broken, tls, login };
 
-/// What is known when an attempt has ended.
+/// What is known at the end of an attempt.
 struct Exchange {
   Trouble trouble = Trouble::none;
   std::string trouble_text{};
-  /// The last byte of the message was given to the network.
+  /// The last byte of the message was passed to the network.
   bool handed_over = false;
-  /// Code and text of the last reply, and whether it came after that; 0 = none.
+  /// Code and text of the last reply, and whether it came after the handover; 0 = none.
   int code = 0;
   std::string reply{};
   bool replied_after = false;

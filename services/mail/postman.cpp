@@ -14,9 +14,9 @@ namespace {
 
 using sdk::Response;
 
-/// How often old calls are forgotten, if nothing else happens.
+/// How often old calls are removed without other events.
 constexpr std::chrono::hours look_around{1};
-/// How often a spool is tried again that cannot be written or read.
+/// How often an unusable spool is tried again.
 constexpr std::chrono::seconds spool_pause{10};
 
 }  // namespace
@@ -96,7 +96,7 @@ Response Postman::answer(const CallInfo& call) {
   }
   if (*earlier) {
     const Entry& entry = **earlier;
-    // Not yet tried: the process ended in between.
+    // Not tried yet: the process ended in between.
     return entry.stage == Stage::waiting && entry.attempts == 0 ? first_attempt(lock, entry)
                                                                 : answer_from(entry);
   }
@@ -287,7 +287,7 @@ void Postman::run(Lane lane) {
       if (believes_clock()) {
         forget_old(lock, time);
       }
-      // The lock was let go meanwhile.
+      // The lock was released in between.
       continue;
     }
     changed_.wait_for(lock,
@@ -304,7 +304,7 @@ void Postman::try_again(Lock& lock, fabric::CallId call, fabric::Time now) {
     return;
   }
   if (!*entry || (*entry)->stage != Stage::waiting) {
-    // Somebody else has changed the spool.
+    // The spool was changed from outside.
     waiting_.erase(call);
     return;
   }
@@ -338,7 +338,7 @@ std::optional<fabric::CallId> Postman::due(Lane lane, fabric::Time now, fabric::
     if (busy_.contains(call) || stalled_.contains(call) != (lane == Lane::stalled)) {
       continue;
     }
-    // A clock that was put back must not make a mail wait for days.
+    // A clock that was set back must not delay a mail for days.
     const fabric::Time latest = now + config_.retry.longest;
     const fabric::Time next = std::max(std::min(wanted, latest), pause_until_);
     if (next > now && (wanted <= latest || pause_until_ > now)) {

@@ -1,9 +1,9 @@
-// Sends the mails of calls, each at most once, and again and again those that a server does not
-// take for now.
+// Sends the mails of calls, each at most once, and repeats attempts that a server refuses
+// temporarily.
 //
-// At most once, over crashes, too: a mail is in the spool before the server hears of it; before its
-// last byte leaves, the spool says so; and after that it is only sent again if the server has said
-// that it did not take it.
+// At most once also holds over crashes. A mail is in the spool before the server is contacted; the
+// spool records the handover before the last byte is sent; after that the mail is only sent again
+// if the server has replied that it did not accept it.
 #pragma once
 
 #include <chrono>
@@ -26,55 +26,56 @@ namespace millrace::services::mail {
 /// Functions may be called from any thread.
 class Postman {
  public:
-  /// `transport` and `notices`, which gets to know what troubles it, live longer. Mails that wait
-  /// in the spool are tried from now on.
+  /// `transport` and `notices`, which gets its alarms, must outlive it. Mails that wait in the
+  /// spool are tried from now on.
   Postman(Config config, Spool spool, Transport& transport, base::program::Log log,
           fabric::NoticeSink& notices);
-  /// Gives up attempts that have not been handed over; they are in the spool.
+  /// Cancels attempts that are not handed over; their mails are in the spool.
   ~Postman();
   Postman(const Postman&) = delete;
   Postman& operator=(const Postman&) = delete;
 
-  /// Sends what the call asks for and returns when the server has taken it, or has not. For a call
-  /// that has been here before, tells what became of it.
+  /// Sends the mail of the call and returns after the first attempt. For a repeated call, returns
+  /// the stage of the earlier mail.
   sdk::Response answer(const CallInfo& call);
 
-  /// Takes over a mail that no program waits for. False if it has been here before, or cannot be
-  /// kept, which the log says: what is not in the spool is not sent.
+  /// Takes a mail without a waiting NC program. False if it was posted before, or cannot be stored,
+  /// which is logged: a mail that is not in the spool is not sent.
   bool post(fabric::CallId id, Mail mail);
 
  private:
   using Lock = std::unique_lock<std::mutex>;
-  /// Mails over which the server has let the time run out are tried one after the other, beside the
-  /// rest, which would wait for them.
+  /// Mails whose last attempt timed out at the server are tried in a separate thread, so that the
+  /// others do not wait for them.
   enum class Lane : std::uint8_t { ordinary, stalled };
 
   void read_spool();
-  /// What became of the call, as far as it is known.
+  /// The stored state of a call, if it is known.
   Spool::Result<std::optional<Entry>> known(fabric::CallId call) const;
-  /// The call's own attempt, or what became of an earlier one.
+  /// Makes the first attempt of a call, and returns the response.
   sdk::Response first_attempt(Lock& lock, const Entry& entry);
-  /// One attempt, with the lock let go meanwhile; the entry is what the spool holds afterwards.
+  /// One attempt, with the lock released meanwhile; the entry is the one in the spool.
   Outcome attempt(Lock& lock, const Entry& entry, bool program_waits);
   Outcome send(const Entry& entry);
-  /// Both write to the spool without the lock and take it then.
+  /// Both write to the spool without the lock and take it afterwards.
   void keep(Lock& lock, const Entry& entry);
   void drop(Lock& lock, fabric::CallId call);
-  /// With the lock: what is known of the entry without looking into the spool.
+  /// Needs the lock: updates what is known about the entry without reading the spool.
   void note(const Entry& entry);
   void tell(const Entry& entry, const Outcome& outcome) const;
 
-  /// With the lock: tells what troubles it now.
+  /// Needs the lock: reports the current alarms.
   void tell_condition();
-  /// The same, after the spool was used; `result` is what came of it.
+  /// The same, after a use of the spool with this result.
   template <typename Value>
   void note_spool(const Spool::Result<Value>& result);
 
   void run(Lane lane);
-  /// The call whose mail is due the longest, if it is time; otherwise `wake` is when to look again.
+  /// The call whose mail has been due for the longest time; if none is due, sets `wake` to the time
+  /// of the next check.
   std::optional<fabric::CallId> due(Lane lane, fabric::Time now, fabric::Time& wake) const;
   void try_again(Lock& lock, fabric::CallId call, fabric::Time now);
-  /// What could not be written down.
+  /// Writes the entries that could not be stored before.
   void write_again(Lock& lock);
   void forget_old(Lock& lock, fabric::Time now);
   bool believes_clock();
@@ -87,20 +88,20 @@ class Postman {
   Condition condition_;
   mutable std::mutex lock_;
   std::condition_variable changed_;
-  /// The mails that wait, and when each is to be tried again.
+  /// The waiting mails, and the time of the next attempt of each.
   std::map<fabric::CallId, fabric::Time> waiting_;
-  /// Those of them over which the server has let the time run out the last time.
+  /// Waiting mails whose last attempt timed out at the server.
   std::set<fabric::CallId> stalled_;
-  /// What became of these could not be written to the spool, which says less than is known.
+  /// Entries that could not be written to the spool; they are newer than those in the spool.
   std::map<fabric::CallId, Entry> unwritten_;
-  /// Calls with an attempt under way.
+  /// Calls with an attempt in progress.
   std::set<fabric::CallId> busy_;
-  /// Old calls are forgotten by a clock that can be believed: a call that is forgotten and repeated
-  /// sends a second mail.
+  /// Old calls are removed only by a trusted clock: a repeated call sends a second mail after its
+  /// removal.
   std::optional<base::loop::ClockWatch> clock_;
-  /// No contact: nothing is tried again before.
+  /// No contact: no attempt before this time.
   fabric::Time pause_until_{};
-  /// When old calls are forgotten and what is not written down is.
+  /// Time of the next removal of old calls and of the next attempt to store entries.
   std::chrono::steady_clock::time_point next_tidying_{};
   bool stopping_ = false;
   std::thread thread_;

@@ -1,7 +1,7 @@
-// What a program may ask of the mail service. Pure.
+// The requests of NC programs to the mail service. Pure.
 //
 //   parse("done program=WELLE7 parts=12")     // template done, two values
-//   parse("alarm to=shift2 text=\"no oil\"")  // for other recipients than the template's
+//   parse("alarm to=shift2 text=\"no oil\"")  // for recipients other than the template's
 #pragma once
 
 #include <string>
@@ -16,15 +16,15 @@ namespace millrace::services::mail {
 
 struct Request {
   std::string template_name;
-  /// Names behind to=, which may be several with commas between them; empty = the template's.
+  /// Names after to=, separated by commas; empty = the template's.
   std::vector<std::string> to;
   /// UTF-8.
   Values values;
   bool operator==(const Request&) const = default;
 };
 
-/// `request` is CP1252: the name of a template, then fields (services/text/fields.hpp). Bytes that
-/// do not print, line ends among them, are refused. The error says what was expected and where.
+/// `request` is CP1252: the name of a template, then fields (services/text/fields.hpp). Unprintable
+/// bytes, including line ends, are refused. The error contains what was expected and where.
 tl::expected<Request, std::string> parse(std::string_view request);
 
 }  // namespace millrace::services::mail

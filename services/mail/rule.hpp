@@ -1,4 +1,4 @@
-// What mails are sent for without a call: a program ended, a channel waits, a link is down, a
+// Rules for mails without a call: an NC program ended, a channel waits, a connection is down, a
 // service has no instance (idl/mail.proto, Rule).
 #pragma once
 
@@ -18,11 +18,11 @@ struct Rule {
 
   std::string name{};
   Kind kind = Kind::program;
-  /// Of programs: which events.
+  /// For kind program: the events.
   std::set<fabric::ProgramEventKind> events{};
-  /// Of the others: how long it must be so.
+  /// For the other kinds: how long the condition must last.
   std::chrono::nanoseconds after{};
-  /// Canonical; of the service that has no instance.
+  /// Canonical; the service without an instance.
   std::string uuid{};
   /// Empty = every machine.
   std::set<std::string> machines{};
@@ -30,11 +30,11 @@ struct Rule {
   std::vector<std::string> to{};
   Template subject;
   Template text;
-  /// Between two mails about the same channel, machine or service.
+  /// The shortest time between two mails about the same channel, machine or service.
   std::chrono::nanoseconds quiet{};
 };
 
-/// What the subject and text of a rule may name.
+/// The keys that the subject and text of a rule may use.
 const std::set<std::string>& rule_keys();
 
 }  // namespace millrace::services::mail

@@ -61,7 +61,7 @@ const char* default_text(Rule::Kind kind) {
   return "";
 }
 
-/// One rule.
+/// Reads one rule.
 class RuleReader {
  public:
   RuleReader(const config::Mail::Rule& from, const Config& config, ConfigPath path,

@@ -1,4 +1,4 @@
-// The rules of mail.textproto, checked.
+// Reads and checks the rules of mail.textproto.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace millrace::services::mail {
 
-/// `config` has the recipients. Notes every mistake with its place.
+/// `config` has the recipients. Records every mistake with its place.
 std::vector<Rule> read_rules(const config::Mail& from, const Config& config,
                              base::configuration::Mistakes& mistakes);
 

@@ -1,4 +1,4 @@
-// Watches the fabric for occasions of rules, on a thread of its own, and gives their mails to the
+// Watches the fabric for occasions of rules, on its own thread, and passes their mails to the
 // postman.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace millrace::services::mail {
 
 class RuleThread {
  public:
-  /// `postman` outlives it. Throws std::runtime_error if the fabric cannot be joined.
+  /// `postman` must outlive it. Throws std::runtime_error if joining the fabric fails.
   RuleThread(const fabric::dds::ParticipantOptions& join, const Config& config, Postman& postman,
              base::program::Log log);
   ~RuleThread();

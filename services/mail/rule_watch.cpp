@@ -35,7 +35,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash;
 }
 
-/// A mail can hold any UTF-8, which foreign texts need not be.
+/// A mail may contain only UTF-8; foreign texts may contain other bytes.
 std::string shown_text(const std::string& text) {
   return base::text::is_utf8(text) ? text : base::text::to_utf8(text);
 }
@@ -124,7 +124,8 @@ void RuleWatch::on_channel(const fabric::ChannelStatus& status, Moment now) {
   }
 }
 
-/// A machine is without a link when none of its gateways has one: a second gateway stands by.
+/// A machine counts as disconnected if none of its gateways is connected: a second gateway stands
+/// by.
 void RuleWatch::on_machine(const fabric::MachineStatus& status, Moment now) {
   if (!links_.contains(status.machine) && !has_room(links_.size())) {
     return;
@@ -132,7 +133,7 @@ void RuleWatch::on_machine(const fabric::MachineStatus& status, Moment now) {
   auto& gateways = links_[status.machine];
   gateways[status.gateway] = status.connected;
   if (status.connected) {
-    // Those that have none are of no more interest, and one that is gone never comes back.
+    // Disconnected gateways no longer matter, and one that has ended never reconnects.
     std::erase_if(gateways, [](const auto& one) { return !one.second; });
   }
   const bool up = std::ranges::any_of(gateways, [](const auto& one) { return one.second; });
@@ -209,7 +210,7 @@ void RuleWatch::on_time(Moment now) {
     }
     const auto quiet = quiet_.find(place);
     if (quiet != quiet_.end() && quiet->second.until > now.steady) {
-      // What still lasts then is told then.
+      // If the condition lasts until then, it is reported then.
       lasting.due = quiet->second.until;
       continue;
     }

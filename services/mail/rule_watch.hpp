@@ -1,13 +1,14 @@
-// When a rule has an occasion for a mail, from what an observer of the fabric sees. Pure.
+// Decides when a rule has an occasion for a mail, from the data of a fabric observer. Pure.
 //
 //   RuleWatch watch(config.rules, now);
 //   watch.on_entry(entry, now);
 //   watch.on_time(now);                        // at watch.next_time()
 //   for (const Occasion& occasion : watch.take()) …
 //
-// One mail for each occasion: what lasts is told once, and again only when it was over in between.
-// Within the quiet time of a rule another event of the same channel is not told; how many were not,
-// the next mail says. What lasts when the quiet time is over is told then.
+// One mail for each occasion: a lasting condition is reported once, and again only after it has
+// ended. Within the quiet time of a rule, another event of the same channel is not reported; the
+// next mail contains the number of such events. A condition that still lasts at the end of the
+// quiet time is reported then.
 #pragma once
 
 #include <map>
@@ -23,40 +24,41 @@
 namespace millrace::services::mail {
 
 struct Occasion {
-  /// Of the rules that were given.
+  /// Index into the rules.
   std::size_t rule = 0;
-  /// The same for the same occasion, whoever sees it and when: its mail is sent once.
+  /// The same for the same occasion, independent of the observer and the time, so that its mail is
+  /// sent once.
   fabric::CallId id{};
   Values values{};
 };
 
 class RuleWatch {
  public:
-  /// Waits, links and quiet times of all rules that are remembered at most, of each so many: their
-  /// names come from the fabric.
+  /// Limit of the stored conditions, of the connections and of the quiet times of all rules, each:
+  /// their names come from the fabric.
   static constexpr std::size_t most_remembered = 10'000;
-  /// An event that is older when it is first seen is history.
+  /// An event that is older than this when it is first seen is ignored.
   static constexpr std::chrono::minutes history{10};
 
-  /// `replayed`: also what comes from a recording.
+  /// `replayed`: also reports data from a recording.
   RuleWatch(std::vector<Rule> rules, fabric::Moment now, bool replayed = false);
 
   void on_entry(const fabric::observer::Entry& entry, fabric::Moment now);
   void on_time(fabric::Moment now);
-  /// When something that lasts is to be told.
+  /// When the next lasting condition is due.
   [[nodiscard]] std::optional<fabric::SteadyTime> next_time() const;
 
   std::vector<Occasion> take() { return std::exchange(occasions_, {}); }
-  /// What is not told, for the log.
+  /// Log lines about events without a mail.
   std::vector<std::string> take_lines() { return std::exchange(lines_, {}); }
 
  private:
-  /// A rule and what it is about.
+  /// A rule and its channel, machine or service.
   using Place = std::pair<std::size_t, std::string>;
 
-  /// Something that lasts.
+  /// A lasting condition.
   struct Lasting {
-    /// What makes it another occasion.
+    /// A different time is another occasion.
     fabric::Time since{};
     fabric::SteadyTime due{};
     Values values;
@@ -81,9 +83,9 @@ class RuleWatch {
   bool replayed_;
   std::map<Place, Lasting> lasting_;
   std::map<Place, Quiet> quiet_;
-  /// Links by machine and gateway.
+  /// Connections by machine and gateway.
   std::map<std::string, std::map<fabric::InstanceId, bool>> links_;
-  /// Those that are ready, by service.
+  /// Ready instances, by service.
   std::map<std::string, std::set<fabric::InstanceId>> instances_;
   std::vector<Occasion> occasions_;
   std::vector<std::string> lines_;

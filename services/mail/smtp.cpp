@@ -17,11 +17,11 @@ namespace {
 
 /// "235 2.7.0 Authentication successful" (RFC 4954, 6).
 constexpr int code_logged_in = 235;
-/// The reply to QUIT, which libcurl says after a refusal, too (RFC 5321, 4.2.3).
+/// The reply to QUIT, which libcurl sends after a refusal, too (RFC 5321, 4.2.3).
 constexpr int code_closing = 221;
 
-/// One attempt as libcurl's callbacks see it. What they throw must not go through libcurl: it ends
-/// the transfer, and is thrown again behind it.
+/// One attempt, for libcurl's callbacks. Their exceptions must not pass through libcurl: they end
+/// the transfer, and are rethrown after it.
 struct Session {
   const Mail& mail;
   const Transport::Watch& watch;
@@ -42,7 +42,8 @@ Result guarded(Session& session, Result abort, const Work& work) noexcept {
   }
 }
 
-/// A line of the server. The last one of a reply has a blank behind its code (RFC 5321, 4.2).
+/// Handles a line of the server. The last line of a reply has a blank after its code (RFC 5321,
+/// 4.2).
 void hear(Session& session, std::string_view line) {
   while (line.ends_with('\n') || line.ends_with('\r')) {
     line.remove_suffix(1);
@@ -64,14 +65,14 @@ void hear(Session& session, std::string_view line) {
 
 std::size_t on_line(char* data, std::size_t size, std::size_t count, void* user) noexcept {
   Session& session = *static_cast<Session*>(user);
-  // Anything but the size of the line ends the transfer.
+  // Any value but the size of the line ends the transfer.
   return guarded(session, std::size_t{0}, [&] {
     hear(session, {data, size * count});
     return size * count;
   });
 }
 
-/// Gives the message to libcurl piece by piece; asks before the last one leaves.
+/// Passes the message to libcurl piece by piece; asks the watch before the last piece.
 std::size_t read(Session& session, char* buffer, std::size_t room) {
   const std::string_view rest = std::string_view(session.mail.message).substr(session.sent);
   const std::size_t piece = std::min(room, rest.size());
@@ -165,7 +166,8 @@ long milliseconds(std::chrono::milliseconds time) {
   return static_cast<long>(time.count());
 }
 
-/// curl_easy_setopt takes anything and tells by its result; a refusal is our own mistake.
+/// curl_easy_setopt takes any type and reports a mismatch by its result; a refusal is a programming
+/// error.
 template <typename Value>
 void set(const Handle& handle, CURLoption option, Value value) {
   if (const CURLcode code = curl_easy_setopt(handle.get(), option, value); code != CURLE_OK) {
@@ -176,7 +178,7 @@ void set(const Handle& handle, CURLoption option, Value value) {
 
 void set_server(const Handle& handle, const ServerConfig& server, const std::string& password) {
   set(handle, CURLOPT_URL, url(server).c_str());
-  // What the environment or a .netrc says is of no concern here.
+  // Ignores proxies of the environment and a .netrc.
   set(handle, CURLOPT_PROXY, "");
   set(handle, CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
   set(handle, CURLOPT_NOSIGNAL, 1L);
@@ -199,7 +201,7 @@ void set_server(const Handle& handle, const ServerConfig& server, const std::str
   }
 }
 
-/// libcurl says QUIT when the handle goes, and waits for the answer up to two minutes.
+/// libcurl sends QUIT when the handle is destroyed, and waits up to two minutes for the reply.
 void do_not_wait_for_goodbye(const Handle& handle) {
   curl_socket_t socket = CURL_SOCKET_BAD;
   if (curl_easy_getinfo(handle.get(), CURLINFO_ACTIVESOCKET, &socket) == CURLE_OK &&
@@ -233,7 +235,8 @@ Smtp::~Smtp() {
 }
 
 void Smtp::begin() {
-  // With the first mail, because TLS takes several MiB that a service without mails does not need.
+  // Deferred to the first mail, because TLS takes several MiB that a service without mails does not
+  // need.
   const std::lock_guard guard(lock_);
   if (began_) {
     return;

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Somebody may look at it with sqlite3.
+/// An operator may be reading the database with sqlite3.
 constexpr int busy_timeout_ms = 5000;
 
 constexpr const char* put_entry =
@@ -28,7 +28,7 @@ constexpr const char* put_entry =
     " made = excluded.made, next = excluded.next, attempts = excluded.attempts,"
     " reply = excluded.reply, sender = excluded.sender, recipients = excluded.recipients,"
     " message = excluded.message";
-/// What an earlier start has taken over already may have gone on since.
+/// An entry that an earlier start has imported may have changed since.
 constexpr const char* take_over_entry =
     "INSERT INTO mail (call, stage, made, next, attempts, reply, sender, recipients, message)"
     " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (call) DO NOTHING";
@@ -57,7 +57,8 @@ struct Spool::Impl {
   SQLite::Database open() const;
   void take_over();
   void write(const char* statement, const Entry& entry);
-  /// One thing at a time, while the file is the one that was opened; the error has its name.
+  /// Serializes the work, and checks that the file is the one that was opened; the error contains
+  /// its name.
   template <typename Work>
   auto guarded(Work work) -> Result<decltype(work())>;
 
@@ -187,7 +188,8 @@ Spool::Result<void> Spool::remove(fabric::CallId call) {
 
 Spool::Result<void> Spool::forget(fabric::Time time) {
   return impl_->guarded([&] {
-    // What somebody may want to look at stays: mails that were kept and then refused or given up.
+    // Keeps mails that an operator may want to read: those that were stored and then refused or
+    // given up.
     SQLite::Statement query(
         impl_->database, "DELETE FROM mail WHERE stage IN (?, ?) AND message = '' AND made <= ?");
     query.bind(1, std::string(name_of(Stage::accepted)));

@@ -1,4 +1,4 @@
-// The mails that wait, and the calls that were sent: an SQLite database, spool.db in a folder.
+// The waiting mails and the calls of sent mails: an SQLite database, spool.db in a folder.
 //
 //   Spool spool("/var/lib/millrace/mail/spool");
 //   spool.put(entry);          // durable when it returns
@@ -24,24 +24,24 @@ class Spool {
   template <typename Value>
   using Result = tl::expected<Value, std::string>;
 
-  /// Makes folder and database if they are not there, and takes over what an earlier version left
-  /// as a file for each call. Throws std::runtime_error if the folder cannot be used, if another
-  /// process uses it, or if the database is damaged or somebody else's.
+  /// Creates a missing folder and database, and imports the files of an earlier version. Throws
+  /// std::runtime_error if the folder cannot be used, if another process uses it, or if the
+  /// database is damaged or not a spool.
   explicit Spool(std::filesystem::path folder);
   ~Spool();
   Spool(Spool&& other) noexcept;
   Spool& operator=(Spool&&) = delete;
 
   /// A line for each file of an earlier version that could not be read. Its call is in the spool as
-  /// handed over: it may have been sent. The file has ".broken" behind its name now.
+  /// handed over: it may have been sent. ".broken" was appended to the file's name.
   [[nodiscard]] const std::vector<std::string>& mistakes() const;
 
-  /// What there is, without the mails.
+  /// A summary without the mails.
   struct Content {
     std::size_t calls = 0;
-    /// The calls whose mails wait, and when each is to be tried again.
+    /// The calls with waiting mails, and the time of the next attempt of each.
     std::map<fabric::CallId, fabric::Time> waiting;
-    /// The calls whose mails were handed over, and no answer is known.
+    /// The calls whose mails were handed over without a known reply.
     std::vector<fabric::CallId> in_doubt;
     /// When the last call came.
     std::optional<fabric::Time> last;
@@ -49,11 +49,11 @@ class Spool {
   [[nodiscard]] Result<Content> content() const;
   [[nodiscard]] Result<std::optional<Entry>> find(fabric::CallId call) const;
 
-  /// Each is one transaction: what was there stays if it fails, and the error names file and
+  /// Each is one transaction: on failure nothing has changed, and the error contains file and
   /// reason.
   [[nodiscard]] Result<void> put(const Entry& entry);
   [[nodiscard]] Result<void> remove(fabric::CallId call);
-  /// Calls from before `time` that are done and of which nobody needs to see the message.
+  /// Removes finished calls from before `time` whose message is no longer stored.
   [[nodiscard]] Result<void> forget(fabric::Time time);
 
  private:

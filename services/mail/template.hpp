@@ -1,4 +1,4 @@
-// Text with places for values. Pure.
+// Text with placeholders for values. Pure.
 //
 //   Template::parse("{parts} parts of {program}")->fill({{"parts", "12"}, {"program", "WELLE7"}})
 //   → "12 parts of WELLE7"
@@ -19,11 +19,11 @@ using Values = std::map<std::string, std::string, std::less<>>;
 
 class Template {
  public:
-  /// {key} is a place, {{ and }} are the braces themselves. A key is 1 to 32 letters, digits, '_'
-  /// and '-', or "call." and one. The error names the place.
+  /// {key} is a placeholder, {{ and }} are literal braces. A key is 1 to 32 letters, digits, '_'
+  /// and '-', optionally after "call.". The error contains the position.
   static tl::expected<Template, std::string> parse(std::string_view text);
 
-  /// The error is a key that has a place but no value.
+  /// The error is a key without a value.
   [[nodiscard]] tl::expected<std::string, std::string> fill(const Values& values) const;
 
   [[nodiscard]] const std::set<std::string>& keys() const { return keys_; }
@@ -38,7 +38,7 @@ class Template {
   std::set<std::string> keys_;
 };
 
-/// What the names of values begin with that the call itself brings; no request can give these.
+/// Prefix of the keys whose values come from the call; a request cannot set them.
 inline constexpr std::string_view call_prefix = "call.";
 
 }  // namespace millrace::services::mail

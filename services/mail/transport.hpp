@@ -1,4 +1,4 @@
-// The way to a mail server, as the postman sees it.
+// The interface between the postman and a mail server.
 #pragma once
 
 #include <functional>
@@ -14,13 +14,13 @@ class Transport {
   virtual ~Transport() = default;
 
   struct Watch {
-    /// Called once, before the last byte of the message leaves; false = it must not.
+    /// Called once, before the last byte of the message is sent; false = do not send it.
     std::function<bool()> handing_over;
-    /// Asked from time to time until then; true = give up, the mail is to be sent later.
+    /// Called periodically until then; true = cancel, the mail is sent later.
     std::function<bool()> cancelled;
   };
 
-  /// One attempt; returns when it has ended.
+  /// Makes one attempt; returns when it has ended.
   virtual Outcome send(const Mail& mail, const Watch& watch) = 0;
 
  protected:

@@ -18,7 +18,7 @@ tl::expected<double, std::string> parse(std::string_view request) {
   if (request.empty()) {
     return tl::unexpected(std::string("the request is empty, expected a number"));
   }
-  // from_chars knows no plus sign.
+  // from_chars accepts no plus sign.
   std::string_view digits = request;
   if (digits.front() == '+' && digits.substr(1, 1) != "-") {
     digits.remove_prefix(1);
@@ -35,7 +35,7 @@ tl::expected<double, std::string> parse(std::string_view request) {
   return number;
 }
 
-/// `prefix` and the number in the form that fits.
+/// `prefix` and the number, in the format that fits.
 std::string with_number(std::string_view prefix, double number) {
   std::string text = fmt::format("{}{:f}", prefix, number);
   return text.size() <= fabric::max_text ? text : fmt::format("{}{:e}", prefix, number);
@@ -54,7 +54,7 @@ sdk::Response square_root(std::string_view request) {
         .state = state_error,
     };
   }
-  // The root of -0 is -0, which nobody expects to read.
+  // The root of -0 is -0, which would confuse a reader.
   return {.text = with_number("", std::abs(std::sqrt(*number))), .state = state_ok};
 }
 

@@ -1,4 +1,4 @@
-// key=value pairs, the form in which programs hand over named values.
+// Parses key=value pairs, with which NC programs send named values.
 //
 //   fields("part=WELLE7 d=\"12.345 mm\"").value() == {{"part", "WELLE7"}, {"d", "12.345 mm"}}
 #pragma once
@@ -17,9 +17,9 @@ struct Field {
   bool operator==(const Field&) const = default;
 };
 
-/// The pairs of `text` with blanks or tabs between them; none if it is blank. Keys are letters,
-/// digits, '_' and '-', at most 32, and different. A value ends at a blank, or is in double quotes
-/// and then has a quote in it as two ("" for "). The error says what was expected and where.
+/// The pairs of `text`, separated by blanks or tabs; empty if it is blank. Keys are letters,
+/// digits, '_' and '-', at most 32, and distinct. A value ends at a blank, or is in double quotes,
+/// in which "" is one quote. The error contains what was expected and where.
 tl::expected<std::vector<Field>, std::string> fields(std::string_view text);
 
 /// Letters, digits, '_' and '-', 1 to 32: the form of a key, and of other names in requests.

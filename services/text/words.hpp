@@ -1,4 +1,4 @@
-// Requests are words; the locale has no say in what a letter is.
+// Splits requests into words, independent of the locale.
 //
 //   words("  READ  depth ") == {"READ", "depth"}
 #pragma once
@@ -9,7 +9,7 @@
 
 namespace millrace::services::text {
 
-/// The parts of `text` between blanks and tabs; they refer to it.
+/// The parts of `text` between blanks and tabs; views into it.
 std::vector<std::string_view> words(std::string_view text);
 
 /// ASCII letters only.

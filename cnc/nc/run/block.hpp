@@ -1,4 +1,4 @@
-// What the decoder hands to the interpolator.
+// The blocks that the decoder passes to the interpolator.
 #pragma once
 
 #include <cstddef>
@@ -16,17 +16,18 @@
 
 namespace millrace::cnc::nc::run {
 
-/// Axes go to a position, in the order of the channel's axes: straight, or two of them on an arc.
+/// Motion of the axes to a position, in the order of the channel's axes: straight, or two of them
+/// on an arc.
 struct Motion {
   std::vector<double> target;
   /// At an override of 100 %.
   Duration duration{};
-  /// Its length in mm.
+  /// Length in mm.
   double path = 0;
   std::optional<Arc> arc;
 };
 
-/// Nothing moves: G04, #TIME, and the short stop of #FLUSH.
+/// A pause without motion: G04, #TIME, and the short stop of #FLUSH.
 struct Dwell {
   Duration duration{};
 };
@@ -47,7 +48,7 @@ struct TimerOrder {
   std::size_t id = 0;
 };
 
-/// SSD and its relatives.
+/// SSD, SSDE, SSDQ, SSDQInit.
 struct DataWrite {
   DataOrder order;
 };
@@ -63,11 +64,11 @@ struct Block {
                               DataWrite, Hold, End>;
   Action action;
   Place place;
-  /// Routines above the one it stands in.
+  /// Nesting level of its routine, 0 = the main program.
   std::size_t level = 0;
-  /// Blocks the decoder had read by then, counted from the program's start.
+  /// Blocks that the decoder had read by then, counted from the program's start.
   std::uint64_t count = 0;
-  /// It stands before the block that is searched for: nothing moves.
+  /// The block is before the one that a block search looks for: no motion.
   bool skipped = false;
 };
 

@@ -18,11 +18,11 @@ using values::Result;
 constexpr double same_point = 1e-6;
 // A centre is a 32-bit number of 0.1 µm (documented by the examples of 20020 and 20054).
 constexpr double farthest_centre = 214'748.3647;
-// Defaults of P-CHAN-00059 and P-CHAN-00060 (documented); that either limit is enough for an error
+// Defaults of P-CHAN-00059 and P-CHAN-00060 (documented); that exceeding either limit is an error
 // is inferred.
 constexpr double most_shift = 2.0;
 constexpr double most_shift_of_radius = 0.05;
-// Defaults of P-CHAN-00171 and P-CHAN-00172 (documented); that the larger one counts is inferred.
+// Defaults of P-CHAN-00171 and P-CHAN-00172 (documented); that the larger one applies is inferred.
 constexpr double most_difference = 0.005;
 constexpr double most_difference_of_radius = 0.001;
 
@@ -34,7 +34,7 @@ Point middle(const ArcEnds& ends) {
   return {(ends.begin[0] + ends.end[0]) / 2, (ends.begin[1] + ends.end[1]) / 2};
 }
 
-// Also false for what is no number.
+// Also false for NaN.
 bool is_in_range(Point centre) {
   return std::abs(centre[0]) <= farthest_centre && std::abs(centre[1]) <= farthest_centre;
 }
@@ -150,7 +150,7 @@ Result<Arc> arc_of_radius(const ArcEnds& ends, double radius) {
                         display(chord) + " mm apart");
   }
   const double height = std::sqrt(std::max(radius * radius - half * half, 0.0));
-  // Left of the way from begin to end lies the centre of a short arc that is counterclockwise.
+  // The centre of a short counterclockwise arc is on the left of the line from begin to end.
   const double side = (radius > 0) == ends.clockwise ? -height : height;
   const Point from = middle(ends);
   const Point centre{from[0] - side * (ends.end[1] - ends.begin[1]) / chord,

@@ -22,14 +22,14 @@ using Point = std::array<double, 2>;
 /// G17, G18, G19.
 enum class Plane { xy, zx, yz };
 
-/// The main axes of a plane, as indices of the channel's first three axes; seen from the third one,
-/// an angle grows from the first towards the second.
+/// The main axes of a plane, as indices of the channel's first three axes. Seen from the third
+/// axis, an angle grows from the first towards the second.
 [[nodiscard]] std::array<std::size_t, 2> axes_of(Plane plane);
 
 struct Arc {
   std::array<std::size_t, 2> axes{};
   Point centre{};
-  /// They differ by no more than what is permitted; in between the radius changes evenly.
+  /// The radii differ by at most the permitted amount; between them the radius changes linearly.
   double begin_radius = 0;
   double end_radius = 0;
   /// In radians; a positive sweep is counterclockwise (G03).
@@ -38,15 +38,15 @@ struct Arc {
 
   /// In mm.
   [[nodiscard]] double length() const;
-  /// The point at a share of the arc, 0 to 1.
+  /// The point at a fraction of the arc, 0 to 1.
   [[nodiscard]] Point at(double part) const;
-  /// The way per share there: its length is that of the arc.
+  /// Derivative of the position by the fraction; its length is that of the arc.
   [[nodiscard]] Point direction(double part) const;
-  /// The points farthest along the axes, which limits are checked for.
+  /// The extreme points along the axes, for the check of limits.
   [[nodiscard]] std::vector<Point> extremes() const;
 };
 
-/// From where to where, and which way round.
+/// The ends of an arc, and its direction.
 struct ArcEnds {
   std::array<std::size_t, 2> axes{};
   Point begin{};
@@ -55,7 +55,7 @@ struct ArcEnds {
 };
 
 /// I, J, K: equal ends make a full circle. `corrected` (G165) shifts the centre to where an arc is
-/// possible, otherwise (G164) the radii of both ends must be equal. Faults: 20036 the radius is 0,
+/// possible; otherwise (G164) the radii of both ends must be equal. Faults: 20036 the radius is 0,
 /// 20020 the centre is out of range, 21758 the radii differ too much; one without a documented id
 /// for a centre that would be shifted too far.
 [[nodiscard]] values::Result<Arc> arc_around(const ArcEnds& ends, Point centre, bool corrected);

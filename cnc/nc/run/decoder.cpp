@@ -14,7 +14,7 @@ using values::Result;
 
 constexpr const char* default_report_file = "message.txt";
 
-// Does it touch a synchronous external variable?
+// True if the operation uses a synchronous external variable.
 bool synchronises(const syntax::Operation& operation, Environment& environment) {
   return std::any_of(operation.externals.begin(), operation.externals.end(),
                      [&](const syntax::ExternalUse& external) {

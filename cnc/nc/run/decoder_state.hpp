@@ -1,4 +1,4 @@
-// What the decoder knows while it runs programs: the stack of routines, and what it waits for.
+// The state of the decoder during programs: the stack of routines, and what it waits for.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace millrace::cnc::nc::run {
 
-/// A cycle that is called again behind each block that moves (or behind each block).
+/// A cycle that is called after each block with motion (or after each block).
 struct ModalCycle {
   std::shared_ptr<const syntax::Program> program;
   const syntax::Routine* routine = nullptr;
@@ -33,19 +33,19 @@ struct ModalCycle {
 struct Frame {
   std::shared_ptr<const syntax::Program> program;
   const syntax::Routine* routine = nullptr;
-  /// Index of the operation in hand.
+  /// Index of the current operation.
   std::size_t position = 0;
-  /// N number of the block in hand.
+  /// N number of the current block.
   long block_number = 0;
   std::optional<ModalCycle> modal;
-  /// Its blocks come from the stream, packet by packet.
+  /// The stream supplies its blocks, packet by packet.
   bool streamed = false;
 };
 
 /// A routine that waits for its first packet.
 [[nodiscard]] Frame streamed_frame(const std::string& name);
 
-/// The rest of the channel, which outlives the decoder.
+/// The other parts of the channel; they must outlive the decoder.
 struct Surroundings {
   Memory& memory;
   Macros& macros;
@@ -61,37 +61,36 @@ struct Surroundings {
 struct DecoderState {
   Surroundings around;
   Library library;
-  /// The name that stands for the stream; none if it is empty.
+  /// The program name that means the stream; empty = none.
   std::string stream_name;
-  /// The main program first; empty if nothing runs.
+  /// The main program first; empty if no program runs.
   std::vector<Frame> frames;
-  /// Block search: the number of the block from which on the program is executed, until it is
-  /// reached.
+  /// Block search: number of the block at which execution begins, until it is reached.
   std::optional<long> search;
-  /// Blocks read since the program's start, repeated ones each time.
+  /// Blocks read since the program's start; repeated blocks count each time.
   std::uint64_t blocks_read = 0;
   /// #FILE NAME
   std::string report_file;
-  /// A #MSG ACK in hand waits for the acknowledge of this message.
+  /// The current #MSG ACK waits for the acknowledgement of this message.
   std::optional<std::uint64_t> awaited_message;
-  /// A #TIMER READ SYN in hand waits until the interpolator has done it.
+  /// The current #TIMER READ SYN waits for the interpolator.
   bool awaits_timer = false;
   /// #ERROR with RC 7 was executed.
   bool restart_needed = false;
   /// #FLUSH CONTINUE stops the decoder as #FLUSH WAIT does.
   bool flush_continue_waits = false;
-  /// Of the interpolator, in the channel's time scale.
+  /// Cycle of the interpolator, in the channel's time scale.
   Duration cycle{};
 
   [[nodiscard]] Frame& frame() { return frames.back(); }
   [[nodiscard]] const syntax::Operation& operation() const {
     return frames.back().routine->operations[frames.back().position];
   }
-  /// The interpolator has executed everything.
+  /// The interpolator has executed all blocks.
   [[nodiscard]] bool channel_empty() const {
     return around.queue.empty() && around.interpolator.idle();
   }
-  /// Where the decoder is; of the program's end only the file.
+  /// The current place of the decoder; at the end of the program only the file.
   [[nodiscard]] Place place() const;
 };
 

@@ -87,7 +87,8 @@ Result<Value> Evaluator::value_of(const syntax::Unary& unary) {
   });
 }
 
-// A macro's name beside a string is a string too: V.P.NAME == "AXIS" compares, whatever "AXIS" is.
+// Beside a string, a quoted text is a string even if a macro has its name: V.P.NAME == "AXIS"
+// compares with the text AXIS.
 Result<Value> Evaluator::value_of(const syntax::Binary& binary) {
   auto left = evaluate_text(*binary.left);
   auto right = left ? evaluate_text(*binary.right) : left;
@@ -148,7 +149,7 @@ Result<bool> Evaluator::exists(const syntax::Reference& reference) {
   });
 }
 
-// Elements of a dimension, counted from 1; -1 if there is no such dimension (our choice).
+// Elements of a dimension, counted from 1; -1 for an unknown dimension (our choice).
 Result<double> Evaluator::size_of(const syntax::Query& query) {
   const auto dimension = query.dimension ? integer(*query.dimension) : Result<long>(1);
   const auto name = name_of(*query.subject);

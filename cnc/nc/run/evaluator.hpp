@@ -1,4 +1,4 @@
-// Computes expressions, and reads and writes what they name.
+// Evaluates expressions; reads and writes the variables that they name.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace millrace::cnc::nc::run {
 
-/// Made anew for each operation.
+/// One object for each operation.
 class Evaluator {
  public:
-  /// Where names are looked up.
+  /// The scopes of names.
   struct Scope {
     Memory& memory;
     Macros& macros;
@@ -24,9 +24,9 @@ class Evaluator {
   };
   explicit Evaluator(Scope scope) : scope_(scope) {}
 
-  /// A quoted text that names a macro stands for the macro's value.
+  /// A quoted text with the name of a macro becomes the macro's value.
   values::Result<Value> evaluate(const syntax::Expression& expression);
-  /// The same where a string is as good: then a quoted text is just that.
+  /// The same where a string is valid: a quoted text remains a string.
   values::Result<Value> evaluate_text(const syntax::Expression& expression);
   values::Result<double> number(const syntax::Expression& expression);
   values::Result<long> integer(const syntax::Expression& expression);
@@ -34,15 +34,15 @@ class Evaluator {
   values::Result<void> write(const syntax::Reference& reference, const Value& value);
   /// The name with its indices computed: "V.G.NP[98].V.X", "P12[3]". Not for @P1.
   values::Result<std::string> name_of(const syntax::Reference& reference);
-  /// Not an overload of name_of: to choose between the two Clang copies a Variable, whose
+  /// Not an overload of name_of(): to choose between the two, Clang copies a Variable, whose
   /// expressions cannot be copied.
   values::Result<std::string> name_of_variable(const syntax::Variable& variable) {
     return resolve(variable);
   }
-  /// Counts a macro of this operation; a fault if they are too many (macros that use each other
-  /// several times grow without bounds).
+  /// Counts a macro of this operation; a fault beyond the limit (macros that use each other several
+  /// times grow without bounds).
   values::Result<void> count_macro(const std::string& name);
-  /// A program's name, written out, in a macro or in a variable.
+  /// The name of a program: literal, in a macro or in a variable.
   values::Result<std::string> name_of(const syntax::Name& name);
 
  private:
@@ -66,7 +66,7 @@ class Evaluator {
   [[nodiscard]] bool is_macro(const syntax::Expression& expression) const;
 
   Scope scope_;
-  /// Macros in macros, and macros of this operation altogether.
+  /// Nesting depth of macros, and number of macros in this operation.
   int macro_depth_ = 0;
   int macros_used_ = 0;
 };

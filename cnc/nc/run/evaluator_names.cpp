@@ -1,4 +1,4 @@
-// The half of the evaluator that is about names: what they stand for, reading and writing it.
+// The part of the evaluator for names: resolves, reads and writes them.
 #include "cnc/nc/run/evaluator.hpp"
 #include "cnc/nc/values/conversion.hpp"
 

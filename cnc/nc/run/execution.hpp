@@ -1,5 +1,5 @@
 // Executes one operation of a program in the decoder: a visitor of its statement. The statements
-// are in files by theme: execution_words, _control, _calls, _commands, _messages.
+// are in files by subject: execution_words, _control, _calls, _commands, _messages.
 #pragma once
 
 #include <optional>
@@ -12,9 +12,9 @@
 
 namespace millrace::cnc::nc::run {
 
-/// What became of an operation: the decoder goes on behind it, goes on where the operation has put
-/// it, or tries the same operation again in the next tick. An operation that says `again` has
-/// changed nothing that it would change twice.
+/// Result of an operation: the decoder continues after it, continues at the operation's target, or
+/// tries the same operation again in the next tick. An operation that returns `again` has made no
+/// change that a repetition would make twice.
 enum class Outcome { done, jumped, again };
 
 class Execution {
@@ -25,7 +25,7 @@ class Execution {
         evaluator_(
             {state.around.memory, state.around.macros, state.around.system, tick.environment}) {}
 
-  /// The block number of the operation in hand, if it has one.
+  /// Reads the block number of the current operation, if it has one.
   values::Result<void> read_block_number();
 
   values::Result<Outcome> operator()(const syntax::Words& words);
@@ -55,7 +55,7 @@ class Execution {
   values::Result<Outcome> operator()(const syntax::SaveMessage& save);
   values::Result<Outcome> operator()(const syntax::ReportFile& file);
 
-  /// Ends the routine in hand, or the whole program.
+  /// End the current routine, or the whole program.
   void leave_routine();
   void finish_program();
 
@@ -101,7 +101,7 @@ class Execution {
   const Tick& tick_;
   Evaluator evaluator_;
   int macro_depth_ = 0;
-  /// What the block in hand writes into system data, in its order.
+  /// The writes of the current block to system data, in their order.
   std::vector<DataOrder> data_orders_;
 };
 

@@ -14,7 +14,7 @@ constexpr std::size_t deepest_call = 20;
 
 }  // namespace
 
-// The routine a call names, about to begin.
+// The routine that a call names, at its beginning.
 Result<Frame> Execution::routine_of(const syntax::Name& name, bool local) {
   const auto written = evaluator_.name_of(name);
   if (!written) {
@@ -47,7 +47,7 @@ Result<Outcome> Execution::enter(Frame frame, std::optional<CycleArguments> argu
     return fault(0, "subprograms are nested deeper than " + std::to_string(deepest_call) +
                         " levels; does one call itself?");
   }
-  ++state_.frame().position;  // where the caller goes on
+  ++state_.frame().position;  // where the caller continues
   state_.around.memory.enter_level(std::move(arguments));
   state_.frames.push_back(std::move(frame));
   return Outcome::jumped;
@@ -92,7 +92,7 @@ Result<Outcome> Execution::operator()(const syntax::EndModalCycle& /*end*/) {
   return Outcome::done;
 }
 
-// Behind a block: the modal cycle of this routine, if it has one that wants this block.
+// Calls the modal cycle of this routine after a block, if it has one that applies to this block.
 Result<Outcome> Execution::repeat_modal_cycle(bool moved) {
   const auto& modal = state_.frame().modal;
   if (!modal || (modal->repeat == syntax::CycleRepeat::after_motion && !moved)) {

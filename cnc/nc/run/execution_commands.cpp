@@ -1,4 +1,4 @@
-// # commands but for messages.
+// All # commands except messages.
 #include <array>
 #include <cmath>
 #include <utility>
@@ -13,7 +13,7 @@ namespace {
 using values::fault;
 using values::Result;
 
-// #FLUSH lets the motion stop for a moment; the vendor gives no time, this is our choice.
+// #FLUSH stops the motion briefly; the vendor gives no time, this is our choice.
 constexpr double flush_stop_seconds = 0.002;
 constexpr std::size_t longest_error_string = 23;  // IB/tf5200_error_management/207457163
 constexpr long warning_class = 0;

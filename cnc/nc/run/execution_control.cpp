@@ -1,4 +1,4 @@
-// Jumps: what $ statements have become.
+// Jumps, to which the parser has reduced the $ statements.
 #include <cmath>
 
 #include "cnc/nc/run/execution.hpp"
@@ -60,7 +60,7 @@ Result<Outcome> Execution::operator()(const syntax::EndFor& end) {
       .and_then([&] { return enter_loop(loop, end.loop); });
 }
 
-// The counter is tested before each pass; a step of 0 never gets over the end.
+// The counter is tested before each pass; with a step of 0 it never passes the end.
 Result<Outcome> Execution::enter_loop(const syntax::For& loop, std::size_t begin) {
   const auto counter = evaluator_.read(loop.counter).and_then(values::number);
   const auto end = counter ? evaluator_.number(loop.end) : counter;

@@ -1,4 +1,4 @@
-// #MSG in all its forms.
+// All forms of #MSG.
 #include <utility>
 
 #include "cnc/nc/run/execution.hpp"

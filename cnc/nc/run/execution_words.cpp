@@ -49,7 +49,7 @@ Result<Outcome> Execution::apply(Meaning meaning) {
   const bool with_message = std::ranges::any_of(data_orders_, [](const DataOrder& order) {
     return std::holds_alternative<WriteMessage>(order);
   });
-  // As the motion begins (our choice).
+  // Written at the beginning of the motion (our choice).
   for (DataOrder& order : data_orders_) {
     push(DataWrite{std::move(order)});
   }
@@ -77,7 +77,7 @@ Result<Outcome> Execution::apply(Meaning meaning) {
   return repeat_modal_cycle(moved);
 }
 
-// Documented: messages in blocks that are shorter than a cycle make the motion jerk.
+// Messages in blocks shorter than a cycle make the motion jerk (documented).
 void Execution::take_a_cycle(Motion& motion) {
   if (motion.duration < state_.cycle) {
     motion.duration = state_.cycle;
@@ -114,7 +114,7 @@ Result<void> Execution::collect(const syntax::Assignment& assignment, std::vecto
   });
 }
 
-// A quoted text is a macro or a string: what the variable holds decides.
+// A quoted text is a macro or a string: the type of the variable decides.
 Result<Value> Execution::value_for(const syntax::Reference& target,
                                    const syntax::Expression& value) {
   const auto* text = std::get_if<syntax::Text>(&value.node);
@@ -138,7 +138,8 @@ Result<void> Execution::collect(const syntax::MacroDefinition& macro, std::vecto
   return state_.around.macros.define(macro.name, macro.text);
 }
 
-// Computed when it is decoded (our choice), written when the interpolator is there (documented).
+// Computed when the block is decoded (our choice), written when the interpolator reaches it
+// (documented).
 Result<void> Execution::collect(const syntax::DataAssignment& assignment, std::vector<WordValue>&) {
   return evaluator_.name_of_variable(assignment.target).and_then([&](const std::string& name) {
     return evaluator_.evaluate_text(assignment.value).map([&](Value value) {

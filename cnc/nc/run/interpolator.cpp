@@ -11,7 +11,7 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-// Only so that nothing is divided by zero: at this override a motion takes for ever.
+// Avoids a division by zero: at this override a motion takes practically for ever.
 constexpr double least_factor = 1e-9;
 // Keeps times representable.
 constexpr std::chrono::duration<double> longest_approach{1e9};
@@ -41,7 +41,7 @@ bool Interpolator::advance(const Tick& tick, Queue& queue) {
     progress = true;
     current_.reset();
   }
-  time_ = tick.now;  // it waits for the decoder or the operator
+  time_ = tick.now;  // waits for the decoder or the operator
   return progress;
 }
 
@@ -72,7 +72,7 @@ void Interpolator::begin_next(Queue& queue) {
 }
 
 bool Interpolator::stops_before(const Block& block) const {
-  // What one block of the program has become is not taken apart.
+  // There is no stop between the parts of one program block.
   if (!step_.enabled || block.count == count_ || std::holds_alternative<End>(block.action)) {
     return false;
   }
@@ -265,7 +265,7 @@ std::vector<double> Interpolator::velocities() const {
   return velocities;
 }
 
-// What is done so far was done with the old factor.
+// The motion so far used the old factor.
 void Interpolator::set_feed_override(double factor) {
   if (current_ && std::holds_alternative<Motion>(current_->action) && now_ > since_) {
     done_ = done_by(now_, override_);

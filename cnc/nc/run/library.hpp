@@ -1,4 +1,4 @@
-// The global subprograms and cycles a running program has called, parsed once each.
+// The global subprograms and cycles that a running program has called, parsed once each.
 #pragma once
 
 #include <map>
@@ -13,11 +13,12 @@ namespace millrace::cnc::nc::run {
 
 class Library {
  public:
-  /// A program by the name it is called by. Asks the environment, then the cycles that come with
-  /// this library (cycles.hpp). A fault if it is nowhere or has mistakes.
+  /// Finds a program by the name in its call: first in the environment, then among the cycles of
+  /// this library (cycles.hpp). A fault if it is in neither, has mistakes, or exceeds the number of
+  /// programs.
   values::Result<std::shared_ptr<const syntax::Program>> find(const std::string& name,
                                                               Environment& environment);
-  /// Files may have changed: forget them.
+  /// Forgets all programs, since files may have changed.
   void clear() { programs_.clear(); }
 
  private:

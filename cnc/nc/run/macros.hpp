@@ -12,7 +12,7 @@
 
 namespace millrace::cnc::nc::run {
 
-/// Macros in macros, at most; a macro that uses itself ends there.
+/// Deepest nesting of macros; it also ends a macro that uses itself.
 inline constexpr int deepest_macro = 10;
 
 class Macros {
@@ -20,10 +20,10 @@ class Macros {
   values::Result<void> define(const std::string& name, const std::string& text);
   void clear() { macros_.clear(); }
   [[nodiscard]] bool contains(std::string_view name) const { return macros_.contains(name); }
-  /// The text of a macro that exists.
+  /// The text of an existing macro.
   [[nodiscard]] const std::string& text(std::string_view name) const;
-  /// The text read as an expression, or as the words of a block; a fault if it is none, or if
-  /// there is no such macro. Read once, then kept.
+  /// The macro's text, parsed as an expression or as the words of a block; a fault if it is not
+  /// one, or if the macro does not exist. Parsed once, then kept.
   values::Result<std::shared_ptr<const syntax::Expression>> expression(std::string_view name);
   values::Result<std::shared_ptr<const syntax::Words>> words(std::string_view name);
 

@@ -94,7 +94,7 @@ Result<void> Memory::assign(std::string_view name, const Value& value) {
   if (!creates || name.ends_with(']')) {
     return missing(name);
   }
-  // Made by its first value: a number, or a string where the value is one.
+  // The first value creates the variable: as a string if it is one, otherwise as a number.
   VariableShape shape;
   if (std::holds_alternative<std::string>(value) && *family != VariableFamily::parameter) {
     shape = {VariableType::string, longest_variable_string, {}};

@@ -1,5 +1,5 @@
-// Everything a channel's programs remember: parameters and their own variables, each kind with its
-// life time (IB/tf5200_programming_manual/207966475, 207973899 and 486123531).
+// The parameters and variables of a channel's programs, each kind with its life time
+// (IB/tf5200_programming_manual/207966475, 207973899 and 486123531).
 #pragma once
 
 #include <map>
@@ -14,20 +14,20 @@
 
 namespace millrace::cnc::nc::run {
 
-/// What the caller of a cycle passes, by number: @P1.
+/// The arguments of a cycle, by number: @P1.
 using CycleArguments = std::map<long, Value>;
 
 class Memory : public VariableDirectory {
  public:
   Memory();
 
-  /// A main program starts: P and V.P are gone, V.S stays.
+  /// A main program starts: deletes all variables except V.S.
   void start_program();
-  /// A subprogram begins or ends; a cycle brings arguments.
+  /// A subprogram begins or ends; a cycle has arguments.
   void enter_level(std::optional<CycleArguments> arguments);
   void leave_level();
 
-  /// Is it one of the variables kept here (P, V.P, V.L, V.S, V.CYC)?
+  /// True for the variables stored here (P, V.P, V.L, V.S, V.CYC).
   [[nodiscard]] static bool owns(std::string_view name);
   /// An assignment of a program, which creates single P, V.P and V.S.
   values::Result<void> assign(std::string_view name, const Value& value);
@@ -45,7 +45,7 @@ class Memory : public VariableDirectory {
   [[nodiscard]] std::optional<VariableInfo> find(std::string_view name) const override;
   [[nodiscard]] values::Result<Value> read(std::string_view name) const override;
   values::Result<void> overwrite(std::string_view name, const Value& value) override;
-  /// A variable, or an element of an array, of this name.
+  /// True if a variable, or an element of an array, has this name.
   [[nodiscard]] bool exists(std::string_view name) const;
 
  private:
@@ -55,7 +55,7 @@ class Memory : public VariableDirectory {
     std::optional<CycleArguments> arguments;
   };
   [[nodiscard]] static std::optional<VariableFamily> family_of(std::string_view name);
-  /// Where a name is, or where it would be made.
+  /// The table that has this name, or in which it would be created.
   [[nodiscard]] const VariableTable& table_of(VariableFamily family, std::string_view name) const;
   [[nodiscard]] VariableTable& table_of(VariableFamily family, std::string_view name);
 

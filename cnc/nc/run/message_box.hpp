@@ -1,4 +1,4 @@
-// Counts the messages of #MSG: a receiver that does not read stops the program after ten of them
+// Counts the messages of #MSG: the program stops after ten messages that the receiver has not read
 // (IB/tf5200_programming_manual/507845131, documented).
 #pragma once
 
@@ -16,13 +16,13 @@ class MessageBox {
 
   /// No further message may be sent.
   [[nodiscard]] bool full() const { return sent_ - read_ >= most_unread; }
-  /// Numbers the message, which is to be emitted then; gives the number.
+  /// Numbers a message before it is emitted; returns the number.
   std::uint64_t send(MessageEvent& message);
-  /// Read up to this number.
+  /// Marks the messages up to this number as read.
   void read(std::uint64_t number);
   void acknowledge(std::uint64_t number);
   [[nodiscard]] bool acknowledged(std::uint64_t number) const { return !awaited_.contains(number); }
-  /// The program ends: nobody waits any more, unread messages are forgotten.
+  /// The program ends: waits for no acknowledgement, counts all messages as read.
   void reset();
 
  private:
@@ -30,7 +30,7 @@ class MessageBox {
   bool read_at_once_;
   std::uint64_t sent_ = 0;
   std::uint64_t read_ = 0;
-  /// Messages whose acknowledge somebody waits for.
+  /// Messages whose acknowledgement is pending.
   std::set<std::uint64_t> awaited_;
 };
 

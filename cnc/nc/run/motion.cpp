@@ -1,4 +1,4 @@
-// Reading the words of a block; what they make the axes do is in motion_path.cpp.
+// Reads the words of a block; motion_path.cpp computes the motion of the axes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,8 +15,8 @@ using values::Result;
 
 constexpr double longest_seconds = 1e9;
 constexpr double largest_position = 1e9;
-// G functions that change nothing the simulation shows: tool radius off, zero offsets, exact stop
-// and path mode, feed per minute.
+// G functions without an effect on the simulation: tool radius off, zero offsets, exact stop and
+// path mode, feed per minute.
 constexpr std::array<int, 12> ignored_g = {40, 53, 54, 55, 56, 57, 58, 59, 60, 64, 71, 94};
 
 // Spindle, tool and correction have no effect on the simulated path.
@@ -130,7 +130,7 @@ Result<void> MotionState::read_m(double number, Draft& draft) const {
   }
 }
 
-// @X, @Y and @Z are the channel's first three axes, whatever they are called.
+// @X, @Y and @Z are the channel's first three axes, whatever their names.
 std::size_t MotionState::find_axis(const std::string& address) const {
   const std::size_t count = options_.axes.size();
   if (address.size() == 2 && address.front() == '@' && address.back() >= 'X') {

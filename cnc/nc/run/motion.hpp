@@ -1,4 +1,4 @@
-// From the words of a block to what the interpolator executes: G functions, axes, feed, M
+// Converts the words of a block to actions of the interpolator: G functions, axes, feed, M
 // functions.
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace millrace::cnc::nc::run {
 
-/// A word with its value computed.
+/// A word with its computed value.
 struct WordValue {
   std::string address;
   double value = 0;
 };
 
-/// How the words of a block end the program or the subprogram.
+/// Whether the words of a block end the program or the subprogram.
 enum class BlockEnd { none, subprogram, program };
 
-/// What a block means.
+/// The meaning of a block.
 struct Meaning {
   std::vector<Block::Action> actions;
   BlockEnd end = BlockEnd::none;
@@ -29,7 +29,7 @@ struct Meaning {
 
 struct MotionOptions {
   std::vector<std::string> axes;
-  /// In the order of the axes; axes beyond these go anywhere.
+  /// In the order of the axes; axes without an entry are unlimited.
   std::vector<AxisLimits> limits;
   /// mm/min
   double rapid_feed = 0;
@@ -37,24 +37,24 @@ struct MotionOptions {
   bool optional_stop = false;
 };
 
-/// Along a straight line between two positions of all axes.
+/// Length of the straight line between two positions of all axes.
 [[nodiscard]] double path_length(const std::vector<double>& from, const std::vector<double>& to);
 
-/// What G and F functions leave behind for the blocks that follow, and the programmed position.
+/// The modal state of G and F functions for the following blocks, and the programmed position.
 class MotionState {
  public:
   explicit MotionState(MotionOptions options);
 
-  /// A program starts with the axes here.
+  /// A program starts at this position of the axes.
   void reset(const std::vector<double>& position);
   /// M01 stops from the next block on.
   void set_optional_stop(bool on) { options_.optional_stop = on; }
-  /// Fault for an unknown word, an axis the channel does not have, a feed missing, a circle that
-  /// cannot be (circle.hpp).
+  /// Fails for an unknown word, an axis that the channel does not have, a missing feed, or an
+  /// impossible circle (circle.hpp).
   values::Result<Meaning> interpret(const std::vector<WordValue>& words);
   /// A pause, in the channel's time scale.
   [[nodiscard]] Dwell dwell(double seconds) const { return {scaled(seconds)}; }
-  /// Programmed position of the axes, as far as the decoder has got.
+  /// Programmed position of the axes, up to the current block of the decoder.
   [[nodiscard]] const std::vector<double>& position() const { return position_; }
 
  private:
@@ -65,12 +65,12 @@ class MotionState {
   // motion.cpp
   values::Result<void> read_word(const WordValue& word, Draft& draft);
   values::Result<void> read_g(double number, Draft& draft);
-  /// False if it is none of the functions that stay until another one of their group.
+  /// False if the function is not modal.
   bool read_modal_g(int function);
   values::Result<void> read_m(double number, Draft& draft) const;
   values::Result<void> read_feed(double feed);
   values::Result<void> read_axis(const WordValue& word, Draft& draft) const;
-  /// I, J, K and R, unless the channel has an axis of that name; false if it is none of these.
+  /// I, J, K and R, unless the channel has an axis of that name; false for any other word.
   values::Result<bool> read_circle_word(const WordValue& word, Draft& draft);
   /// Index of an axis, or the number of axes if the channel does not have it.
   [[nodiscard]] std::size_t find_axis(const std::string& address) const;
@@ -79,7 +79,8 @@ class MotionState {
   values::Result<void> move(const Draft& draft, Meaning& meaning);
   [[nodiscard]] values::Result<std::optional<Arc>> arc_to(const std::vector<double>& target,
                                                           const Draft& draft) const;
-  /// Minutes the slowest axis needs for the way to a target, along an arc if there is one.
+  /// The time in minutes that the slowest axis needs for the motion to a target, along an arc if
+  /// there is one.
   [[nodiscard]] double least_time(const std::vector<double>& target,
                                   const std::optional<Arc>& arc) const;
   [[nodiscard]] values::Result<void> check_limits(const std::vector<double>& target) const;
@@ -95,7 +96,7 @@ class MotionState {
   bool absolute_centre_ = false;
   /// G165
   bool corrected_centre_ = true;
-  /// R, which stays for the circles that follow.
+  /// R, which also applies to the following circles.
   std::optional<double> radius_;
   /// mm/min; 0 = none programmed yet.
   double feed_ = 0;

@@ -1,4 +1,4 @@
-// Lines and circles: where a block leads, whether that can be, and how long it takes.
+// Lines and circles: the target of a block, whether it can be reached, and the duration.
 #include <cmath>
 
 #include "cnc/nc/run/motion_draft.hpp"
@@ -89,7 +89,7 @@ Result<std::optional<Arc>> MotionState::arc_to(const std::vector<double>& target
   });
 }
 
-// The axes that are not on the arc go along with it, evenly (documented).
+// The axes that are not on the arc move linearly with it (documented).
 Result<void> MotionState::move(const Draft& draft, Meaning& meaning) {
   std::vector<double> target = position_;
   for (const auto& [axis, value] : draft.axes) {

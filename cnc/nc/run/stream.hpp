@@ -1,5 +1,5 @@
-// Blocks that are written to a channel while it runs them: what is read instead of a file when the
-// streaming program is started or called (IB/tf5200_data_streaming/222568459, documented).
+// Blocks that are written to a channel while it runs them: they replace the file when the streaming
+// program is started or called (IB/tf5200_data_streaming/222568459, documented).
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace millrace::cnc::nc::run {
 
 class Stream {
  public:
-  /// Adds one packet of whole blocks. Fault 11012 if there is no room for it now: write it again
+  /// Adds one packet of whole blocks. Fault 11012 if the stream is full: write the packet again
   /// later (IB/tf5200_data_streaming/222591499, documented).
   values::Result<void> write(std::string packet) {
     if (bytes_ + packet.size() > capacity) {
@@ -24,8 +24,8 @@ class Stream {
     return {};
   }
   [[nodiscard]] bool empty() const { return packets_.empty(); }
-  /// The next packet, which there must be. Fault 21476 if its last block does not end with CR and
-  /// LF (IB/tf5200_data_streaming/222589963, documented).
+  /// Removes and returns the next packet; there must be one. Fault 21476 if its last block does not
+  /// end with CR and LF (IB/tf5200_data_streaming/222589963, documented).
   values::Result<std::string> take() {
     std::string packet = std::move(packets_.front());
     packets_.pop_front();

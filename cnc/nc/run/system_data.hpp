@@ -1,11 +1,10 @@
-// What the interpolator writes into system data when it gets to a block: SSD, SSDE, SSDQ, SSDQInit.
+// The writes of the interpolator to system data when it reaches a block: SSD, SSDE, SSDQ, SSDQInit.
 //
 // A queue is an array of at least three elements and a control structure with two members:
-// LastFilled, the element that was written last, and LastGet, the one that was read last. They
-// differ where there are messages; an element is written before LastFilled says so. A message that
-// would take the place of LastGet is a runtime error and nothing is overwritten (documented,
-// DOK-MTX***-NC*F*EX*V13, p. 655; that indices count from 1, and that a queue of n elements so
-// holds n - 1 messages, is inferred).
+// LastFilled, the last written element, and LastGet, the last read one. They differ while there are
+// messages. An element is written before LastFilled. A message that would overwrite the element of
+// LastGet is a runtime error, and nothing is written (documented, DOK-MTX***-NC*F*EX*V13, p. 655;
+// inferred: indices count from 1, so a queue of n elements holds n - 1 messages).
 #pragma once
 
 #include <string>
@@ -41,11 +40,11 @@ struct QueueControl {
   long last_get = 1;
 };
 
-/// The element the next message goes into. A fault if the queue has less than three elements, is
-/// full, or its control structure names none of its elements (then SSDQInit is missing).
+/// The element for the next message. A fault if the queue has less than three elements, is full, or
+/// its control structure contains an invalid element (then SSDQInit is missing).
 [[nodiscard]] values::Result<long> next_position(const QueueControl& control, long elements);
 
-/// Faults: those of next_position(), and what the environment finds wrong with names and values.
+/// Faults: those of next_position(), and those of the environment for names and values.
 values::Result<void> carry_out(const DataOrder& order, Environment& environment);
 
 }  // namespace millrace::cnc::nc::run

@@ -7,7 +7,7 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-// What stands behind a prefix, if the name has it.
+// The rest of the name after a prefix; nullopt if the name does not have the prefix.
 std::optional<std::string_view> behind(std::string_view prefix, std::string_view name) {
   return name.starts_with(prefix) ? std::optional(name.substr(prefix.size())) : std::nullopt;
 }

@@ -1,7 +1,7 @@
-// The variables of the controller that the channel itself knows best; programs can only read them.
+// The variables of the controller whose values the channel has itself; programs can only read them.
 //
 //   V.G.TIMER[n]           milliseconds at the last #TIMER READ
-//   V.A.ABS.X, V.A.WCS.X   programmed position, as far as the decoder has got
+//   V.A.ABS.X, V.A.WCS.X   programmed position, up to the current block of the decoder
 //   V.A.ACT_POS.X          position in the interpolator
 #pragma once
 
@@ -19,12 +19,12 @@ namespace millrace::cnc::nc::run {
 
 class SystemVariables {
  public:
-  /// What they are read from outlives them.
+  /// The arguments must outlive this object.
   SystemVariables(const std::vector<std::string>& axes, const MotionState& motion,
                   const Interpolator& interpolator, const Timers& timers)
       : axes_(axes), motion_(motion), interpolator_(interpolator), timers_(timers) {}
 
-  /// Nothing if the variable is not one of these.
+  /// Nullopt for any other variable.
   [[nodiscard]] std::optional<double> read(std::string_view name) const;
 
  private:

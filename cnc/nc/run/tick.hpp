@@ -1,4 +1,4 @@
-// What the stages of a channel are given in each tick.
+// The inputs of a channel's stages in each tick.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ struct Tick {
   /// Simulated time to advance to.
   Duration now;
   Environment& environment;
-  /// Takes what is told to the outside.
+  /// Takes the events.
   const std::function<void(Event)>& emit;
 };
 

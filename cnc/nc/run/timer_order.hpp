@@ -1,4 +1,4 @@
-// Carries out a #TIMER command, in whichever stage it falls due.
+// Executes a #TIMER command, in the decoder or in the interpolator.
 #pragma once
 
 #include "cnc/nc/run/block.hpp"
@@ -6,7 +6,7 @@
 
 namespace millrace::cnc::nc::run {
 
-/// The order's id is below Timers::count.
+/// The order's id must be below Timers::count.
 inline void carry_out(const TimerOrder& order, Timers& timers, Duration now) {
   switch (order.action) {
     case syntax::TimerAction::start:

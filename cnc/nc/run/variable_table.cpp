@@ -12,7 +12,7 @@ namespace {
 using values::fault;
 using values::Result;
 
-// Of one table. The vendor's limits are settings; these are our choice.
+// Limit of one table. The vendor's limits are settings; these are our choice.
 constexpr std::size_t most_elements = 20'000;
 
 std::size_t elements_of(const VariableShape& shape) {

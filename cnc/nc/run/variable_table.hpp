@@ -13,7 +13,7 @@
 
 namespace millrace::cnc::nc::run {
 
-/// A name as written, taken apart: "V.P.TABLE[2][0]" is V.P.TABLE and 2, 0.
+/// The parts of a name: "V.P.TABLE[2][0]" is V.P.TABLE and 2, 0.
 struct ElementName {
   std::string_view variable;
   std::vector<long> indices;
@@ -25,8 +25,8 @@ inline constexpr std::size_t longest_variable_string = 127;
 
 class VariableTable {
  public:
-  /// Makes a variable with these first values (missing ones are 0 or ""). One that exists keeps
-  /// its values if its shape is the same and none are given; another shape is a fault.
+  /// Creates a variable with these initial values (missing ones are 0 or ""). An existing one of
+  /// the same shape keeps the values that `initial` does not replace; another shape is a fault.
   values::Result<void> declare(const std::string& name, const VariableShape& shape,
                                std::span<const Value> initial);
   [[nodiscard]] values::Result<Value> read(std::string_view name) const;
@@ -49,7 +49,7 @@ class VariableTable {
   [[nodiscard]] static values::Result<std::size_t> position(const Variable& variable,
                                                             const ElementName& name);
   std::map<std::string, Variable, std::less<>> variables_;
-  /// Elements of all variables together, which are bounded.
+  /// Elements of all variables together, which are limited.
   std::size_t elements_ = 0;
 };
 

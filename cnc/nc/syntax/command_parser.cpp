@@ -181,7 +181,7 @@ struct Command {
   std::string_view name;
   Statement (*parse)(Cursor&);
 };
-// By first words. #COMMENT is read by the program parser: it is about text, not about blocks.
+// By first words. The program parser reads #COMMENT, which concerns text and not blocks.
 constexpr std::array<Command, 12> commands = {{
     {"DELETE", parse_deletion},
     {"DISABLE", parse_disable},

@@ -1,5 +1,5 @@
-// Reads # commands. All of them are in one table in command_parser.cpp; the larger ones have a
-// file of their own.
+// Parses # commands. All of them are in one table in command_parser.cpp; the larger ones have their
+// own files.
 #pragma once
 
 #include "cnc/nc/syntax/cursor.hpp"
@@ -7,14 +7,14 @@
 
 namespace millrace::cnc::nc::syntax {
 
-/// A command behind its `#`.
+/// A command after its `#`.
 [[nodiscard]] Statement parse_command(Cursor& cursor);
 
-/// #MSG in all its forms, behind its name (message_parser.cpp). Errors 20721, 20724 and 20726.
+/// All forms of #MSG, after the name (message_parser.cpp). Errors 20721, 20724 and 20726.
 [[nodiscard]] Statement parse_message(Cursor& cursor);
-/// #VAR … #ENDVAR, behind the first (declaration_parser.cpp).
+/// #VAR … #ENDVAR, after #VAR (declaration_parser.cpp).
 [[nodiscard]] Statement parse_declarations(Cursor& cursor);
-/// #DELETE, behind its name (declaration_parser.cpp).
+/// #DELETE, after its name (declaration_parser.cpp).
 [[nodiscard]] Statement parse_deletion(Cursor& cursor);
 
 }  // namespace millrace::cnc::nc::syntax

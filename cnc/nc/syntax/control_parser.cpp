@@ -84,7 +84,7 @@ ControlParser::Open* ControlParser::innermost(Kind kind) {
     cursor_.fail_at(word_, word + " without " + std::string(opening_word(kind)));
     return nullptr;
   }
-  // Forget what was left open inside, so that one slip is one mistake.
+  // Drops the statements left open inside, so that one slip is one mistake.
   cursor_.fail_at(word_, word + ", but the " + std::string(opening_word(open_.back().kind)) +
                              " of line " + std::to_string(open_.back().line) + " is still open");
   while (open_.back().kind != kind) {
@@ -132,7 +132,7 @@ void ControlParser::parse_if() {
   open_.back().branch = branch;
 }
 
-// Another part begins: the one before jumps behind $ENDIF, its condition leads here.
+// Begins another part: the previous one jumps to after $ENDIF, its condition jumps here.
 void ControlParser::begin_if_part(Open& statement) {
   if (statement.branch == none) {
     cursor_.fail_at(word_, "$ELSE was the last part of this $IF");

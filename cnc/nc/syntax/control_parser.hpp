@@ -1,5 +1,5 @@
-// Reads $ statements and turns them into jumps (IB/tf5200_programming_manual/206901003 and the
-// pages behind it). All of them are in one table in control_parser.cpp.
+// Parses $ statements and reduces them to jumps (IB/tf5200_programming_manual/206901003 and the
+// pages after it). All of them are in one table in control_parser.cpp.
 #pragma once
 
 #include <string_view>
@@ -14,22 +14,22 @@ class ControlParser {
  public:
   ControlParser(Cursor& cursor, RoutineWriter& writer) : cursor_(cursor), writer_(writer) {}
 
-  /// A statement behind its `$`.
+  /// A statement after its `$`.
   void parse();
-  /// The routine ends: what is still open is a mistake.
+  /// The routine ends: open statements are mistakes.
   void finish();
 
  private:
   enum class Kind { if_, while_, do_, repeat, for_, switch_ };
 
-  /// A statement whose end has not come yet.
+  /// A statement without its end yet.
   struct Open {
     Kind kind{};
     int line = 0;
     int column = 0;
     /// First operation of the loop, or the Switch.
     std::size_t begin = 0;
-    /// $IF: the Branch of the part that is open; none behind $ELSE.
+    /// $IF: the Branch of the open part; none after $ELSE.
     std::size_t branch = none;
     /// Jumps and branches that leave it.
     std::vector<std::size_t> exits;
@@ -64,10 +64,10 @@ class ControlParser {
   void parse_goto();
 
   void open(Kind kind, std::size_t begin);
-  /// The innermost open statement of this kind; a mistake if another one is open inside, and null
-  /// if there is none.
+  /// The innermost open statement of this kind, or null. Reports a mistake if another statement is
+  /// open inside.
   Open* innermost(Kind kind);
-  /// Ends the innermost statement: patches what leaves it to the next operation.
+  /// Ends the innermost statement: directs its exits to the next operation.
   void close();
   void patch(const std::vector<std::size_t>& operations, std::size_t target);
   void set_target(std::size_t operation, std::size_t target);
@@ -75,7 +75,7 @@ class ControlParser {
 
   Cursor& cursor_;
   RoutineWriter& writer_;
-  /// The word in hand, for messages.
+  /// The current word, for messages.
   Token word_;
   std::vector<Open> open_;
 

@@ -7,7 +7,7 @@
 namespace millrace::cnc::nc::syntax {
 namespace {
 
-// Limit of the reader (IB/tf5200_diagnosis/1250485899, documented).
+// Limit of the kernel's reader (IB/tf5200_diagnosis/1250485899, documented).
 constexpr std::size_t longest_block = 4096;
 constexpr int deepest_expression = 100;
 constexpr std::size_t most_mistakes = 100;
@@ -32,7 +32,7 @@ Cursor::Cursor(std::string file, std::string_view text, std::vector<Diagnostic>&
 
 void Cursor::advance() {
   if (token_.ends_block()) {
-    return;  // only next_block leaves a block
+    return;  // only next_block() leaves a block
   }
   token_ = lexer_.next();
   if (token_.begin - block_begin_ > longest_block) {

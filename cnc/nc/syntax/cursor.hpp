@@ -1,7 +1,7 @@
-// The parser's reading head: the current token, and the mistakes found so far.
+// The parser's cursor: the current token, and the mistakes found so far.
 //
-// After a mistake the cursor stands at the end of its block until `next_block`, so a parser need
-// not unwind: every loop ends, and one run reports a mistake of each block.
+// After a mistake the cursor is at the end of its block until `next_block`, so a parser need not
+// unwind: every loop ends, and one run reports a mistake of each block.
 #pragma once
 
 #include <string>
@@ -17,37 +17,37 @@ namespace millrace::cnc::nc::syntax {
 
 class Cursor {
  public:
-  /// The text must outlive the cursor; mistakes go to `mistakes`.
+  /// The text must outlive the cursor; mistakes are added to `mistakes`.
   Cursor(std::string file, std::string_view text, std::vector<Diagnostic>& mistakes);
 
   [[nodiscard]] const Token& peek() const { return token_; }
-  /// The current token; the cursor goes on.
+  /// Returns the current token and advances.
   Token take();
   /// Takes the token if it is this symbol.
   bool accept(std::string_view symbol);
-  /// Takes the token if it is this name, in any case.
+  /// Takes the token if it is this name, case-insensitive.
   bool accept_word(std::string_view word);
-  /// Like accept, but a mistake if something else is there.
+  /// Like accept(), but any other token is a mistake.
   void expect(std::string_view symbol);
   [[nodiscard]] bool at_word(std::string_view word) const;
   [[nodiscard]] bool at_block_end() const { return token_.ends_block(); }
   [[nodiscard]] bool at_program_end() const { return token_.kind == TokenKind::end_of_program; }
 
-  /// Special cuts of the text, see Lexer.
+  /// Special tokens, see Lexer.
   Token take_letter();
   Token take_raw_word();
   Token take_name_part();
-  /// Behind `#COMMENT BEGIN`; false if its end is missing.
+  /// Call it after `#COMMENT BEGIN`; false if the end is missing.
   bool skip_comment_lines();
 
   /// A mistake at the current token, or at another one of this block.
   void fail(std::string text, int id = 0);
   void fail_at(const Token& token, std::string text, int id = 0);
-  /// A mistake elsewhere, that does not end the block.
+  /// A mistake elsewhere that does not end the block.
   void report(int line, int column, std::string text, int id = 0);
   void report(Place place, std::string text, int id = 0);
   [[nodiscard]] bool failed() const { return failed_; }
-  /// A mistake of the program that keeps nobody from reading it.
+  /// A mistake that does not prevent the parsing of the program.
   void doubt_at(const Token& token, std::string text);
   [[nodiscard]] std::vector<Diagnostic> take_doubts() { return std::exchange(doubts_, {}); }
 
@@ -56,11 +56,11 @@ class Cursor {
   /// N number of the current block, for messages.
   void set_block_number(long number) { block_number_ = number; }
 
-  /// External variables (V.E.) seen in this block.
+  /// External variables (V.E.) in this block.
   void note_external(ExternalUse external) { externals_.push_back(std::move(external)); }
   [[nodiscard]] const std::vector<ExternalUse>& externals() const { return externals_; }
 
-  /// Nesting of expressions, bounded because the parser calls itself.
+  /// Nesting of expressions, limited because the parser is recursive.
   bool enter();
   void leave() { --depth_; }
 
@@ -79,7 +79,7 @@ class Cursor {
   std::vector<Diagnostic> doubts_;
 };
 
-/// What a token looks like in a message: `"X" `, "the end of the block".
+/// A token in a message: `"X" `, "the end of the block".
 [[nodiscard]] std::string describe(const Token& token);
 
 }  // namespace millrace::cnc::nc::syntax

@@ -9,7 +9,7 @@ namespace millrace::cnc::nc::syntax {
 namespace {
 
 constexpr std::size_t longest_string = 127;
-constexpr std::size_t most_initial_values = 4096;  // more do not fit a block
+constexpr std::size_t most_initial_values = 4096;  // the most that fit into a block
 
 // STRING or STRING[n]
 void parse_string_type(Cursor& cursor, Declaration& declaration) {

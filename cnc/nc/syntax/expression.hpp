@@ -1,5 +1,5 @@
-// Expressions and references to variables, as the parser leaves them and the interpreter evaluates
-// them. Immutable after parsing.
+// Expressions and references to variables, which the parser makes and the interpreter evaluates.
+// Immutable after parsing.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ struct Number {
   double value = 0;
 };
 
-/// "…": a string, or the name of a macro where one of that name is defined.
+/// "…": a string, or the name of a macro if one of that name is defined.
 struct Text {
   std::string text;
 };
@@ -60,7 +60,7 @@ struct Variable {
   std::vector<VariablePart> parts;
 };
 
-/// @P1: what the caller of a cycle passed.
+/// @P1: an argument of a cycle.
 struct CycleParameter {
   ExpressionPointer number;
 };

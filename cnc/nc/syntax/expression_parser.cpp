@@ -31,7 +31,7 @@ constexpr std::array<BinaryRule, 20> binary_rules = {{
 }};
 constexpr int lowest_precedence = 1;
 constexpr int unary_precedence = 10;
-// A chain a+a+a… nests to the left; what evaluates or deletes it calls itself as deep.
+// A chain a+a+a… nests to the left; its evaluation and its deletion recurse as deep.
 constexpr int longest_chain = 500;
 
 struct NamedNumber {
@@ -179,7 +179,7 @@ Expression parse_unary(Cursor& cursor) {
   return parse_primary(cursor);
 }
 
-// Operators of at least this precedence, by precedence climbing; all bind to the left.
+// Operators of at least this precedence, by precedence climbing; all are left-associative.
 Expression parse_binary(Cursor& cursor, int precedence) {
   if (!cursor.enter()) {
     return {};

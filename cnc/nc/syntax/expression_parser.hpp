@@ -1,4 +1,4 @@
-// Reads expressions and references to variables at the cursor. On a mistake the cursor has failed
+// Parses expressions and references to variables at the cursor. On a mistake the cursor has failed
 // and the result is a placeholder.
 //
 // Precedence, lowest first (our reading; the manual only promises the usual rules):
@@ -18,7 +18,7 @@ namespace millrace::cnc::nc::syntax {
 [[nodiscard]] Expression parse_word_value(Cursor& cursor);
 /// P10, V.P.A[2], @P1: at the left of an assignment or in a query.
 [[nodiscard]] Reference parse_reference(Cursor& cursor);
-/// Does a reference start here?
+/// True if a reference begins here.
 [[nodiscard]] bool at_reference(const Cursor& cursor);
 
 }  // namespace millrace::cnc::nc::syntax

@@ -13,7 +13,7 @@ constexpr std::array<std::string_view, 11> two_character_symbols = {
 constexpr std::string_view one_character_symbols = "[]=+-*/<>!&|^,:#$%@.";
 constexpr std::size_t comment_end_limit = 128;
 
-// `#COMMENT END`, perhaps behind a block number.
+// `#COMMENT END`, optionally after a block number.
 bool ends_comment(std::string_view line) {
   Lexer lexer(line);
   Token token = lexer.next();
@@ -24,8 +24,8 @@ bool ends_comment(std::string_view line) {
          same_word(lexer.next().text, "END");
 }
 
-// Backslashes one behind the other. They mean something right before a quotation mark only: an odd
-// one escapes it, two are one.
+// Number of consecutive backslashes. They have a meaning only before a quotation mark: an odd one
+// escapes it, two are one backslash.
 std::size_t backslashes_at(std::string_view text, std::size_t at) {
   const std::size_t end = text.find_first_not_of('\\', at);
   return (end == std::string_view::npos ? text.size() : end) - at;
@@ -41,7 +41,7 @@ std::string unquote(std::string_view quoted) {
     const bool before_mark = quoted[i] == '"';
     out.append(before_mark ? backslashes / 2 : backslashes, '\\');
     if (before_mark && backslashes % 2 == 0) {
-      break;  // The mark that ends the text.
+      break;  // the mark that ends the text
     }
     out += quoted[i];
   }
@@ -54,7 +54,7 @@ void Lexer::skip_to_line_end() {
   }
 }
 
-// Comments nest; one that is not closed ends with its line.
+// Comments nest; an unclosed one ends with its line.
 void Lexer::skip_bracketed_comment() {
   int depth = 0;
   for (; position_ < text_.size() && !is_line_end(text_[position_]); ++position_) {
@@ -71,7 +71,7 @@ std::size_t Lexer::line_end_length(std::size_t position) const {
   return at(position) == '\r' && at(position + 1) == '\n' ? 2 : 1;
 }
 
-// Where the next line begins if a \ here continues this one, else 0.
+// The beginning of the next line if a \ here continues this one, otherwise 0.
 std::size_t Lexer::continued_line() const {
   std::size_t position = position_ + 1;
   while (position < text_.size() && is_blank(text_[position])) {
@@ -155,7 +155,7 @@ Token Lexer::number_token() const {
   return token;
 }
 
-// A run of P before a digit is a token of its own: P12, PP1, XP3 (behind the letter X).
+// A run of P before a digit is a token of its own: P12, PP1, XP3 (after the letter X).
 Token Lexer::name_token() const {
   std::size_t end = position_;
   while (upper(at(end)) == 'P') {
@@ -174,7 +174,7 @@ Token Lexer::string_token() const {
   for (std::size_t end = position_ + 1; end < text_.size() && !is_line_end(text_[end]); ++end) {
     const std::size_t backslashes = backslashes_at(text_, end);
     if (backslashes > 0) {
-      // A mark that they do not escape is looked at next.
+      // An unescaped mark is handled in the next step.
       const bool escapes = backslashes % 2 == 1 && at(end + backslashes) == '"';
       end += escapes ? backslashes : backslashes - 1;
     } else if (text_[end] == '"') {

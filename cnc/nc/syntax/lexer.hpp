@@ -1,8 +1,8 @@
-// Cuts a program text into tokens, one at a time.
+// Splits a program text into tokens, one at a time.
 //
-// The parser pulls tokens because some depend on where they stand: N10G01X5 is one name to an
-// expression but three words to a block. So the parser may take only the first letter of a name,
-// or a raw word such as a file name, and the lexer goes on behind it.
+// The parser pulls tokens because some depend on their context: N10G01X5 is one name to an
+// expression but three words to a block. So the parser may take only the first letter of a name, or
+// a raw word such as a file name, and the lexer continues after it.
 //
 // Comments, blanks and continued lines (\ at the line's end) separate tokens and are skipped
 // (IB/tf5200_programming_manual/205979659, documented).
@@ -19,18 +19,17 @@ class Lexer {
   /// The text must outlive the lexer and its tokens.
   explicit Lexer(std::string_view text) : text_(text) {}
 
-  /// The token at the current position; goes behind it.
+  /// Returns the token at the current position and advances past it.
   Token next();
-  /// The first letter of a name alone; goes behind it.
+  /// Returns only the first letter of a name and advances past it.
   Token letter(const Token& name);
-  /// The characters from a token up to a blank, a comment, a bracket, a comma or a quote: a file
-  /// or program name.
+  /// The characters from a token up to a blank, a comment, a bracket, a comma or a quote: a file or
+  /// program name.
   Token raw_word(const Token& first);
-  /// One part of a variable's name behind a dot: also digits first, also + and - first
-  /// (V.A.+SWE.X).
+  /// One part of a variable's name after a dot; it may begin with a digit, + or - (V.A.+SWE.X).
   Token name_part(const Token& first);
-  /// Skips whole lines behind a token, up to and including the one that says `#COMMENT END`;
-  /// false if there is none.
+  /// Skips whole lines after a token, up to and including the line `#COMMENT END`; false if there
+  /// is none.
   bool skip_comment_lines(const Token& last);
 
  private:

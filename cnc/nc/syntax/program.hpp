@@ -1,6 +1,6 @@
 // A parsed program: routines, each a flat list of operations. Control statements are jumps with
-// their targets resolved, so a $GOTO may go anywhere within its routine and the interpreter needs
-// no stack for loops.
+// resolved targets, so a $GOTO may go anywhere within its routine and the interpreter needs no
+// stack for loops.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace millrace::cnc::nc::syntax {
 /// An external variable in a block.
 struct ExternalUse {
   std::string name;
-  /// Vs.E.NAME: synchronous here, whatever the variable is otherwise.
+  /// Vs.E.NAME: synchronous here, independent of the variable's setting.
   bool synchronous = false;
 };
 
@@ -29,7 +29,7 @@ struct Operation {
   std::optional<Expression> number;
   /// Level of a skippable block (/ or /n), 0 = never skipped.
   std::uint8_t skip_level = 0;
-  /// External variables (V.E.) it touches, without indices.
+  /// External variables (V.E.) that it uses, without indices.
   std::vector<ExternalUse> externals;
   Statement statement;
 };
@@ -48,7 +48,7 @@ struct Program {
   Routine main;
   /// Local subprograms by name.
   std::map<std::string, Routine, std::less<>> subprograms;
-  /// What can be read and will fail where it is executed: unknown members of V.G.SERVICE.
+  /// Mistakes that only fail on execution: unknown members of V.G.SERVICE.
   std::vector<Diagnostic> doubts;
 };
 

@@ -15,13 +15,13 @@
 namespace millrace::cnc::nc::syntax {
 namespace {
 
-// Bounds of what a program may cost; our choice.
+// Limits of a program; our choice.
 constexpr std::size_t largest_program = 16U << 20U;
 constexpr std::size_t most_blocks = 250'000;
 constexpr int skip_levels = 10;
 constexpr double largest_block_number = 1e9;
 
-// A number that is written out and fits a block number.
+// The value of a literal number in the range of block numbers.
 std::optional<long> constant(const Expression& expression) {
   const auto* number = std::get_if<Number>(&expression.node);
   if (number == nullptr || !(std::abs(number->value) < largest_block_number)) {
@@ -77,7 +77,7 @@ class ProgramParser {
     begin_block(std::move(head));
     if (cursor_.at_block_end()) {
       if (numbered) {
-        writer_.add(Words{});  // something that block number can be shown for
+        writer_.add(Words{});  // an operation to show the block number for
       }
     } else if (cursor_.accept("#")) {
       parse_command_block();
@@ -128,7 +128,7 @@ class ProgramParser {
     writer_.begin_routine(program_.main);
   }
 
-  // What must be complete within a routine.
+  // Checks what must be complete within a routine.
   void end_routine() {
     control_.finish();
     check_targets();
@@ -218,7 +218,7 @@ class ProgramParser {
     control_.parse();
   }
 
-  // Calls of local subprograms whose names are written out.
+  // Checks calls of local subprograms with literal names.
   void check_calls() {
     check_calls(program_.main);
     for (const auto& [name, subprogram] : program_.subprograms) {
@@ -237,7 +237,7 @@ class ProgramParser {
     }
   }
 
-  // Targets of $GOTO that are written out can be checked before the program runs.
+  // Literal targets of $GOTO can be checked before the program runs.
   void check_targets() {
     for (const Operation& operation : routine().operations) {
       const auto* jump = std::get_if<Goto>(&operation.statement);
@@ -257,7 +257,7 @@ class ProgramParser {
     }
   }
 
-  // A mistake of an operation that was read long ago.
+  // A mistake of an operation that was read earlier.
   void report(const Operation& operation, std::string text) {
     const auto number = operation.number ? constant(*operation.number) : std::nullopt;
     cursor_.report({program_.file, operation.line, operation.column, number.value_or(0)},

@@ -1,4 +1,4 @@
-// From the text of a program to its routines, with every mistake found on the way.
+// Parses the text of a program into its routines, and collects every mistake.
 //
 //   auto parsed = parse_program("demo.nc", text);
 //   if (!parsed) for (const Diagnostic& mistake : parsed.error()) …
@@ -15,8 +15,8 @@
 
 namespace millrace::cnc::nc::syntax {
 
-/// A program that can be read (`Program::doubts` may be wrong all the same), or all of its mistakes
-/// (at most 200), in the order of the text.
+/// The parsed program (which may still have `Program::doubts`), or all of its mistakes (at most
+/// 200), in the order of the text.
 [[nodiscard]] tl::expected<Program, std::vector<Diagnostic>> parse_program(const std::string& file,
                                                                            std::string_view text);
 

@@ -16,7 +16,7 @@ bool is_run_of_p(std::string_view name) {
          std::all_of(name.begin(), name.end(), [](char c) { return upper(c) == 'P'; });
 }
 
-// [i][j]… behind a parameter or a part of a name.
+// [i][j]… after a parameter or a part of a name.
 std::vector<Expression> parse_elements(Cursor& cursor) {
   std::vector<Expression> elements;
   while (cursor.peek().is("[") && cursor.peek().adjacent) {
@@ -52,7 +52,7 @@ Parameter parse_parameter(Cursor& cursor) {
   return parameter;
 }
 
-// The name without indices, if it is external.
+// Records the name without indices, if it is external.
 void note_external(Cursor& cursor, const Variable& variable, bool synchronous) {
   if (variable.parts.size() < 3 || variable.parts[0].name != "V" || variable.parts[1].name != "E") {
     return;
@@ -65,7 +65,7 @@ void note_external(Cursor& cursor, const Variable& variable, bool synchronous) {
 }
 
 // The members of the Service Interface are fixed (IB/tf5200_service_interface/356533387,
-// documented): another one aborts the program where it is executed.
+// documented): any other aborts the program on its execution.
 void check_service_member(Cursor& cursor, const Token& first, const Variable& variable) {
   constexpr std::array<std::string_view, 5> members{"UUID", "REQUEST", "REQUEST_STATE",
                                                     "RESPONSE_STATE", "RESPONSE"};

@@ -1,4 +1,4 @@
-// Collects the operations of a routine while it is parsed.
+// Collects the operations of a routine during parsing.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace millrace::cnc::nc::syntax {
 
-/// What is known of a block before its statement.
+/// The part of a block before its statement.
 struct BlockHead {
   int line = 0;
   int column = 0;
@@ -20,15 +20,15 @@ class RoutineWriter {
  public:
   explicit RoutineWriter(Routine& routine) : routine_(&routine) {}
 
-  /// From now on to another routine.
+  /// Continues with another routine.
   void begin_routine(Routine& routine) { routine_ = &routine; }
 
-  /// The operations that follow belong to this block.
+  /// The following operations belong to this block.
   void begin_block(BlockHead head) {
     head_ = std::move(head);
     block_begin_ = next();
   }
-  /// The block's operations touch these external variables.
+  /// The operations of the block use these external variables.
   void note_externals(const std::vector<ExternalUse>& externals) {
     for (std::size_t i = block_begin_; i < next(); ++i) {
       routine_->operations[i].externals = externals;
@@ -36,7 +36,7 @@ class RoutineWriter {
   }
   [[nodiscard]] const BlockHead& head() const { return head_; }
 
-  /// Adds an operation and gives its index. The N number goes with the first of its block.
+  /// Adds an operation and returns its index. The first operation of a block has the N number.
   std::size_t add(Statement statement) {
     routine_->operations.push_back({head_.line,
                                     head_.column,
@@ -46,9 +46,9 @@ class RoutineWriter {
                                     std::move(statement)});
     return routine_->operations.size() - 1;
   }
-  /// Index of the operation that comes next.
+  /// Index of the next operation.
   [[nodiscard]] std::size_t next() const { return routine_->operations.size(); }
-  /// An operation written before, as the statement it is known to be.
+  /// The statement of an earlier operation, which must be a T.
   template <class T>
   T& at(std::size_t index) {
     return std::get<T>(routine_->operations[index].statement);

@@ -1,4 +1,4 @@
-// What a block of a program does. The interpreter visits these; see program.hpp for their order.
+// The statements of a program's blocks. The interpreter visits them; program.hpp has their order.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct Word {
 /// P1 = 3, V.P.A += 2.
 struct Assignment {
   Reference target;
-  /// Unset for `=`.
+  /// Nullopt for `=`.
   std::optional<values::BinaryOperator> operation;
   Expression value;
 };
@@ -32,25 +32,25 @@ struct MacroDefinition {
   std::string text;
 };
 
-/// "NAME" among the words of a block: the text of the macro stands here.
+/// "NAME" among the words of a block: replaced by the text of the macro.
 struct MacroUse {
   std::string name;
 };
 
-/// SSD[SD.NAME = value] and SSDE: assigned when the interpolator gets to the block.
+/// SSD[SD.NAME = value] and SSDE: assigned when the interpolator reaches the block.
 struct DataAssignment {
   Variable target;
   Expression value;
 };
 
-/// SSDQ[SD.QUEUE, SD.CONTROL, value]: a message behind the last one of a queue.
+/// SSDQ[SD.QUEUE, SD.CONTROL, value]: adds a message to the end of a queue.
 struct QueueMessage {
   Variable queue;
   Variable control;
   Expression value;
 };
 
-/// SSDQInit[SD.CONTROL]: the queue is empty.
+/// SSDQInit[SD.CONTROL]: empties the queue.
 struct QueueInit {
   Variable control;
 };
@@ -66,7 +66,7 @@ struct Words {
   bool misprinted_end = false;
 };
 
-/// How a condition is judged (IB/tf5200_programming_manual/206901003, 206940939, 206946827).
+/// How a condition is evaluated (IB/tf5200_programming_manual/206901003, 206940939, 206946827).
 enum class Truth {
   half_or_beyond,  // |value| >= 0.5: $IF, $WHILE
   above_half,      // value > 0.5: $UNTIL, #WAIT FOR
@@ -78,7 +78,7 @@ struct Jump {
   std::size_t target = 0;
 };
 
-/// Goes there if the condition's truth is `when`.
+/// Goes to the target if the condition's truth is `when`.
 struct Branch {
   Expression condition;
   Truth rule = Truth::half_or_beyond;
@@ -86,13 +86,13 @@ struct Branch {
   std::size_t target = 0;
 };
 
-/// $FOR: sets the counter on entry; EndFor steps it and comes back behind it.
+/// $FOR: sets the counter on entry; EndFor steps it and returns to after this operation.
 struct For {
   Reference counter;
   Expression start;
   Expression end;
   Expression step;
-  /// Where the loop is left to.
+  /// The operation after the loop.
   std::size_t exit = 0;
 };
 struct EndFor {
@@ -108,11 +108,11 @@ struct SwitchCase {
 struct Switch {
   Expression selector;
   std::vector<SwitchCase> cases;
-  /// $DEFAULT, or behind the end.
+  /// $DEFAULT, or the operation after the end.
   std::size_t otherwise = 0;
 };
 
-/// A name written out, or the variable that holds it.
+/// A literal name, or the variable that contains it.
 using Name = std::variant<std::string, Variable>;
 
 /// $GOTO N<number>, $GOTO [NAME] or $GOTO V.E.name
@@ -132,7 +132,7 @@ struct WaitFor {
   Expression condition;
 };
 
-/// "text", value, value … of #MSG and its relatives.
+/// "text", value, value … in the forms of #MSG.
 struct FormattedText {
   std::string format;
   std::vector<Expression> values;
@@ -149,7 +149,7 @@ struct SaveMessage {
 struct Message {
   FormattedText text;
   std::string receiver;
-  /// Sent by the interpolator when it gets there, not by the decoder.
+  /// Sent by the interpolator when it reaches the block, not by the decoder.
   bool synchronous = false;
   bool acknowledge = false;
   bool info = false;
@@ -203,7 +203,7 @@ struct ReportFile {
 struct Declaration {
   Reference variable;
   VariableType type = VariableType::real64;
-  /// Of STRING[n].
+  /// The n of STRING[n].
   std::size_t length = 0;
   std::vector<Expression> initial;
 };

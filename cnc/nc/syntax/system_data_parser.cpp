@@ -22,8 +22,8 @@ Variable parse_target(Cursor& cursor) {
   return {};
 }
 
-// A value or a variable, also with a sign: what SSD takes (documented; which expressions are simple
-// ones is our reading).
+// The operand of SSD: a value or a variable, optionally with a sign (documented; which expressions
+// are simple is our reading).
 bool is_simple(const Expression& value) {
   if (const auto* unary = std::get_if<Unary>(&value.node)) {
     return unary->operation == UnaryOperator::minus && is_simple(*unary->operand);

@@ -1,4 +1,4 @@
-// The smallest pieces of an NC program.
+// The tokens of an NC program.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ enum class TokenKind {
   number,
   name,    // letters, digits and _, starting with a letter; `P12` is the name P and the number 12
   string,  // "…" with \" for a quote inside, \\ for a backslash at the end
-  symbol,  // an operator or separator, two characters where the language has one
-  invalid  // text tells what is wrong
+  symbol,  // an operator or separator, two characters if the language has one
+  invalid  // text is the mistake
 };
 
 /// A token with its place. Its views point into the program text.
@@ -23,15 +23,15 @@ struct Token {
   /// As written (a name, a symbol), or the message of an invalid token.
   std::string_view text;
   double number = 0;
-  /// Position of the first byte, and of the first byte behind the token.
+  /// Position of the first byte, and of the first byte after the token.
   std::size_t begin = 0;
   std::size_t end = 0;
   int line = 1;
   int column = 1;
-  /// Nothing separates it from the token before.
+  /// No separator is between it and the previous token.
   bool adjacent = false;
 
-  /// Is this symbol?
+  /// True if it is this symbol.
   [[nodiscard]] bool is(std::string_view symbol) const {
     return kind == TokenKind::symbol && text == symbol;
   }
@@ -40,8 +40,8 @@ struct Token {
   }
 };
 
-/// The content of a string token: quotes off. Before a quotation mark \\ is a backslash and \" is
-/// the mark; elsewhere a backslash is one.
+/// The content of a string token without its quotes. Before a quotation mark \\ is a backslash and
+/// \" is the mark; elsewhere a backslash is one.
 [[nodiscard]] std::string unquote(std::string_view quoted);
 
 }  // namespace millrace::cnc::nc::syntax

@@ -12,9 +12,9 @@ namespace millrace::cnc::nc::syntax {
 namespace {
 
 constexpr std::string_view addresses = "GMFSTDHEIJKRABCQUVWXYZ";
-// With which the name of an axis begins (inferred from the examples of the manuals).
+// The first letters of axis names (inferred from the examples of the manuals).
 constexpr std::string_view axis_letters = "ABCQUVWXYZ";
-// Behind an @, in a cycle: the main axes and the spindle, whatever their names.
+// After an @, in a cycle: the main axes and the spindle, whatever their names.
 constexpr std::string_view cycle_addresses = "XYZIJKS";
 
 struct AssignmentRule {
@@ -85,7 +85,7 @@ Word parse_cycle_word(Cursor& cursor) {
   return word;
 }
 
-// X10, X=10, X1=10 (an axis whose name ends with a digit), X_ACHSE=10 (an axis of a longer name).
+// X10, X=10, X1=10 (an axis whose name ends with a digit), X_ACHSE=10 (an axis with a longer name).
 Word parse_word(Cursor& cursor) {
   const Token whole = cursor.peek();
   const Token letter = cursor.take_letter();
@@ -107,7 +107,7 @@ Word parse_word(Cursor& cursor) {
     return word;
   }
   if (word.address == "M" && cursor.peek().kind == TokenKind::number) {
-    // Without operators, so that what is behind M30 can be seen.
+    // Without operators, so that the text after M30 can be checked.
     word.value = parse_word_value(cursor);
     return word;
   }

@@ -1,4 +1,4 @@
-// Reads the words and assignments of a block: G01 X10 F100 P1=3 V.P.A=P1*2 "NAME"="text".
+// Parses the words and assignments of a block: G01 X10 F100 P1=3 V.P.A=P1*2 "NAME"="text".
 #pragma once
 
 #include "cnc/nc/syntax/cursor.hpp"

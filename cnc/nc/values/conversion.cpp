@@ -7,7 +7,7 @@
 namespace millrace::cnc::nc::values {
 namespace {
 
-constexpr double largest_integer = 9007199254740992.0;  // 2^53, the last one a REAL64 holds exactly
+constexpr double largest_integer = 9007199254740992.0;  // 2^53, the limit of exact integers
 constexpr int shown_digits = 10;
 
 }  // namespace

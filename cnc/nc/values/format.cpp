@@ -13,7 +13,7 @@ namespace {
 constexpr int widest = 200;
 constexpr int default_precision = 6;
 
-// Reads a number of at most `widest`, so that a format cannot ask for gigabytes.
+// Reads a number, limited to `widest`, so that a format cannot request gigabytes.
 int read_number(std::string_view format, std::size_t& position) {
   int number = 0;
   while (position < format.size() && is_digit(format[position])) {
@@ -41,7 +41,7 @@ void read_flags(std::string_view format, std::size_t& position, FormatPiece& pie
   }
 }
 
-// A conversion behind its percent sign.
+// Reads a conversion after its percent sign.
 Result<FormatPiece> read_conversion(std::string_view format, std::size_t& position) {
   FormatPiece piece;
   read_flags(format, position, piece);

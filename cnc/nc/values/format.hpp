@@ -25,10 +25,10 @@ struct FormatPiece {
 
 /// The pieces of a format; fault 20721 for an unknown or unfinished conversion.
 [[nodiscard]] Result<std::vector<FormatPiece>> parse_format(std::string_view format);
-/// How many values a format takes.
+/// The number of values that a format needs.
 [[nodiscard]] std::size_t conversions(const std::vector<FormatPiece>& pieces);
-/// The text with its values. Faults: 20721 for a count of values that does not match, 21460 and
-/// 21461 for a value of the wrong type (%s shows numbers too, as the vendor's samples do).
+/// The text with its values. Faults: 20721 for a wrong number of values, 21460 and 21461 for a
+/// value of the wrong type (%s accepts numbers too, as the vendor's samples use it).
 [[nodiscard]] Result<std::string> format(std::string_view format, std::span<const Value> values);
 
 }  // namespace millrace::cnc::nc::values

@@ -24,10 +24,10 @@ struct Function {
 [[nodiscard]] std::span<const Function> number_functions();
 [[nodiscard]] std::span<const Function> string_functions();
 
-/// Does it work on strings?
+/// True for a function of strings.
 [[nodiscard]] bool is_string_function(const Function& function);
 
-/// By name in any case; null if there is none.
+/// Finds a function by name, case-insensitive; null if there is none.
 [[nodiscard]] const Function* find_function(std::string_view name);
 
 }  // namespace millrace::cnc::nc::values

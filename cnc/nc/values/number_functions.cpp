@@ -12,7 +12,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr double near_zero = 1e-12;
 
-// A function of one number, made of a plain C++ one.
+// Makes a function of one number from a C++ function.
 template <double (*function)(double)>
 Result<Value> of_number(Arguments arguments) {
   return number(arguments[0]).and_then([](double x) { return finite(function(x)); });
@@ -28,7 +28,7 @@ Result<Value> of_two(Arguments arguments) {
   return finite(function(*left, *right));
 }
 
-// Multiples of 90 degrees are exact: the manual's COS[90] is 0.
+// Multiples of 90 degrees are exact: COS[90] is 0 in the manual.
 double clean(double value) {
   return std::abs(value) < near_zero ? 0.0 : value;
 }

@@ -104,7 +104,7 @@ Result<Value> apply(BinaryOperator operation, const Value& left, const Value& ri
     return apply_to_strings(operation, *left_text, *right_text);
   }
   if (left_text != nullptr) {
-    // The left side tells what was meant; the right one is of the wrong type.
+    // The left side determines the type; the right one has the wrong type.
     return tl::make_unexpected(text(right).error());
   }
   if (right_text != nullptr) {

@@ -27,8 +27,9 @@ enum class BinaryOperator {
   power
 };
 
-/// Comparisons and logic give 1 or 0. `+` joins two strings; strings compare byte by byte. Faults:
-/// 20396 division by zero, 20574 the same in MOD, 21460 and 21461 mixed types, 21883 overflow.
+/// Comparisons and logic return 1 or 0. `+` joins two strings; strings compare byte by byte.
+/// Faults: 20396 division by zero, 20574 the same in MOD, 21460 and 21461 mixed types, 21883
+/// overflow.
 [[nodiscard]] Result<Value> apply(BinaryOperator operation, const Value& left, const Value& right);
 
 }  // namespace millrace::cnc::nc::values

@@ -1,4 +1,4 @@
-// What a computation of an NC program gives: a value, or the fault that aborts the program.
+// The result of a computation of an NC program: a value, or the fault that aborts the program.
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,7 @@ using Result = tl::expected<T, Fault>;
   return tl::make_unexpected(Fault{id, std::move(text)});
 }
 
-/// `value`, or fault 21883 if it is infinite or no number.
+/// `value`, or fault 21883 if it is infinite or NaN.
 [[nodiscard]] inline Result<Value> finite(double value) {
   if (!std::isfinite(value)) {
     return fault(21883, "overflow: the result does not fit a REAL64");

@@ -10,7 +10,8 @@
 namespace millrace::cnc::nc::values {
 namespace {
 
-// The arguments of a string function in the types it needs; the first wrong one is its fault.
+// Reads the arguments of a string function in the required types; keeps the fault of the first
+// wrong one.
 class Reader {
  public:
   explicit Reader(Arguments arguments) : arguments_(arguments) {}
@@ -74,8 +75,7 @@ Result<Value> length(Arguments arguments) {
   return read.give(static_cast<double>(read.string().size()));
 }
 
-// ORD["text", position]; a position behind the end is an error of the kernel, whose id we do not
-// know.
+// ORD["text", position]; a position beyond the end is an error of the kernel with an unknown id.
 Result<Value> code(Arguments arguments) {
   Reader read(arguments);
   const std::string string = read.string();
@@ -97,7 +97,7 @@ Result<Value> character(Arguments arguments) {
   return read.give(std::string(1, static_cast<char>(number)));
 }
 
-// FIND["text","part"]: position from 1, 0 if it is not there.
+// FIND["text","part"]: position from 1, 0 if the part is not found.
 Result<Value> find(Arguments arguments) {
   Reader read(arguments);
   const std::string string = read.string();
@@ -117,7 +117,7 @@ Result<Value> remove(Arguments arguments) {
   return read.give(string);
 }
 
-// REPLACE["text","new",count,position]: count characters from the position become the new ones.
+// REPLACE["text","new",count,position]: replaces count characters from the position.
 Result<Value> replace(Arguments arguments) {
   Reader read(arguments);
   std::string string = read.string();
@@ -130,7 +130,7 @@ Result<Value> replace(Arguments arguments) {
   return read.give(string);
 }
 
-// INSERT["text","new",position]: the new characters come behind the position.
+// INSERT["text","new",position]: inserts the new characters after the position.
 Result<Value> insert(Arguments arguments) {
   Reader read(arguments);
   std::string string = read.string();

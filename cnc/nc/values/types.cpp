@@ -81,7 +81,7 @@ Result<Value> fit(const VariableShape& shape, const Value& value) {
     }
     const TypeRule& rule = rule_of(shape.type);
     const double rounded = std::round(given);
-    // False for what is no number.
+    // False for NaN.
     const bool fits = rounded >= rule.least && rounded <= rule.greatest;
     if (!fits) {
       return fault(21883, "overflow: " + display(given) + " does not fit the type " +

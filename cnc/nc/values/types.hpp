@@ -1,4 +1,4 @@
-// The types a variable can have, and what fits into them.
+// The types of variables, and the values that fit them.
 #pragma once
 
 #include <optional>
@@ -9,13 +9,14 @@
 
 namespace millrace::cnc::nc::values {
 
-/// By the name of the language, in any case: "UNS32". STRING is told by its brackets, not here.
+/// Finds a type by its name in the language, case-insensitive: "UNS32". STRING is recognised by its
+/// brackets, not here.
 [[nodiscard]] std::optional<VariableType> find_type(std::string_view name);
-/// "SGN16", "STRING[20]"
+/// For example "SGN16", "STRING[20]".
 [[nodiscard]] std::string type_name(const VariableShape& shape);
 /// 0 or "".
 [[nodiscard]] Value initial_value(const VariableShape& shape);
-/// The value as the type holds it: integers rounded, booleans 0 or 1. Faults: 21460 and 21461 for
+/// The value as the type stores it: integers rounded, booleans 0 or 1. Faults: 21460 and 21461 for
 /// the wrong kind, 21462 for a string that is too long, 21883 for a number out of range.
 [[nodiscard]] Result<Value> fit(const VariableShape& shape, const Value& value);
 

@@ -17,7 +17,7 @@ using ads::BytesView;
 using ads::ErrorCode;
 using ads::Result;
 
-/// The name as the other functions take it.
+/// The name with its axis, as the other functions expect it.
 std::string with_axis(const Context& at, std::string_view name) {
   return fmt::format("{}.{}", name, at.channel->axes().at(at.axis - 1).name);
 }

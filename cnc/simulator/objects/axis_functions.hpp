@@ -1,5 +1,5 @@
-// The functions for V.A. variables of one axis, 4 to 6 of the decoder, with the number of the
-// channel's axis in the upper half of the offset: 0x10005 reads one of the first axis
+// The functions for V.A. variables of one axis, 4 to 6 of the decoder. The upper half of the offset
+// is the number of the channel's axis: 0x10005 reads a variable of the first axis
 // (IB/tf5200_ads_access_to_cnc/312807307, 312808843, 312810379, documented).
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace millrace::cnc::simulator::objects {
 
-/// Names come without the axis: "V.A.WCS".
+/// Names have no axis: "V.A.WCS".
 void add_axis_functions(ObjectTable& table);
 
 }  // namespace millrace::cnc::simulator::objects

@@ -40,7 +40,7 @@ Object value(std::string name, std::string type, std::uint32_t size, Bytes (*rea
           .read = [read](const Context& at) -> Result<Bytes> { return read(at); }};
 }
 
-/// All axes go straight.
+/// All axes are linear.
 Bytes type(const Context& /*at*/) {
   constexpr std::uint16_t linear = 1;
   return ads::ByteWriter().u16(linear).take();

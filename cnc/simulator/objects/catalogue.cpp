@@ -24,8 +24,8 @@ using ads::ErrorCode;
 
 constexpr std::uint32_t offset_mask = 0xFFFF;
 
-/// Offset 0 of a group counts its objects (IB/hmiviaads/15685565323, documented): as the highest
-/// offset, since the kernel's offsets have no gaps.
+/// Offset 0 of a group returns the number of its objects (IB/hmiviaads/15685565323, documented). We
+/// return the highest offset, since the kernel's offsets have no gaps.
 Object number_of_objects(const ObjectTable& table) {
   const std::uint32_t number = table.all().rbegin()->first;
   return {
@@ -46,7 +46,8 @@ Object bytes_of_system_data() {
           }};
 }
 
-/// What a group and the upper half of an offset address; an error if there is no such thing.
+/// The scope and context that a group and the upper half of an offset address; an error if they do
+/// not exist.
 ads::Result<std::pair<Scope, Context>> resolve(Machine& machine, Group group, std::uint32_t axis) {
   Context at{machine, machine.channel(group.channel), axis};
   if (group.channel != 0 && at.channel == nullptr) {
@@ -141,8 +142,8 @@ ads::Result<Target> Catalogue::find(Machine& machine, std::uint16_t port, ads::I
                            : tl::unexpected(ErrorCode::invalid_offset);
 }
 
-/// Where the symbol of a variable leads (our choice; no documented function reads or writes there):
-/// the variable's handle as offset, whose upper half is no axis's number.
+/// The address of a variable's symbol (our choice; no documented function reads or writes there):
+/// the variable's handle as offset. The upper half of a handle is not the number of an axis.
 std::optional<Target> Catalogue::find_variable(Machine& machine, Group group, std::uint32_t handle,
                                                std::uint32_t room) const {
   VirtualChannel* const channel = machine.channel(group.channel);

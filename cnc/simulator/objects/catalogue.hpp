@@ -1,4 +1,4 @@
-// Every object of the virtual CNC, and how a request finds it.
+// All objects of the virtual CNC, and the lookup of the object of a request.
 //
 //   const Catalogue catalogue;
 //   auto target = catalogue.find(machine, 552, {0x122301, 0x48}, room);
@@ -20,18 +20,18 @@ namespace millrace::cnc::simulator::objects {
 // Tasks of the CNC (IB/tf527x_kernelv_api/402275851, documented); the third is variables::sda_port.
 inline constexpr std::uint16_t geo_port = 551;
 inline constexpr std::uint16_t com_port = 553;
-/// The number of an axis stands in the upper half of an index offset (documented).
+/// The upper half of an index offset is the number of an axis (documented).
 inline constexpr unsigned axis_shift = 16;
 
-/// Where the symbols of system data lead (our choice: look them up by name); the offset counts
+/// Index group of the symbols of system data (our choice: find them by name); the offset counts
 /// bytes.
 inline constexpr std::uint32_t system_data_group = 0x140000;
 
-/// Objects of one kind of group exist once, per channel, per axis of a channel, or per axis of the
-/// CNC.
+/// The objects of a group exist once per CNC, per channel, per axis of a channel, or per axis of
+/// the CNC.
 enum class Scope { cnc, channel, axis, cnc_axis };
 
-/// An object, how it was addressed, and what is asked about it.
+/// An object, how it was addressed, and which attribute is read.
 struct Target {
   const Object* object = nullptr;
   Context at;
@@ -42,21 +42,21 @@ class Catalogue {
  public:
   Catalogue();
 
-  /// invalid_group for a group or channel that does not exist, invalid_offset for an axis or object
-  /// that does not.
+  /// Fails with invalid_group for an unknown group or channel, and with invalid_offset for an
+  /// unknown axis or object.
   [[nodiscard]] ads::Result<Target> find(Machine& machine, std::uint16_t port, ads::Index index,
                                          std::uint32_t room) const;
 
-  /// Where an object is, but for the channel and the axis.
+  /// The address of an object without its channel and axis.
   struct Place {
     GroupKind kind = GroupKind::decoder;
     std::uint32_t offset = 0;
     const Object* object = nullptr;
   };
-  /// An object behind a port that can be read or written, by its name in any case.
+  /// A readable or writable object behind a port, by its name, case-insensitive.
   [[nodiscard]] std::optional<Place> find_by_name(std::uint16_t port, Scope scope,
                                                   std::string_view name) const;
-  /// All that find_by_name finds.
+  /// All objects that find_by_name() can find.
   [[nodiscard]] std::vector<Place> named(std::uint16_t port, Scope scope) const;
 
  private:
@@ -76,7 +76,7 @@ class Catalogue {
 
   std::map<TableKey, ObjectTable> tables_;
   std::map<GroupKind, Object> queries_;
-  /// The value of a variable, at its handle among the offsets.
+  /// The value of a variable; the offset is its handle.
   Object variable_;
   Object system_data_;
 };

@@ -16,7 +16,7 @@ namespace {
 using ads::Bytes;
 using ads::Result;
 
-/// A value that can only be read.
+/// A read-only value.
 Object value(std::string name, std::string type, std::uint32_t length,
              Bytes (*read)(const VirtualChannel&), std::string unit = "") {
   return {.name = std::move(name),
@@ -91,7 +91,7 @@ const auto& parameters(const Context& at) {
   return at.machine.settings().aep_parameters;
 }
 
-/// The value at the index, or nothing.
+/// The parameter at the index; invalid_data beyond the last one.
 using AepParameter = std::pair<std::string, double>;
 Result<const AepParameter*> parameter_at(const Context& at, ads::BytesView in) {
   return decode_u32(in).and_then([&](std::uint32_t index) -> Result<const AepParameter*> {

@@ -1,4 +1,4 @@
-// Commands that have two objects: one to write, one to read what was written.
+// Commands with two objects: one to write, one to read the written value.
 #pragma once
 
 #include <utility>
@@ -7,8 +7,7 @@
 
 namespace millrace::cnc::simulator::objects {
 
-/// Adds `both` twice: with its name and _w, which can only be written, and with _r, which can only
-/// be read.
+/// Adds `both` twice: with its name and _w as write-only, and with _r as read-only.
 inline void add_pair(ObjectTable& table, std::uint32_t write_at, std::uint32_t read_at,
                      const Object& both) {
   Object command = both;

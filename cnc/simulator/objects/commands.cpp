@@ -19,7 +19,7 @@ using ads::BytesView;
 using ads::ErrorCode;
 using ads::Result;
 
-/// Bytes of a program's name with its NUL; mdi takes longer texts.
+/// Bytes of a program's name with its NUL; mode mdi takes longer texts.
 constexpr std::uint32_t parameter_size = 2048;
 
 Result<void> to_ads(const tl::expected<void, Refusal>& outcome) {
@@ -142,7 +142,7 @@ Result<Bytes> program_name(const Context& at) {
   }
   std::string_view name = at.channel->control().program();
   if (name.size() >= size) {
-    // Without its folder it may fit; invalid_size if not even so.
+    // The name without its folder may fit; otherwise invalid_size.
     name.remove_prefix(name.rfind('/') + 1);
   }
   return encode_buffer(name, size);

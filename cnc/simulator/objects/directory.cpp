@@ -27,7 +27,7 @@ std::shared_ptr<const Entries> entries_of(const ObjectTable& table) {
   return entries;
 }
 
-/// All records one client sees, in order, without holding them.
+/// All records that one client can read, in order, made on demand.
 class View {
  public:
   View(const Context& at, const Entries& cnc, const Entries& channel)

@@ -1,8 +1,8 @@
-// The object directory of the COM task: which objects there are and where
+// The object directory of the COM task: the objects and their addresses
 // (IB/tf5200_ads_access_to_cnc/855973643, documented).
 //
-//   read(553, {0x130101, 0}, 4);             // UNS32: how many objects the directory of channel 1
-//   has read(553, {0x130101, 1}, 2 * 84);        // the records of the first two
+//   read(553, {0x130101, 0}, 4);             // UNS32: number of objects in channel 1's directory
+//   read(553, {0x130101, 1}, 2 * 84);        // the records of the first two
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@ namespace millrace::cnc::simulator::objects {
 class Directory {
  public:
   /// Lists the objects of the CNC and those of one channel, which are the same for all. The
-  /// directory of channel 0 has those of the CNC and of all channels, that of channel 1 those of
-  /// the CNC and its own (documented), any other its own.
+  /// directory of channel 0 has those of the CNC and of all channels; that of channel 1 has those
+  /// of the CNC and its own (documented); any other has its own.
   Directory(const ObjectTable& cnc, const ObjectTable& channel);
 
-  /// Offset 0 is the number of records, offset n the records from n on, as many as the client has
-  /// room for.
+  /// Offset 0 is the number of records. Offset n is the records from n on, as many as fit into the
+  /// client's buffer.
   void add_to(ObjectTable& table) const;
 
-  /// What a record tells.
+  /// The contents of a record.
   struct Entry {
     std::uint32_t offset = 0;
     std::uint32_t size = 0;

@@ -56,7 +56,7 @@ struct Enumeration {
   }
 };
 
-/// An array's name comes without an index, unless that stands in the middle of it (our choice).
+/// An array's name has no index, unless the index is in the middle of it (our choice).
 std::string described_name(const Declaration& declaration) {
   return declaration.behind > 0 && !declaration.dimensions.empty() ? declaration.last_element()
                                                                    : declaration.name;
@@ -78,7 +78,7 @@ Result<Selection> find_element(const Context& at, const variables::ElementOf& el
 
 Result<Bytes> value_of(const Context& at, const Selection& selection) {
   const Declaration& declaration = selection.variable->declaration();
-  // Known before it is read.
+  // The size is known before the read.
   if (!selection.element &&
       declaration.size() > std::min<std::size_t>(at.room, variables::max_stream)) {
     return tl::unexpected(ErrorCode::invalid_size);
@@ -100,7 +100,7 @@ Result<Bytes> count(const Context& at, BytesView in) {
   return encode_u32(static_cast<std::uint32_t>(variables.size()));
 }
 
-/// The variable that the input of 0x45 and 0x4B names.
+/// The variable that the input of 0x45 and 0x4B selects.
 Result<const Variable*> by_index(const Context& at, BytesView in) {
   const auto stream = variables::decode_index_stream(in);
   if (!stream) {
@@ -131,7 +131,7 @@ Result<Bytes> description_by_name(const Context& at, BytesView in) {
   });
 }
 
-/// Documented: nothing for V.G. and V.A. variables.
+/// Empty for V.G. and V.A. variables (documented).
 Result<Bytes> extended_description(const Context& at, BytesView in) {
   return by_index(at, in).map([](const Variable* variable) {
     const auto& external = variable->declaration().external;
@@ -191,7 +191,7 @@ Result<void> write_by_name(const Context& at, BytesView in) {
   });
 }
 
-/// Documented: no stream is longer than 2048 bytes.
+/// No stream is longer than 2048 bytes (documented).
 Result<Bytes> limit(Result<Bytes> out) {
   return out && out->size() > variables::max_stream ? tl::unexpected(ErrorCode::invalid_size) : out;
 }

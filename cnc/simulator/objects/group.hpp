@@ -1,10 +1,10 @@
-// Index groups of the CNC taken apart.
+// The parts of an index group of the CNC.
 //
 //   auto group = Group::decode(0x122302);   // values of the decoder of channel 2
 //
 // Group = base of a kind + attribute + channel (IB/tf5200_ads_access_to_cnc/312767243, documented).
 // Documentation of older controllers gives the same numbers without 0x100000
-// (IB/hmiviaads/15685567371, documented); that both name the same objects is inferred.
+// (IB/hmiviaads/15685567371, documented); that both address the same objects is inferred.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace millrace::cnc::simulator::objects {
 
-/// What a group is about; the value is its base (documented).
+/// The kind of a group; the value is its base (documented).
 enum class GroupKind : std::uint32_t {
   /// Commands and states of a channel, under the COM task.
   com_channel = 0x120100,
@@ -30,7 +30,7 @@ enum class GroupKind : std::uint32_t {
   channel_state = 0x123300,
 };
 
-/// What is asked about an object; the value stands in the third digit from the right.
+/// The attribute of an object; its value is the third digit from the right.
 enum class Attribute : std::uint32_t {
   value = 0,
   name = 1,
@@ -44,12 +44,12 @@ enum class Attribute : std::uint32_t {
 struct Group {
   GroupKind kind = GroupKind::decoder;
   Attribute attribute = Attribute::value;
-  /// The number in the group; 0 where an object belongs to the whole CNC.
+  /// The channel's number in the group; 0 for an object of the whole CNC.
   std::uint32_t channel = 0;
 
-  /// Nothing for a number that no kind has.
+  /// Nullopt for the number of an unknown kind.
   static std::optional<Group> decode(std::uint32_t number);
-  /// The number of a group of values in today's form.
+  /// The number of a group of values, with 0x100000.
   [[nodiscard]] std::uint32_t number() const { return static_cast<std::uint32_t>(kind) + channel; }
 };
 

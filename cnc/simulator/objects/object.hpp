@@ -1,5 +1,4 @@
-// One object that ADS clients reach by index group and offset: what it can do, and what it tells
-// about itself through its attributes.
+// One object that ADS clients address by index group and offset: its operations and its attributes.
 //
 //   table.add(0x20, {.name = "mode", .type = "UNS32", .length = 4,
 //                    .read = [](const Context& at) { return … }});
@@ -21,28 +20,28 @@ struct Context {
   Machine& machine;
   /// The channel in the index group; null for an object of the whole CNC.
   VirtualChannel* channel = nullptr;
-  /// The upper half of the index offset: the number of an axis, from 1, in the channel or where
-  /// there is none in the CNC; 0 where no axis was meant.
+  /// The upper half of the index offset: the number of an axis, from 1, in the channel, or in the
+  /// CNC if there is no channel; 0 = no axis.
   std::uint32_t axis = 0;
-  /// The lower half.
+  /// The lower half of the index offset.
   std::uint32_t offset = 0;
-  /// What the client is ready to take, in bytes; a client may name any number.
+  /// Size of the client's buffer in bytes; a client may send any number.
   std::uint32_t room = 0;
 };
 
-/// An operation that is empty is answered with access_denied_index (0x704 not readable or not
-/// writable, ISG/402275851, documented).
+/// An empty operation fails with access_denied_index (0x704 not readable or not writable,
+/// ISG/402275851, documented).
 struct Object {
   using Read = std::function<ads::Result<ads::Bytes>(const Context&)>;
   using Write = std::function<ads::Result<void>(const Context&, ads::BytesView)>;
   using Exchange = std::function<ads::Result<ads::Bytes>(const Context&, ads::BytesView)>;
 
   std::string name;
-  /// "UNS32", or as the object directory names it, "DWORD".
+  /// For example "UNS32", or "DWORD" as the object directory names it.
   std::string type;
-  /// In bytes; the most it can be where it varies.
+  /// In bytes; the maximum if it varies.
   std::uint32_t length = 0;
-  /// Empty where there is none.
+  /// Empty without a unit.
   std::string unit = {};
   Read read = {};
   Write write = {};
@@ -53,9 +52,9 @@ struct Object {
 /// The objects of one kind of index group by the lower half of their offset.
 class ObjectTable {
  public:
-  /// The offset is new in this table.
+  /// The offset must be new in this table.
   void add(std::uint32_t offset, Object object);
-  /// Answers for every offset that has no object of its own.
+  /// Handles every offset without an object of its own.
   void add_rest(Object object);
   /// Null if there is none.
   [[nodiscard]] const Object* find(std::uint32_t offset) const;

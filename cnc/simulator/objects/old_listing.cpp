@@ -32,7 +32,7 @@ Listing list_family() {
           }};
 }
 
-/// A fact about the variable whose index is the input.
+/// An attribute of the variable whose index is the input.
 template <typename Fact>
 Object by_index(std::string_view name, std::string_view type, std::uint32_t length, Listing listing,
                 Fact fact) {

@@ -1,4 +1,4 @@
-// How the old functions list variables: a number, and facts by index from 0.
+// How the old functions list variables: a count, and attributes by index from 0.
 //
 //   table.add(0x39, count("V.G-max. number", listing));
 //   table.add(0x3B, text_by_index("V.G-type by index", 96, listing, type_text));
@@ -31,8 +31,8 @@ Listing list_axes();
 /// The number of variables; a Read without input.
 Object count(std::string name, Listing listing);
 
-// ReadWrite with UNS32 index in; beyond the last variable invalid_data. Texts come in a buffer of
-// `length` bytes.
+// ReadWrite with UNS32 index in; invalid_data beyond the last variable. Texts are returned in a
+// buffer of `length` bytes.
 Object name_by_index(std::string_view name, std::uint32_t length, Listing listing);
 Object text_by_index(std::string_view name, std::uint32_t length, Listing listing,
                      std::string (*text)(const Declaration&));
@@ -43,7 +43,7 @@ Object value_by_index(std::string_view name, Listing listing);
 /// ReadWrite with a name in, EXT_VAR_WERT out.
 Object value_by_name(std::string name);
 
-/// "V_UNS32"
+/// For example "V_UNS32".
 std::string type_text(const Declaration& declaration);
 
 }  // namespace millrace::cnc::simulator::objects

@@ -32,7 +32,7 @@ Result<nc::VariableInfo> by_index(VariableFamily family, const Context& at, Byte
   });
 }
 
-/// An array's name comes with its largest index (IB/hmiviaads/15685595531, documented).
+/// The name of an array has its largest index (IB/hmiviaads/15685595531, documented).
 std::string listed_name(const nc::VariableInfo& info) {
   std::string name = info.name;
   for (const std::size_t size : info.shape.dimensions) {
@@ -45,8 +45,8 @@ Result<Bytes> name_of(const nc::VariableInfo& info) {
   return encode_buffer(listed_name(info), program_name_size);
 }
 
-/// A number as REAL64 (documented); a text as the other old functions have it, in 24 bytes, if it
-/// has at most 20 characters (our choice).
+/// A number as REAL64 (documented). A text of at most 20 characters in 24 bytes, as in the other
+/// old functions (our choice).
 Result<Bytes> old_value(const Context& at, std::string_view name) {
   const nc::VariableDirectory& variables = at.channel->program_variables();
   if (!variables.find(name)) {
@@ -63,7 +63,7 @@ Result<Bytes> old_value(const Context& at, std::string_view name) {
   return encode_f64(std::get<double>(*value));
 }
 
-/// The four functions of a family; three of them stand in a row.
+/// The four functions of a family; three of them have consecutive offsets.
 void add_family(ObjectTable& table, std::string_view prefix, VariableFamily family,
                 std::uint32_t number_offset, std::uint32_t name_offset) {
   table.add(number_offset, {.name = fmt::format("{}-number", prefix),
@@ -89,7 +89,7 @@ void add_family(ObjectTable& table, std::string_view prefix, VariableFamily fami
              .length = 8,
              .exchange = [family](const Context& at, BytesView in) {
                return by_index(family, at, in).and_then([&](const nc::VariableInfo& info) {
-                 // Of an array the element that it is listed by (our choice).
+                 // For an array, the element in its listed name (our choice).
                  return old_value(at, listed_name(info));
                });
              }});

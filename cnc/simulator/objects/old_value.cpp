@@ -9,10 +9,10 @@ namespace {
 
 using ads::BytesView;
 
-/// VAR_STRING of the union.
+/// Bytes of VAR_STRING in the union.
 constexpr std::size_t text_size = old_text_characters + 1;
 
-/// The characters and their NUL, or all bytes where there is none.
+/// The characters and their NUL, or all bytes if there is no NUL.
 BytesView text_in(BytesView bytes) {
   const auto nul = std::find(bytes.begin(), bytes.end(), std::uint8_t{0});
   const auto end = nul == bytes.end() ? nul : nul + 1;

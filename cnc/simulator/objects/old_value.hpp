@@ -7,11 +7,11 @@
 namespace millrace::cnc::simulator::objects {
 
 inline constexpr std::size_t old_value_size = 24;
-/// Of its text, without the NUL.
+/// Longest text in the union, without the NUL.
 inline constexpr std::size_t old_text_characters = 20;
 
-/// A number stands at the front; a string of at most 20 characters and its NUL too. A longer string
-/// does not fit and is invalid_size (our choice).
+/// A number is at the front, and so is a string of at most 20 characters with its NUL. A longer
+/// string fails with invalid_size (our choice).
 ads::Result<ads::Bytes> read_old_value(const Variable& variable, std::uint32_t element);
 
 /// `value` has old_value_size bytes.

@@ -15,11 +15,11 @@ namespace {
 using ads::ErrorCode;
 using ads::Result;
 
-/// Bytes of the buffers in which names and descriptions come (documented).
+/// Bytes of the buffers of names and descriptions (documented).
 constexpr std::uint32_t long_text = 96;
 constexpr std::uint32_t short_text = 20;
-/// S_WRITE_VAR_DATA: the name, then the value; that it stands at 96 and not at 92 is inferred from
-/// the documented size and the alignment of a REAL64.
+/// S_WRITE_VAR_DATA: the name, then the value. That the value is at 96 and not at 92 is inferred
+/// from the documented size and the alignment of a REAL64.
 constexpr std::size_t listed_name_size = 92;
 constexpr std::size_t write_size = 120;
 
@@ -45,7 +45,7 @@ std::string mode_text(const Declaration& declaration) {
   return declaration.access == Access::read_only ? "READ_ONLY" : "READ_WRITE";
 }
 
-/// What a client appends to the listed name, or replaces in it (IB/hmiviaads/15685595531,
+/// The part that a client appends to the listed name, or replaces in it (IB/hmiviaads/15685595531,
 /// documented).
 std::string node_text(const Declaration& declaration) {
   if (declaration.axis > 0) {

@@ -7,12 +7,12 @@
 
 namespace millrace::cnc::simulator::objects {
 
-/// V.E., 0x27 to 0x30. A scalar has dimension 0; the memory place is GLOBAL or CHANNEL, the address
-/// the offset of the first byte there (our choice: documented are the types). 0x2F takes the name
-/// with an index.
+/// V.E., 0x27 to 0x30. A scalar has dimension 0. The memory place is GLOBAL or CHANNEL, the address
+/// is the offset of the first byte there (our choice: only the types are documented). 0x2F takes
+/// the name with an index.
 void add_old_external_variables(ObjectTable& table);
 
-/// V.A., 0x31 to 0x38. Names by index come without an axis, names in accesses with one.
+/// V.A., 0x31 to 0x38. Names by index have no axis, names in accesses have one.
 void add_old_axis_variables(ObjectTable& table);
 
 /// V.G., 0x39 to 0x3F. The name of an array ends with its largest index.

@@ -1,6 +1,6 @@
-// What the COM task tells about the CNC as a whole. A client finds these objects by their names in
-// the object directory; names and types are those an open-source client of real controllers reads,
-// the addresses are our choice.
+// The objects of the COM task for the whole CNC. A client finds them by their names in the object
+// directory. Names and types are those that an open-source client of real controllers reads; the
+// addresses are our choice.
 #pragma once
 
 #include "cnc/simulator/objects/object.hpp"

@@ -41,7 +41,7 @@ std::vector<std::string> index_texts(const std::vector<std::size_t>& dimensions)
   return texts;
 }
 
-/// How many values `name` means.
+/// The number of values that `name` selects.
 std::size_t count_of(std::string_view name, const nc::VariableInfo& info) {
   const auto& sizes = info.shape.dimensions;
   return name == info.name
@@ -50,7 +50,7 @@ std::size_t count_of(std::string_view name, const nc::VariableInfo& info) {
              : 1;
 }
 
-/// The names of the values that `name` means: itself, or all elements of an array.
+/// The names of the values that `name` selects: itself, or all elements of an array.
 std::vector<std::string> elements_of(std::string_view name, const nc::VariableInfo& info) {
   if (name != info.name) {
     return {std::string(name)};
@@ -77,7 +77,7 @@ Result<Bytes> read_program_variable(const Context& at, std::string_view name) {
     return tl::unexpected(info.error());
   }
   const ElementType type = element_of(info->shape);
-  // Known before anything is read: a large array costs nobody time that it does not fit.
+  // The size is known before the first read, so a large array that does not fit costs no time.
   if (count_of(name, *info) * type.size > std::min<std::size_t>(at.room, variables::max_stream)) {
     return tl::unexpected(ErrorCode::invalid_size);
   }

@@ -1,8 +1,8 @@
-// The variables that NC programs make themselves - P, V.P, V.L, V.S, V.CYC - for ADS clients.
+// ADS access to the variables that NC programs create: P, V.P, V.L, V.S, V.CYC.
 //
-// The generic functions reach them by name only (ISG/312791435, documented); the old functions list
-// P, V.L, V.P and V.S and read them as REAL64 (IB/hmiviaads/15685577611, 15685587851, 15685590411,
-// 15685592971, documented).
+// The generic functions access them by name only (ISG/312791435, documented). The old functions
+// list P, V.L, V.P and V.S and read them as REAL64 (IB/hmiviaads/15685577611, 15685587851,
+// 15685590411, 15685592971, documented).
 #pragma once
 
 #include <string_view>
@@ -12,20 +12,20 @@
 
 namespace millrace::cnc::simulator::objects {
 
-/// Whether a name is one of theirs, by its beginning.
+/// True if a name begins with one of these families.
 bool is_program_variable(std::string_view name);
 
-// By name, an element or a whole array; a name that does not exist at present is answered as any
-// unknown variable, a value that does not fit with invalid_size.
+// By name: an element or a whole array. A name that does not exist at present gets the error of an
+// unknown variable; a value of the wrong size fails with invalid_size.
 ads::Result<ads::Bytes> read_program_variable(const Context& at, std::string_view name);
 ads::Result<void> write_program_variable(const Context& at, std::string_view name,
                                          ads::BytesView value);
-/// Without a handle (0: there is none).
+/// The description has no handle (0).
 ads::Result<variables::Description> describe_program_variable(const Context& at,
                                                               std::string_view name);
 
-/// The old functions: 0x02 to 0x05 numbers, 0x1B to 0x26 names and values. A string or a whole
-/// array is invalid_data there (our choice).
+/// The old functions: 0x02 to 0x05 counts, 0x1B to 0x26 names and values. A string or a whole array
+/// fails with invalid_data there (our choice).
 void add_old_program_variables(ObjectTable& table);
 
 }  // namespace millrace::cnc::simulator::objects

@@ -17,7 +17,7 @@ namespace {
 
 using nc::same_word;
 
-/// A type's name here, and in IEC 61131-3.
+/// The name of a type here, and in IEC 61131-3.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 9> iec_names{{
     {"BOOLEAN", "BOOL"},
     {"SGN08", "SINT"},
@@ -34,7 +34,7 @@ std::optional<ads::DataType> no_structure(std::string_view /*name*/) {
   return std::nullopt;
 }
 
-/// Of `size` bytes.
+/// The IEC name of a type with `size` bytes.
 std::string iec_name(std::string_view type, std::uint32_t size) {
   const auto* const named =
       std::ranges::find(iec_names, type, [](const auto& one) { return one.first; });
@@ -58,7 +58,7 @@ std::string structure_name(const DataDeclaration& data) {
   return "SD_" + data.name;
 }
 
-/// Takes "WORD[number]." off the front; 0 if something else is there.
+/// Removes "WORD[number]." from the front and returns the number; 0 for any other text.
 std::uint32_t take_number(std::string_view word, std::string_view& name) {
   const std::size_t begin = word.size() + 1;
   if (name.size() <= begin || !same_word(name.substr(0, word.size()), word) ||
@@ -77,7 +77,7 @@ std::uint32_t take_number(std::string_view word, std::string_view& name) {
 
 }  // namespace
 
-/// As the controller numbers its groups.
+/// The number of a group on this controller, with or without 0x100000.
 std::uint32_t SymbolNames::number_of(const Group& group) const {
   const bool current = machine_.settings().answers.current_groups;
   return current ? group.number() : group.number() & ~variables::new_group_bit;
@@ -172,7 +172,7 @@ void SymbolNames::add_objects(std::vector<ads::Symbol>& symbols, std::uint16_t p
   const std::size_t first = symbols.size();
   for (const Catalogue::Place& place : catalogue_.named(port, scope)) {
     ads::Symbol one = symbol_of(place, channel, axis);
-    // Groups of one scope may use a name twice; it means the first of them.
+    // Groups of one scope may use a name twice; the first of them counts.
     const bool known =
         std::any_of(symbols.begin() + static_cast<std::ptrdiff_t>(first), symbols.end(),
                     [&](const ads::Symbol& other) { return same_word(other.name, one.name); });

@@ -1,17 +1,17 @@
-// Names for the objects of fixed address, for clients that use handles and symbols: which objects
-// have a name there is not documented, so the names are our choice.
+// Symbol names for the objects with fixed addresses, for clients that use handles and symbols. The
+// vendor does not document which objects have a symbol name, so the names are our choice.
 //
 //   cnc_version_r                     an object of the whole CNC
 //   CH[2].mc_command_mode_w           an object of channel 2
 //   CH[2].AX[1].actual position       of its first axis
 //   CH[2].V.G.SERVICE.REQUEST_STATE   a variable of channel 2, behind the port that owns them
-//   SD.QUEUE, SD.CONTROL.LastGet      system data, in the same place; the bytes of an array or
-//   structure
+//   SD.QUEUE, SD.CONTROL.LastGet      system data, behind the same port; the bytes of an array or
+//                                     structure
 //
-// Behind each AMS port stand its own objects, by the names that the object directory or attribute
-// 0x100 tells; upper and lower case are the same, but for variables. Types have the names of IEC
-// 61131-3, which clients know: UDINT where the CNC's own functions say UNS32, STRING(127), ARRAY
-// [0..127] OF UDINT, SD_CONTROL for the structure SD.CONTROL.
+// Each AMS port has its own objects, by the names in the object directory or in attribute 0x100.
+// Names are case-insensitive, except those of variables. Types have the names of IEC 61131-3, which
+// clients know: UDINT where the CNC's own functions write UNS32, STRING(127), ARRAY [0..127] OF
+// UDINT, SD_CONTROL for the structure SD.CONTROL.
 #pragma once
 
 #include "cnc/ads/symbols.hpp"
@@ -21,7 +21,7 @@ namespace millrace::cnc::simulator::objects {
 
 class SymbolNames : public ads::SymbolDirectory {
  public:
-  /// Both outlive this object.
+  /// Both must outlive this object.
   SymbolNames(Machine& machine, const Catalogue& catalogue)
       : machine_(machine), catalogue_(catalogue) {}
 
@@ -35,7 +35,7 @@ class SymbolNames : public ads::SymbolDirectory {
 
  private:
   [[nodiscard]] std::uint32_t number_of(const Group& group) const;
-  /// With the number of its type.
+  /// A symbol with the number of its type.
   [[nodiscard]] ads::Symbol symbol(std::string name, ads::Index index, std::uint32_t size,
                                    std::string type, std::string unit = "") const;
   [[nodiscard]] ads::Symbol symbol_of(const Catalogue::Place& place, std::uint32_t channel,

@@ -1,4 +1,4 @@
-// How a client comes up and goes down.
+// How a client connects and disconnects.
 #include <gmock/gmock.h>
 
 #include "tests/unit/ads/client_fixture.hpp"

@@ -1,4 +1,4 @@
-// A client on one end of a loopback connection and a bare peer, played by the test, on the other.
+// A client at one end of a loopback connection, and a raw peer that the test controls at the other.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@
 
 namespace millrace::cnc::ads {
 
-/// What a coroutine that runs beside the test will return.
+/// The future result of a coroutine that runs beside the test.
 template <typename T>
 using Later = std::shared_ptr<std::optional<T>>;
 
@@ -30,7 +30,7 @@ class ClientFixture : public testing::Test {
     options.timeout = std::chrono::seconds(10);
   }
 
-  /// To be called before the client is first used.
+  /// Call it before the first use of the client.
   Client& make_client() { return sut.emplace(io.get_executor(), options); }
 
   template <typename T>
@@ -48,7 +48,7 @@ class ClientFixture : public testing::Test {
     return **later;
   }
 
-  /// A client that is up, and its peer.
+  /// A connected client, and its peer.
   RawPeer establish() {
     auto connected = start(make_client().connect());
     auto peer = accept();

@@ -1,4 +1,4 @@
-// How a client is told of changes by controllers of several kinds.
+// Notifications from controllers of several kinds to a client.
 #include <gmock/gmock.h>
 
 #include "cnc/ads/notification_answer.hpp"
@@ -128,7 +128,7 @@ TEST_F(ClientNotification, DeletesWhatAnEarlierConnectionHasLeftAtTheController)
   ASSERT_TRUE(tests::run_until(io, [&] { return server->connections() == 0; }));
   told.clear();
   ASSERT_TRUE(finish(start(sut->connect())));
-  // They come, are deleted, and then come no more.
+  // They arrive and are deleted; then no further ones arrive.
   ASSERT_TRUE(tests::run_until(io, [&] { return sut->counters().notifications > 2; }));
   std::uint64_t seen = 0;
   EXPECT_TRUE(tests::run_until(io, [&] {

@@ -1,5 +1,5 @@
-// What a client makes of the answers of controllers, good and bad. The bad ones have been seen: on
-// real controllers, or as what makes widely used ADS libraries hang or return wrong data.
+// How a client handles valid and invalid responses of controllers. The invalid ones were seen on
+// real controllers, or make widely used ADS libraries hang or return wrong data.
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/cancellation_signal.hpp>
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 
 const Bytes eight_bytes{1, 2, 3, 4, 5, 6, 7, 8};
 
-// In each test a read of 8 bytes is pending when the peer does something odd.
+// In each test a read of 8 bytes is pending when the peer does something unusual.
 class ClientRequest : public ClientFixture {
  protected:
   void begin() {

@@ -92,7 +92,7 @@ TEST(FrameReader, LetsRouterFramesThrough) {
   EXPECT_EQ((*frame)->body.size(), 2U);
 }
 
-/// The same frames as Secure ADS has them.
+/// The same frames in the format of Secure ADS.
 Bytes headerless(const std::vector<std::string>& names) {
   Bytes bytes;
   for (const auto& name : names) {

@@ -1,4 +1,4 @@
-// A Device for tests: bytes at places, on AMS port 552.
+// A Device for tests: bytes at indexes, on AMS port 552.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace millrace::cnc::ads {
 
 class MemoryDevice : public Device {
  public:
-  /// The value at each place; a place without one is an invalid group.
+  /// The value at each index; an index without one is an invalid group.
   std::map<Index, Bytes> values;
   /// Requests that reached the device.
   int calls = 0;

@@ -1,4 +1,4 @@
-// The bare end of a TCP connection in a test: sends any bytes, receives frames, sees the close.
+// One end of a TCP connection in a test: sends any bytes, receives frames, detects the close.
 #pragma once
 
 #include <optional>
@@ -14,11 +14,11 @@ class RawPeer {
  public:
   explicit RawPeer(boost::asio::ip::tcp::socket socket) : socket_(std::move(socket)) {}
 
-  /// A connection to a port of this host.
+  /// Connects to a port of this host.
   static boost::asio::awaitable<RawPeer> connect(std::uint16_t tcp_port);
 
   boost::asio::awaitable<void> send(Bytes bytes);
-  /// The next frame with its 6-byte header; nothing once the other end has closed.
+  /// The next frame with its 6-byte header; nullopt once the other end has closed.
   boost::asio::awaitable<std::optional<Bytes>> receive();
   void close() { socket_.close(); }
   boost::asio::ip::tcp::socket& socket() { return socket_; }

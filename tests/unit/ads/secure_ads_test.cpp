@@ -1,5 +1,5 @@
-// A client of Secure ADS and a server, over real sockets on the loopback interface. That both are
-// right, and not wrong in the same way, is for tests/interop.
+// A Secure ADS client and a server, over real sockets on the loopback interface. tests/interop
+// checks that both do not share the same mistake.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ class SecureAdsTest : public testing::Test {
     sut.emplace(io.get_executor(), options);
     return wait_for(io, sut->connect());
   }
-  /// Why there is no link.
+  /// Why the connection failed.
   std::string refusal() {
     const auto connected = connect();
     return connected ? "connected" : connected.error().message;
@@ -144,7 +144,7 @@ TEST_F(SecureAdsTest, EndsAHandshakeThatTheClientDoesNotWaitFor) {
   boost::asio::co_spawn(io, tests::keep(sut->connect(), connected),
                         base::program::rethrow_from_loop);
   auto peer = wait_for(io, silent.accept());
-  // The client's hello is there: it waits for an answer.
+  // The client's hello has arrived: the client waits for a response.
   wait_for(io, peer.socket().async_wait(boost::asio::ip::tcp::socket::wait_read,
                                         boost::asio::use_awaitable));
   sut->close();
@@ -169,7 +169,7 @@ TEST_F(SecureAdsTest, GivesBackWhatItHasBeforeItLeaves) {
   EXPECT_TRUE(tests::run_until(io, [&] { return server->connections() == 0; }));
 }
 
-/// A certificate that its holder has signed, and his key. Made once: RSA keys take their time.
+/// A self-signed certificate and its key. Made once, since RSA keys take long.
 struct Holder {
   using Time = std::chrono::sys_seconds;
   static Time year(int number) { return std::chrono::sys_days(std::chrono::year(number) / 1 / 1); }
@@ -191,7 +191,7 @@ const Holder& gateway() {
   return holder;
 }
 
-/// Both certificates have expired long ago: with fingerprints dates do not count.
+/// Both certificates have expired long ago: with fingerprints, dates do not count.
 class SelfSignedAdsTest : public SecureAdsTest {
  protected:
   SelfSignedAdsTest() {
@@ -284,7 +284,7 @@ TEST(AdmittedClient, OfASharedCaHasItsHostOrAddressForACommonName) {
   EXPECT_EQ(admit(request, {"AB", "OTHER", "10.0.0.1"}, security, routes), ConnectError::none);
 }
 
-/// Of a plant: its authority, and certificates that it has issued.
+/// The CA of a plant, and certificates that it has issued.
 class SharedCaAdsTest : public SecureAdsTest {
  protected:
   SharedCaAdsTest() {

@@ -1,4 +1,4 @@
-// What a server can be told to do wrong, and how the client takes it.
+// The faults that a server can make on request, and how the client handles them.
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -134,7 +134,7 @@ std::size_t open_files() {
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));
 }
 
-// Under a sanitizer the allocator reports nothing; there the leak checker does the work.
+// Under a sanitizer the allocator reports no numbers; there the leak checker does the work.
 TEST_F(ServerFaults, AThousandConnectionsLeaveNothingBehind) {
   start();
   const auto connect_and_leave = [this](int count) {
@@ -145,7 +145,7 @@ TEST_F(ServerFaults, AThousandConnectionsLeaveNothingBehind) {
     }
     EXPECT_TRUE(run_until(io, [this] { return sut->connections() == 0; }));
   };
-  connect_and_leave(50);  // until all that is kept for reuse is there
+  connect_and_leave(50);  // until all reusable memory is allocated
   const auto files = open_files();
   const auto memory = mallinfo2().uordblks;
   connect_and_leave(1000);

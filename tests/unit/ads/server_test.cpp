@@ -91,7 +91,7 @@ TEST_F(ServerTest, AnswersRouterFramesBetweenRequests) {
   EXPECT_EQ(receive(peer), vector("read_response"));
 }
 
-// Ten times what a socket and the server may hold is asked for and not read.
+// Requests ten times what a socket and the server may buffer, and reads none of it.
 TEST_F(ServerTest, DoesNotReadFromAPeerThatReadsNothing) {
   ServerOptions options;
   options.max_output = 10'000;
@@ -203,7 +203,7 @@ TEST_F(ServerTest, AClientThatWaitsForNotificationsIsNotIdle) {
   ASSERT_TRUE(receive(peer));  // the handle
   ASSERT_TRUE(receive(peer));  // the first value
   auto unused = connect();
-  EXPECT_EQ(receive(unused), std::nullopt);  // has come later and is gone
+  EXPECT_EQ(receive(unused), std::nullopt);  // connected later and already closed
   EXPECT_EQ(sut->connections(), 1U);
   device.values[{0x122301, 0x48}] = {2, 0, 0, 0};
   EXPECT_TRUE(receive(peer));
@@ -274,7 +274,7 @@ TEST_F(ServerTest, StopsWithItsConnections) {
   EXPECT_EQ(receive(peer), std::nullopt);
   sut.reset();
   io.restart();
-  io.run();  // returns: no coroutine is left behind
+  io.run();  // returns: no coroutine is left
 }
 
 TEST_F(ServerTest, SendsANotificationBehindTheAnswerThatAnnouncesIt) {

@@ -177,7 +177,7 @@ class LingeringTest : public SessionTest {
     in.u32();
     return {kind, in.rest()};
   }
-  // A subscription of the client at `from`; the cyclic samples of one byte.
+  // A subscription of the client at `from`; cyclic samples of one byte.
   static Bytes subscribe(const Address& from) {
     const Header header{controller,      from, Command::add_notification, flags::ads_command,
                         ErrorCode::none, 7};

@@ -68,7 +68,7 @@ class SubscriptionsTest : public testing::Test {
   SubscriptionLimits limits;
   Subscriptions sut{device, limits};
   Moment now{Subscriptions::Time(1h), 1'000'000};
-  // What the decoded stamps point into.
+  // The buffers of the decoded stamps.
   std::deque<Bytes> bytes;
   std::deque<FrameReader> readers;
   std::vector<Header> headers;
@@ -142,7 +142,7 @@ TEST_F(SubscriptionsTest, SamplesInWholeCyclesOfTheTask) {
   EXPECT_EQ(slow.next_due(), now.steady + 8ms);
 }
 
-// 550 subscriptions of a byte each, and nobody who waits for their samples.
+// 550 subscriptions of one byte each, whose samples wait for their max delay.
 TEST_F(SubscriptionsTest, BoundsWhatWaitsForAnEndlessDelayHoweverSmallItIs) {
   for (std::uint16_t port = 0; port < 550; ++port) {
     const Header header{machine,
@@ -174,10 +174,10 @@ TEST_F(SubscriptionsTest, RefusesWhatStandsBehindAHandleWhereToldSo) {
   EXPECT_TRUE(strict.add(header, request(Transmission::on_change), now));
 }
 
-// How a server keeps its word.
+// How a server treats its subscriptions.
 class HabitsTest : public SubscriptionsTest {
  protected:
-  // What is told of ten values, one in each cycle.
+  // The notifications of ten values, one in each cycle.
   std::vector<std::uint8_t> told(const SubscriptionHabits& habits) {
     limits.habits = habits;
     Subscriptions with(device, limits);
@@ -261,7 +261,7 @@ TEST_F(SubscriptionsTest, SendsEarlierWhenTooMuchIsCollected) {
   EXPECT_THAT(frames(), SizeIs(1));
 }
 
-// What was sent counted on among what is collected.
+// The bytes already sent were still counted as collected.
 TEST_F(SubscriptionsTest, CollectsForTheMaxDelayHoweverMuchWasSentBefore) {
   device.values[{1, 1}] = Bytes(30'000);
   auto large = request(Transmission::cyclic, 10 * ms, 5 * ms);

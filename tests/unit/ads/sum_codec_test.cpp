@@ -24,7 +24,7 @@ Bytes answer() {
 TEST(SumOfReadWrites, HasAllItemsBeforeAllData) {
   auto expected = tests::hex_vector("ads/sums.hex", "read_write");
   expected.erase(expected.begin(), expected.begin() + 16);
-  expected[8] = 8;  // the vector asks for 0xFFFFFFFF bytes
+  expected[8] = 8;  // the vector requests 0xFFFFFFFF bytes
   expected[9] = expected[10] = expected[11] = 0;
   EXPECT_EQ(encode_sum(two_items), expected);
   EXPECT_EQ(sum_length(two_items), 28U);

@@ -11,7 +11,7 @@ using testing::HasSubstr;
 
 const std::chrono::sys_time<std::chrono::nanoseconds> start{1772352000s};
 
-/// So long after the start by the steady clock, and as much more by the wall's.
+/// `steady` after the start by the steady clock, and `ahead` more by the wall clock.
 Clocks at(std::chrono::hours steady, std::chrono::hours ahead = 0h) {
   return {std::chrono::steady_clock::time_point() + steady, start + steady + ahead};
 }

@@ -63,7 +63,7 @@ TEST(ConfigPlaces, FindsFieldsInsideOthers) {
   ASSERT_TRUE(read_config(data("good/everything.gateway.textproto"), message, sut));
   EXPECT_THAT(sut.at(message, {{"machine", 1}, {"host"}}),
               EndsWith("everything.gateway.textproto:15:27"));
-  // Of a list in brackets it knows where the list begins.
+  // For a list in brackets only its beginning is known.
   EXPECT_THAT(sut.at(message, {{"machine", 0}, {"channel", 1}}),
               EndsWith("everything.gateway.textproto:9:3"));
 }

@@ -42,8 +42,8 @@ TEST_P(NotUtf8, IsRefusedWithItsPlace) {
 INSTANTIATE_TEST_SUITE_P(Broken, NotUtf8,
                          testing::Values("\xDF",              // CP1252
                                          "\x80",              // a continuation alone
-                                         "\xC3",              // cut
-                                         "\xC0\xAF",          // too long form of '/'
+                                         "\xC3",              // truncated
+                                         "\xC0\xAF",          // overlong form of '/'
                                          "\xE0\x80\xAF",      // the same in three bytes
                                          "\xF0\x80\x80\xAF",  // the same in four
                                          "\xED\xA0\x80",      // a surrogate

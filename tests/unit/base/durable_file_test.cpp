@@ -37,7 +37,7 @@ TEST_F(DurableFile, HoldsWhatWasWrittenLast) {
 
 TEST_F(DurableFile, StaysAsItWasWhenWritingFails) {
   ASSERT_TRUE(write_durably(file, "old"));
-  // A folder in the place of the temporary file stands for any reason not to get through.
+  // A folder in the place of the temporary file, as an example of any failure.
   std::filesystem::create_directory(file.string() + ".part");
   EXPECT_THAT(write_durably(file, "new").error(), HasSubstr("cannot create " + file.string()));
   EXPECT_EQ(content(file), "old");

@@ -89,7 +89,7 @@ TEST(Certificate, IsThatOfItsAuthorityAlone) {
       Key::generate(), {.organisation = "plant", .common_name = "x", .from = from, .until = until},
       authority.certificate, authority.key);
   EXPECT_TRUE(sut.is_issued_by(authority.certificate));
-  // Of the same name, with another key.
+  // The same name, with another key.
   EXPECT_FALSE(sut.is_issued_by(another.certificate));
 }
 
@@ -165,7 +165,7 @@ TEST(SignedText, IsRefusedIfChangedOrSignedBySomebodyElse) {
               HasSubstr("no signed document"));
 }
 
-// As it is signed so that a renewed authority can be told from none.
+// Signed in a way that a renewed certificate of the CA verifies too.
 TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
   const Authority authority;
   const auto lasting = [&](Time end) {
@@ -184,13 +184,13 @@ TEST(SignedText, CountsWithACertificateThatItsAuthorityHasGivenItsOwnKey) {
   const std::string sut = sign_text("<dds/>\n", signer, authority.key);
   EXPECT_TRUE(verified_text(sut, authority.certificate));
   EXPECT_TRUE(verified_text(sut, renewed));
-  // With the root itself only for who has that very root: Cyclone takes no other.
+  // A document with the root itself verifies only with that same root: Cyclone accepts no other.
   const std::string by_root = sign_text("<dds/>\n", authority.certificate, authority.key);
   EXPECT_TRUE(verified_text(by_root, authority.certificate));
   EXPECT_THAT(verified_text(by_root, renewed).error(), HasSubstr("has not given"));
 }
 
-// Who got a certificate to show who he is cannot sign what he may do.
+// The certificate of a participant cannot sign its permissions.
 TEST(SignedText, OfAMemberIsNotThatOfHisAuthority) {
   const Authority authority;
   const Key key = Key::generate();

@@ -40,7 +40,7 @@ class PatientSinkTest : public testing::Test {
     sut->set_pattern("%v");
     log = std::make_shared<spdlog::logger>("test", std::move(sut));
   }
-  /// Logs the lines 0, 1 …, each 40 bytes long; in a thread, so that a sink that waits is noticed.
+  /// Logs the lines 0, 1 …, each 40 bytes long; in a thread, so that a blocking sink is noticed.
   void fill(int lines) {
     auto filled = std::async(std::launch::async, [&] {
       for (int i = 0; i < lines; ++i) {
@@ -53,7 +53,7 @@ class PatientSinkTest : public testing::Test {
       read_lines(lines);
     }
   }
-  /// As many whole lines as are wanted.
+  /// Reads this number of whole lines.
   std::vector<std::string> read_lines(int wanted) {
     std::vector<std::string> lines;
     std::array<char, 1000> chunk{};

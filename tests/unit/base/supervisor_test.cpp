@@ -17,7 +17,7 @@
 namespace millrace::base::program {
 namespace {
 
-/// Stands for systemd: a socket that programs of this process find by NOTIFY_SOCKET.
+/// Replaces systemd: a socket that this process finds by NOTIFY_SOCKET.
 class Supervisor {
  public:
   /// `path` may begin with '@' for the abstract namespace.
@@ -42,7 +42,7 @@ class Supervisor {
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
-  /// The next message, or nothing if there is none.
+  /// The next message; empty if there is none.
   [[nodiscard]] std::string heard() const {
     std::array<char, 256> buffer{};
     const ssize_t length = ::recv(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT);

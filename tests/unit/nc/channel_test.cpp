@@ -1,5 +1,5 @@
-// What a channel offers to those who build a controller around it; the language itself is tested
-// by the suite of programs.
+// The interface of a channel to a controller around it; the suite of programs tests the language
+// itself.
 #include "cnc/nc/channel.hpp"
 
 #include <chrono>
@@ -180,7 +180,7 @@ TEST_F(NcChannel, BringsTheCycleThatWaitsForAService) {
       check("SysServiceWait.cyc", std::string(*shipped_cycle("SysServiceWait.cyc"))).empty());
 }
 
-// A controller may have a SysServiceWait.cyc of its own.
+// A controller may have its own SysServiceWait.cyc.
 TEST_F(NcChannel, PrefersTheCyclesOfTheController) {
   class OwnCycle : public MapEnvironment {
    public:
@@ -196,7 +196,7 @@ TEST_F(NcChannel, PrefersTheCyclesOfTheController) {
   EXPECT_EQ(std::get<MessageEvent>(events.front()).text, "own");
 }
 
-// Somebody may correct it while nothing runs.
+// An operator may correct it while no program runs.
 TEST_F(NcChannel, RunsASubprogramAsItIsWhenItsRunBegins) {
   class Corrected : public MapEnvironment {
    public:

@@ -1,5 +1,5 @@
-// The writer's half of a message queue: where the next message goes, and in which order it is
-// written.
+// The writing side of a message queue: the position of the next message, and the order of the
+// writes.
 #include <map>
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@
 namespace millrace::cnc::nc::run {
 namespace {
 
-/// Notes what is written, in its order.
+/// Records the writes, in their order.
 class Notes final : public Environment {
  public:
   explicit Notes(long filled, long got) {

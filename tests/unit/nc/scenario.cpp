@@ -39,12 +39,12 @@ void set_option(ChannelOptions& options, const std::string& name, const std::str
     options.optional_stop = value == "on";
   } else if (name == "skipped_levels") {
     options.skipped_levels = static_cast<std::uint16_t>(std::stoul(value));
-  } else if (name == "axes") {  // a letter each
+  } else if (name == "axes") {  // one letter each
     options.axes.clear();
     for (const char axis : value) {
       options.axes.emplace_back(1, axis);
     }
-  } else if (name == "axis") {  // one more; the first replaces X, Y and Z
+  } else if (name == "axis") {  // adds one; the first replaces X, Y and Z
     static const std::vector<std::string> usual = ChannelOptions{}.axes;
     if (options.axes == usual) {
       options.axes.clear();

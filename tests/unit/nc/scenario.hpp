@@ -1,5 +1,5 @@
-// One folder of the NC test suite: a program, how the world around it behaves, and what must come
-// out. See tests/data/nc/suite/README.md.
+// One folder of the NC test suite: a program, the behaviour of its environment, and the expected
+// output. See tests/data/nc/suite/README.md.
 #pragma once
 
 #include <chrono>
@@ -17,8 +17,8 @@ namespace millrace::cnc::nc::test {
 using Names = std::set<std::string, std::less<>>;
 using Variables = std::map<std::string, Value, std::less<>>;
 
-/// Variables in a map, programs in a folder. Writing REQUEST_STATE clears RESPONSE_STATE, as the
-/// kernel does.
+/// Variables in a map, programs in a folder. A write of REQUEST_STATE clears RESPONSE_STATE, as in
+/// the kernel.
 class MapEnvironment : public Environment {
  public:
   explicit MapEnvironment(std::filesystem::path folder, Variables variables = {},
@@ -36,7 +36,7 @@ class MapEnvironment : public Environment {
   Names asynchronous_;
 };
 
-/// Something that happens from outside at a time: `at 0.5 write V.G.X 1`.
+/// An external event at a time: `at 0.5 write V.G.X 1`.
 struct Happening {
   std::chrono::nanoseconds time{};
   std::string action;
@@ -46,7 +46,7 @@ struct Happening {
 /// setting.txt of a scenario.
 struct Setting {
   ChannelOptions options;
-  /// Variables there are besides V.G.SERVICE.
+  /// Variables in addition to V.G.SERVICE.
   Variables variables;
   /// External variables that are not synchronous.
   Names asynchronous;
@@ -56,7 +56,7 @@ struct Setting {
   std::chrono::nanoseconds until = std::chrono::seconds(60);
 };
 
-/// Runs a folder's program in virtual time and writes down all that comes out of it.
+/// Runs a folder's program in virtual time and returns its whole output.
 std::string run_scenario(const std::filesystem::path& folder);
 
 /// Content of a file; empty if there is none.

@@ -1,4 +1,4 @@
-// Runs every folder of tests/data/nc/suite in virtual time and compares what comes out with its
+// Runs every folder of tests/data/nc/suite in virtual time and compares its output with its
 // expected.txt. With MILLRACE_WRITE_EXPECTED in the environment it writes that file instead.
 #include <algorithm>
 #include <cstdlib>

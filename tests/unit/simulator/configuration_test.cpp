@@ -170,7 +170,7 @@ TEST(Configuration, ReadsHowConnectionsBehave) {
   EXPECT_EQ(sut.notifications.lose_every, 3);
 }
 
-/// A configuration that cannot be, and what is said about it.
+/// An invalid configuration, and its error message.
 struct Mistake {
   const char* text;
   const char* message;

@@ -46,7 +46,7 @@ TEST(Cycle, KeepsItsPace) {
   const auto start = std::chrono::steady_clock::now().time_since_epoch();
   sut.wake();
   io.run();
-  // Since wake(): the first cycle may come a little late, and the pace does not wait for it.
+  // Since wake(): the first cycle may be a little late, and the later ones do not wait for it.
   EXPECT_GE(times.at(2) - start, 10ms);
 }
 

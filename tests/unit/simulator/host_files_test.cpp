@@ -1,4 +1,4 @@
-// Programs and report files of the virtual CNC on its host.
+// NC programs and report files of the virtual CNC on its host.
 #include <fstream>
 #include <sstream>
 
@@ -62,7 +62,7 @@ TEST(ProgramFolders, TakesANameInAnyCase) {
   EXPECT_EQ(sut.load("SUB/drill.CYC")->file, folder.path() / "Sub/Drill.cyc");
   write(folder.path() / "Sub/drill.cyc", "lower");
   EXPECT_EQ(sut.load("sub/drill.cyc")->text, "lower");
-  EXPECT_EQ(sut.load("sub/DRILL.CYC")->text, "mixed");  // the first by the alphabet
+  EXPECT_EQ(sut.load("sub/DRILL.CYC")->text, "mixed");  // the first in alphabetical order
 }
 
 TEST(ProgramFolders, LeadsNowhereElse) {

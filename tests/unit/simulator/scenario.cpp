@@ -31,7 +31,7 @@ std::uint32_t hex(const std::string& text) {
   return static_cast<std::uint32_t>(value);
 }
 
-/// Hexadecimal bytes, each perhaps with *N, and quoted text.
+/// Hexadecimal bytes, each optionally with *N, and quoted text.
 Bytes parse_bytes(std::istream& in) {
   Bytes bytes;
   while (in >> std::ws && in.peek() != std::istream::traits_type::eof()) {
@@ -56,7 +56,7 @@ std::string show(const Result<Bytes>& answer) {
                 : fmt::format("error {:x}", static_cast<std::uint32_t>(answer.error()));
 }
 
-/// The programs that steps wrote down, under names of their own.
+/// The NC programs that steps have defined, by their names.
 class WrittenPrograms : public ProgramSource {
  public:
   tl::expected<Program, std::string> load(std::string_view name) override {
@@ -74,7 +74,7 @@ class Player {
   explicit Player(const std::string& config)
       : machine_(settings(config), {clock(), programs_, [](auto, const auto&) {}}) {}
 
-  /// The step's mistake, or nothing.
+  /// The mistake of the step; empty if there is none.
   std::string play(const std::string& step) {
     std::istringstream in(step);
     std::string verb;
@@ -156,7 +156,7 @@ class Player {
     return text + "\nM30\n";
   }
 
-  /// The mistake for which a program was aborted, or nothing.
+  /// The mistake for which an NC program was aborted; empty if none was.
   std::string tick(int cycles) {
     std::string mistake;
     for (int i = 0; i < cycles; ++i) {
@@ -170,7 +170,7 @@ class Player {
     return mistake;
   }
 
-  /// Until no program runs any more.
+  /// Until all NC programs have ended.
   std::string run_to_end() {
     constexpr int enough = 1000;
     std::string mistake;

@@ -1,16 +1,19 @@
-// Conversations between an ADS client, the virtual CNC and its programs, as data files.
+// Scenarios of an ADS client, the virtual CNC and its NC programs, as data files.
 //
 //   == a program that requests clears the old answer      a scenario begins with its title
 //   config service_interface { reset_clears_states: true } settings that differ (textproto)
 //   write 552 122301 4a "V.G.SERVICE.RESPONSE_STATE" 00 07 00 00 00
-//   ok                                                     what the last request was answered with
+//   ok                                                     the response to the last request
 //   run 1 V.G.SERVICE.REQUEST_STATE = 1                    channel 1 runs this program, \n = next
-//   block read_write 552 122301 48 room 4 "V.G.SERVICE.RESPONSE_STATE" 00 = 00 00 00 00 the bytes
-//   of the answer read 552 122301 48 error 704
+//                                                          block
+//   read_write 552 122301 48 room 4 "V.G.SERVICE.RESPONSE_STATE" 00
+//   = 00 00 00 00                                          the bytes of the response
+//   read 552 122301 48
+//   error 704
 //
-// Numbers are hexadecimal except ports, channels and room (the longest answer, 2048 if not given).
-// Bytes are hexadecimal or quoted text, 61*127 repeats a byte. A comment begins
-// with # at the start of a line, or behind two blanks and in front of one.
+// Numbers are hexadecimal except ports, channels and room (the longest response, default 2048).
+// Bytes are hexadecimal or quoted text, 61*127 repeats a byte. A comment begins with # at the start
+// of a line, or after two blanks and before one.
 #pragma once
 
 #include <ostream>
@@ -37,8 +40,8 @@ struct Scenario {
 /// Every scenario of tests/data/simulator. Throws if there is none.
 std::vector<Scenario> read_scenarios();
 
-/// Plays it against a virtual CNC of its own with two channels; what was not answered as written,
-/// with file and line, or nothing.
+/// Plays it against its own virtual CNC with two channels. Returns the first deviation with file
+/// and line, or an empty text.
 std::string play(const Scenario& scenario);
 
 }  // namespace millrace::cnc::simulator

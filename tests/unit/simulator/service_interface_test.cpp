@@ -1,5 +1,5 @@
-// What a service call took, as the program saw it; and writes of ADS clients that take effect
-// later. The kernel's other rules are in service_interface.scenario.
+// The duration of a service call, as its NC program sees it; and writes of ADS clients that take
+// effect later. service_interface.scenario has the kernel's other rules.
 #include "cnc/simulator/service_interface.hpp"
 
 #include <optional>

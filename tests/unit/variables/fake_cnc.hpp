@@ -1,5 +1,5 @@
-// A controller for tests: the variables of some channels, with what real ones may or may not do as
-// switches.
+// A controller for tests: the variables of some channels, with switches for the differences between
+// real ones.
 #pragma once
 
 #include <algorithm>
@@ -21,13 +21,13 @@ class FakeCnc : public ads::Device {
   std::map<std::string, Bytes> values;
   ads::ErrorCode unknown_name = ads::ErrorCode::symbol_not_found;
   bool knows_handles = true;
-  /// Newer controllers do.
+  /// As newer controllers do.
   bool describes_by_name = true;
-  /// Handles become another number, as after a restart.
+  /// Changes all handles, like a restart.
   std::uint32_t handle_base = 0x01020000;
-  /// Answers every request with this.
+  /// The response to every request.
   ads::ErrorCode failure = ads::ErrorCode::none;
-  /// Index offsets of the requests that came in, in order.
+  /// Index offsets of the received requests, in order.
   std::vector<std::uint32_t> calls;
 
   [[nodiscard]] bool has_port(std::uint16_t port) const override { return port == sda_port; }

@@ -220,7 +220,7 @@ TEST_F(AReading, ListsAPageOfAFamilyInTwoRequests) {
     ASSERT_TRUE(behind);
     EXPECT_TRUE(behind->variables.empty());
   }
-  // One that the controller lists by its old functions, which this one has not.
+  // A family that controllers list by their old functions, which this one does not have.
   EXPECT_EQ(tests::wait_for(io, sut->list_page(1, "V.P", 0, 2)).error(), ErrorCode::invalid_offset);
 }
 

@@ -13,7 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// The states of two channels as symbols, and nothing else.
+/// A device with only the states of two channels, as symbols.
 class StatesOfTwoChannels final : public ads::Device, public ads::SymbolDirectory {
  public:
   [[nodiscard]] bool has_port(std::uint16_t port) const override { return port == sda_port; }

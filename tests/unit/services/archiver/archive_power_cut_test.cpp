@@ -1,4 +1,4 @@
-// What the archive holds after a power cut, wherever in its work that happens.
+// The contents of the archive after a power cut at any point of its work.
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ TEST(ArchiveAfterAPowerCut, HasEachRowThatWasAcknowledgedOnce) {
   const tests::TemporaryFolder folder;
   const auto archive = folder.path() / "archive";
   std::filesystem::create_directory(archive);
-  // A file for every few rows.
+  // A new file after every few rows.
   const Policy policy{.rotate_bytes = 0, .rotate_age = std::chrono::hours(3), .keep_bytes = 0};
   std::vector<tests::PowerCut> cuts;
   {
@@ -51,7 +51,7 @@ TEST(ArchiveAfterAPowerCut, HasEachRowThatWasAcknowledgedOnce) {
     const std::uint64_t rows = rows_in(left);
     EXPECT_TRUE(rows == cut.promised || rows == cut.promised + 1)
         << rows << " rows of " << cut.promised << ' ' << cut.where;
-    // A call that is repeated gets its id again.
+    // A repeated call gets its id again.
     const auto last = std::max<std::uint64_t>(rows, 1);
     EXPECT_EQ(sut.append({put(last)}, then).front(), static_cast<std::int64_t>(last)) << cut.where;
   }

@@ -26,7 +26,7 @@ class ArchiveTest : public testing::Test {
     return Archive(folder.path(), policy, now,
                    [this](const std::string& news) { reported += news + '\n'; });
   }
-  /// Appends and then does what nobody waits for.
+  /// Appends, and then tidies up as between batches.
   static std::vector<std::int64_t> append(Archive& archive, std::vector<Row> rows,
                                           fabric::Time now) {
     auto ids = archive.append(std::move(rows), now);
@@ -36,7 +36,7 @@ class ArchiveTest : public testing::Test {
   [[nodiscard]] std::filesystem::path numbered(int number) const {
     return folder.path() / fmt::format("archive-{:06}.db", number);
   }
-  /// A file with so many puts that its middle has pages of theirs.
+  /// Makes a file with enough puts that pages of puts are in its middle.
   void fill(Archive& archive, std::uint64_t puts) {
     std::vector<Row> rows;
     for (std::uint64_t number = 1; number <= puts; ++number) {
@@ -44,7 +44,7 @@ class ArchiveTest : public testing::Test {
     }
     archive.append(rows, morning);
   }
-  /// As a disk does that fails. The write-ahead log has a copy of nothing any more.
+  /// Damages pages like a failing disk. The write-ahead log has no copy left.
   void damage(const std::filesystem::path& file) {
     SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec("PRAGMA wal_checkpoint(TRUNCATE)");
     const auto size = std::filesystem::file_size(file);

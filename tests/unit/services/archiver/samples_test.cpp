@@ -33,7 +33,7 @@ DataSample sample(std::vector<Value> values, fabric::Time at = morning) {
 
 class ArchivedSamples : public testing::Test {
  protected:
-  /// What a query of samples finds, a line each, as JSON.
+  /// The result of a query of samples, one line each, as JSON.
   [[nodiscard]] std::vector<std::string> found(Filter filter = {}) const {
     filter.kind = filter.kind == Kind::put ? Kind::sample : filter.kind;
     std::stringstream out;

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 class SchemaTest : public testing::Test {
  protected:
-  /// Makes the file as an earlier version left it (tests/data/archiver).
+  /// Creates the file of an earlier version (tests/data/archiver).
   void make_old(const std::string& dump) const {
     std::ifstream in(std::string(MILLRACE_TEST_DATA) + "/archiver/" + dump);
     std::stringstream sql;

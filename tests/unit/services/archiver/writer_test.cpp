@@ -22,7 +22,7 @@ namespace {
 
 class WriterTest : public testing::Test {
  protected:
-  /// One file, however long ago that morning is.
+  /// One file, independent of the age of `morning`.
   Archive archive() {
     return Archive(folder.path(), {.rotate_age = std::chrono::hours(0)}, morning);
   }
@@ -73,7 +73,7 @@ TEST_F(WriterTest, WritesFromManyThreads) {
 
 TEST_F(WriterTest, TellsWhyAPutIsNotWrittenAndTriesRecordedRowsAgain) {
   Writer sut(archive(), base::program::no_log(), notices);
-  // Stands for any reason not to write.
+  // An example of any failed write.
   SQLite::Database database((folder.path() / "archive-000001.db").string(), SQLite::OPEN_READWRITE);
   database.exec(
       "CREATE TRIGGER full BEFORE INSERT ON put BEGIN SELECT RAISE(ABORT, 'disk full'); END");
@@ -101,7 +101,7 @@ class Lines {
   [[nodiscard]] base::program::Log log() const {
     return std::make_shared<spdlog::logger>("test", sink_);
   }
-  /// Once nobody logs any more.
+  /// Call it after all logging has ended.
   [[nodiscard]] std::size_t with(const std::string& part) const {
     const std::string all = text_.str();
     std::size_t count = 0;
@@ -147,8 +147,8 @@ TEST_F(WriterTest, SaysWhichFilesAreNoneOfTheArchive) {
   EXPECT_EQ(notices.of("foreign_files")->level, fabric::NoticeLevel::warning);
 }
 
-// What was taken out of the rows that wait, and put back when the disk was full, was not counted
-// any more: the archiver took them for fewer than none, and threw away what came.
+// The weight of rows that were taken from the queue, and returned to it when the disk was full, was
+// not counted again. The counter became negative, and the archiver dropped new rows.
 TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
   constexpr std::uint64_t rows = 50;
   constexpr std::int64_t together = 5;
@@ -158,7 +158,7 @@ TEST_F(WriterTest, KeepsAllThatComesAfterAFailureThatIsOver) {
                               SQLite::OPEN_READWRITE);
     database.exec(
         "CREATE TRIGGER full BEFORE INSERT ON event BEGIN SELECT RAISE(ABORT, 'disk full'); END");
-    // Several in one batch: they come while the writer's thread tells what became of a put.
+    // Several in one batch: they arrive while the writer's thread reports the result of a put.
     std::promise<void> telling;
     std::promise<void> go_on;
     sut.put(put(1), [&](const Written&) {

@@ -34,14 +34,14 @@ Command program(const std::string& name, std::vector<std::string> arguments = {}
 
 const Limits generous{.time_limit = 30s, .kill_after = 30s};
 
-/// A process that is gone, or only waits to be reaped by whoever inherited it.
+/// True for a process that has ended, or is a zombie of its new parent.
 bool is_over(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text;
   return !std::getline(file, text) || text.find(") Z") != std::string::npos;
 }
 
-/// Killed processes go in their own time.
+/// Killed processes end after some time.
 void wait_until_over(pid_t pid) {
   tests::await("the end of process " + std::to_string(pid), [&] { return is_over(pid); });
 }
@@ -129,8 +129,8 @@ class OutlivingProcess : public testing::Test {
   OutlivingProcess() : file_(folder_.path() / "pids") {}
 
   Command command(const std::string& name = "outlive.sh") { return program(name, {file_}); }
-  /// Runs it with a time limit in which it comes to say its process ids: on a busy host the first
-  /// may be too short.
+  /// Runs it with a time limit in which it can write its process ids: on a busy host the first may
+  /// be too short.
   Ended run_into_limit(const Command& command) {
     Ended ended;
     for (std::chrono::milliseconds limit{300}; limit < 1min; limit *= 4) {
@@ -141,7 +141,7 @@ class OutlivingProcess : public testing::Test {
     }
     return ended;
   }
-  /// Waits until program and helper say their process ids.
+  /// Waits until the process and its helper have written their process ids.
   std::pair<pid_t, pid_t> pids() {
     std::pair<pid_t, pid_t> pids{0, 0};
     tests::await("the process ids", [&] {

@@ -11,7 +11,7 @@ using sdk::Response;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Shows what the test says.
+/// Returns the reading that the test sets.
 class FakeSource : public Source {
  public:
   explicit FakeSource(tl::expected<Reading, Failure>& next) : next_(next) {}

@@ -1,4 +1,4 @@
-// A pty stands for the receiver: what a test writes to its master is what comes over the line.
+// A pty replaces the receiver: bytes that a test writes to its master arrive on the line.
 #include "services/dial_gauge/serial_line.hpp"
 
 #include <cstdlib>
@@ -39,7 +39,7 @@ class Pty {
     const auto bytes = tests::hex_vector("dial_gauge/u_wave.hex", name);
     send({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
-  /// The settings of the line, as the other end made them.
+  /// The settings of the line, as the other end has made them.
   [[nodiscard]] termios settings() const {
     termios settings{};
     ::tcgetattr(master_.get(), &settings);
@@ -51,7 +51,7 @@ class Pty {
   base::posix::Fd master_;
 };
 
-/// What the service does with a line, and what it would log.
+/// What the service does with a line, and its log lines.
 class Listener : public SerialLineListener {
  public:
   void on_opened() override {
@@ -109,7 +109,7 @@ TEST_F(SerialLineTest, RunsAsTheReceiverDoes) {
   EXPECT_EQ(::cfgetospeed(&settings), speed_t{B57600});
   EXPECT_EQ(settings.c_cflag & CSIZE, tcflag_t{CS8});
   EXPECT_EQ(settings.c_cflag & (PARENB | CSTOPB), tcflag_t{0});
-  // A CR must stay a CR, and nothing must wait for a line's end.
+  // A CR must stay a CR, and no input may wait for a line's end.
   EXPECT_EQ(settings.c_iflag & ICRNL, tcflag_t{0});
   EXPECT_EQ(settings.c_lflag & (ICANON | ECHO), tcflag_t{0});
 }

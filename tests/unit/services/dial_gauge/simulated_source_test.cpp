@@ -42,7 +42,7 @@ TEST(SimulatedGauge, IsTheSameForTheSameSeed) {
   EXPECT_TRUE(differs);
 }
 
-/// The first value is written down: it must be the same with every compiler and library.
+/// The first value is a literal: it must be the same with every compiler and library.
 TEST(SimulatedGauge, IsTheSameOnEveryPlatform) {
   SimulatedSource sut({.seed = 42, .nominal_mm = {5}, .noise_um = 10, .resolution_um = 0.1}, start);
   EXPECT_EQ(sut.read(start)->value, 5'000'200);

@@ -1,5 +1,4 @@
-// The configurations that docs/services.md and docs/lcm.md show and those of deploy/examples are
-// ones the services take.
+// The services accept the configurations of docs/services.md, docs/lcm.md and deploy/examples.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -83,7 +82,8 @@ TEST(ExampleConfiguration, OfEachServiceIsTaken) {
   EXPECT_EQ(mail::load(installed("mail.textproto")).value().templates.size(), 1U);
 }
 
-/// What systemd gives the service of each example is a program of ours and flags that name files.
+/// The command line of each example's systemd unit is one of our programs with flags that name
+/// files.
 TEST(ExampleConfiguration, OfEachUnitNamesItsFile) {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(installed("services"))) {

@@ -1,4 +1,4 @@
-// The bridge, a program that speaks to it, and what it does about that.
+// The bridge, an LCM process that sends messages to it, and its actions.
 #pragma once
 
 #include <algorithm>
@@ -65,7 +65,7 @@ class BridgeTest : public testing::Test {
   Actions present(const presence_t& message, Sender sender) {
     return sut->on_message("MILLRACE_PRESENCE", fabric::lcm::encode(message), sender, now);
   }
-  /// The program says that it is there and has these calls.
+  /// The LCM process announces its presence with these calls.
   Actions present(const std::vector<std::string>& calls = {}) {
     presence_t message = tests::presence(microseconds());
     for (const std::string& id : calls) {
@@ -90,7 +90,7 @@ class BridgeTest : public testing::Test {
             .state = 7,
             .deadline = fabric::Time(3us)};
   }
-  /// What it is called on LCM.
+  /// The name of the call on LCM.
   [[nodiscard]] std::string name(std::uint64_t number) const { return call_name(request(number)); }
   Actions give(std::uint64_t number, std::uint32_t attempt = 1) {
     return sut->on_call(registration, request(number, attempt), now.steady);
@@ -102,7 +102,7 @@ class BridgeTest : public testing::Test {
     now.steady += time;
     now.wall += time;
   }
-  /// The same while it is asked all the time; the last actions.
+  /// The same with a call of on_time() in each tick; returns the last actions.
   Actions pass_in_ticks(std::chrono::milliseconds time) {
     Actions actions;
     for (auto passed = 0ms; passed < time; passed += Bridge::tick) {
@@ -134,7 +134,7 @@ class BridgeTest : public testing::Test {
   Registration registration = 0;
 };
 
-/// With one program that is there.
+/// With one LCM process that is present.
 class BridgeWithProgram : public BridgeTest {
  protected:
   BridgeWithProgram() { registration = only<Register>(present()).number; }

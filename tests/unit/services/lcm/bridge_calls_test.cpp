@@ -1,4 +1,4 @@
-// What the bridge decides about a call: who gets it, and what a reply to it is worth.
+// The bridge's decisions about a call: its dispatch, and the validity of replies.
 #include <gmock/gmock.h>
 
 #include "tests/unit/services/lcm/bridge.hpp"
@@ -31,14 +31,14 @@ TEST_F(BridgeWithProgram, GivesACallWithAllThatBelongsToIt) {
 TEST_F(BridgeWithProgram, SendsARequestAgainWhileItsProgramDoesNotShowIt) {
   give(17);
   pass(50ms);
-  // This presence may have been written before.
+  // This presence may have been sent before.
   EXPECT_THAT(present(), IsEmpty());
   pass(200ms);
   EXPECT_THAT(requests(present()), SizeIs(1));
   pass(200ms);
   EXPECT_THAT(present({name(17)}), IsEmpty());
   pass(200ms);
-  // It is done, and its answer got lost.
+  // It is finished, and its reply was lost.
   EXPECT_THAT(requests(present()), SizeIs(1));
 }
 
@@ -49,7 +49,7 @@ TEST_F(BridgeWithProgram, BringsAnAnswerBackOnce) {
   EXPECT_EQ(sut_answer.number, registration);
   EXPECT_EQ(sut_answer.call, (fabric::CallId{5, 17}));
   EXPECT_EQ(sut_answer.result, (sdk::Response{"Ma\xDF", 3}));
-  // The same again is what a program does that was asked twice.
+  // An LCM process that got the request twice sends the same reply again.
   EXPECT_THAT(answer(tests::reply(name(17), "Maß", 3)), IsEmpty());
 }
 
@@ -114,7 +114,7 @@ TEST_F(BridgeWithProgram, AnswersWithAnErrorWhatTheControllerCannotHave) {
   reply_t failed = tests::reply(name(4), "no paper");
   failed.kind = reply_t::FAILED;
   EXPECT_EQ(only<Answer>(answer(failed)).result.error(), "no paper");
-  // The rest is refused by the library that all services share.
+  // The SDK of all services refuses the rest.
   give(5);
   EXPECT_EQ(only<Answer>(answer(tests::reply(name(5), std::string(200, 'x'), 0))).result,
             (sdk::Response{std::string(200, 'x'), 0}));
@@ -181,7 +181,7 @@ TEST_F(BridgeWithProgram, TakesForTheRunThatIsWantedAgainNoAnswerOfTheOneThatWas
 }
 
 TEST_F(BridgeWithProgram, AsksUnderAnotherNameWhatIsAnotherQuestionUnderTheIdOfACall) {
-  // A stranger uses a call id before its gateway does, and the LCM program remembers the answer.
+  // Another gateway uses a call id first, and the LCM process remembers the reply.
   fabric::Request strange = request(17);
   strange.text = "something else";
   const std::string first =
@@ -194,7 +194,7 @@ TEST_F(BridgeWithProgram, AsksUnderAnotherNameWhatIsAnotherQuestionUnderTheIdOfA
 }
 
 TEST_F(BridgeWithProgram, TakesAnAnswerOfTheAttemptThatStillRuns) {
-  // The bridge was started anew, or had lost the program, which went on with attempt 1.
+  // The bridge was restarted, or had lost the LCM process, which continued attempt 1.
   give(17, 2);
   EXPECT_THAT(all<Answer>(answer(tests::reply(name(17), "yes"))), SizeIs(1));
 }

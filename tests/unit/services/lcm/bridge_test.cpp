@@ -1,4 +1,4 @@
-// What the bridge decides about programs: who is there, and whom it believes.
+// The bridge's decisions about LCM processes: which are present, and which are accepted.
 #include "tests/unit/services/lcm/bridge.hpp"
 
 #include <gmock/gmock.h>
@@ -47,7 +47,7 @@ TEST_F(BridgeWithProgram, LosesOneThatIsSilent) {
   const Actions actions = pass_in_ticks(1ms);
   EXPECT_EQ(only<Unregister>(actions).number, registration);
   EXPECT_THAT(said(actions), HasSubstr("is gone: silent for 1000 ms; of its calls 1 go on"));
-  // Not a word to the NC program: the call moves on.
+  // No response to the NC program: the call moves on.
   EXPECT_THAT(all<Answer>(actions), IsEmpty());
   EXPECT_THAT(give(2), IsEmpty());
   EXPECT_EQ(sut->programs(), 0U);
@@ -182,7 +182,7 @@ TEST_F(BridgeWithProgram, RegistersAProgramAnewThatSaysSomethingElseOnceItIsIdle
   give(17);
   EXPECT_THAT(all<Register>(present(message, there)), IsEmpty());
   answer(tests::reply(name(17), "yes"));
-  // Nor more often than once a second.
+  // At most once a second.
   EXPECT_THAT(all<Register>(present(message, there)), IsEmpty());
   pass(1s);
   message.utime = microseconds();

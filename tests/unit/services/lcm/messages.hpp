@@ -1,4 +1,4 @@
-// What LCM programs say, for tests.
+// Messages of LCM processes, for tests.
 #pragma once
 
 #include <string>

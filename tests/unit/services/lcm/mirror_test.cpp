@@ -74,7 +74,7 @@ Entry event() {
                           .replayed = true}};
 }
 
-/// There and back again.
+/// Encodes and decodes an entry.
 Entry through(const Entry& entry, const std::string& channel) {
   const auto message = mirrored(entry);
   EXPECT_EQ(message.value().channel, "MILLRACE_MIRROR." + channel);

@@ -75,7 +75,7 @@ TEST(Presence, IsRefusedWithTheReason) {
   EXPECT_THAT(why_not(tests::presence(1, {call("5f-1", 0)})), HasSubstr("\"5f-1\""));
 }
 
-/// lcm-gen's own decoder makes room for as many calls as the message says.
+/// lcm-gen's own decoder allocates memory for the announced number of calls.
 TEST(Presence, MakesNoRoomForCallsThatAreNotThere) {
   std::string bytes = encode(tests::presence(1));
   bytes[8] = 0x7F;
@@ -118,8 +118,8 @@ TEST(Reply, IsRefusedWithTheReason) {
 
 TEST(Reply, IsRefusedIfATextInItHasAnImpossibleLength) {
   const std::string whole = encode(tests::reply("5f-17", "text"));
-  // That of the call's id. 0 is not even its NUL; of the smallest one lcm-gen's code would take one
-  // away, and read 2 GB.
+  // The length of the call's id. 0 has no room for its NUL; lcm-gen's code would subtract one from
+  // the smallest, and read 2 GB.
   for (const std::int32_t length : {0, -1, INT32_MIN, INT32_MAX}) {
     std::string bytes = whole;
     boost::endian::store_big_s32(reinterpret_cast<unsigned char*>(bytes.data() + 16), length);

@@ -84,7 +84,7 @@ TEST(MailMessage, FoldsLongHeadersBetweenCharacters) {
   EXPECT_EQ(characters, 60U);
 }
 
-// Latin-1 for "°°°…": no beginning of a character for as long as it goes on.
+// "°°°…" in Latin-1: bytes that never begin a UTF-8 character.
 TEST(MailMessage, FoldsHeadersOfBytesThatAreNoUtf8) {
   for (const std::string& line : lines("Subject: " + header_text(std::string(400, '\xB0')))) {
     EXPECT_LE(line.size(), 76U) << line;

@@ -22,7 +22,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A mail server that does what it was told to do.
+/// A mail server that behaves as the test sets it.
 class FakeServer : public Transport {
  public:
   Outcome send(const Mail& mail, const Watch& watch) override {
@@ -94,7 +94,7 @@ class FakeServer : public Transport {
   }
 
   std::function<void()> on_handed_over = [] {};
-  /// With the number of the attempt.
+  /// Called with the number of the attempt.
   std::function<void(std::size_t)> on_attempt = [](std::size_t) {};
 
  private:
@@ -119,7 +119,7 @@ class MailPostman : public testing::Test {
     config.send_replayed = send_replayed;
     sut.emplace(config, Spool(spool), server, base::program::no_log(), notices);
   }
-  /// As the spool has it on the disk, seen by the next process.
+  /// The entry on the disk, as the next process reads it.
   std::optional<Entry> on_disk() {
     const std::filesystem::path copy = folder.path() / "copy";
     std::filesystem::remove_all(copy);
@@ -276,7 +276,7 @@ TEST_F(MailPostman, SendsNothingThatItCannotWriteDown) {
   EXPECT_EQ(server.attempts(), 0U);
 }
 
-// The disk is full from the moment on in which the mail has left.
+// The disk is full from the moment of the handover on.
 TEST_F(MailPostman, KnowsWhatBecameOfACallEvenIfItCannotBeWrittenDown) {
   start();
   server.on_handed_over = [&] { std::filesystem::remove_all(spool); };
@@ -316,7 +316,7 @@ TEST_F(MailPostman, HandsNothingOverThatItCannotWriteDown) {
     }
   };
   start();
-  // No more attempts come of a mail that was sent.
+  // A sent mail causes no further attempts.
   ASSERT_EQ(sut->answer(sample_call(good)), (sdk::Response{"sent later: stopped", 2}));
   server.await_attempts(3);
   EXPECT_EQ(server.taken(), 0U);
@@ -343,7 +343,7 @@ TEST_F(MailPostman, SendsMailsOfDifferentCallsAtTheSameTime) {
   EXPECT_EQ(second.get().state, 1U);
 }
 
-/// A mail server that keeps the mails for one recipient waiting for as long as it likes.
+/// A mail server that delays the mails for one recipient without limit.
 class TarPit : public Transport {
  public:
   Outcome send(const Mail& mail, const Watch& watch) override {
@@ -376,7 +376,7 @@ class TarPit : public Transport {
 
 class MailPostmanAfterAWhile : public MailPostman {
  protected:
-  /// A mail that waits since so long ago.
+  /// Stores a mail that has been waiting for this time.
   void wait_for(const std::string& to, std::uint64_t number, std::chrono::seconds since) {
     const fabric::Time now = std::chrono::system_clock::now();
     ASSERT_TRUE(Spool(spool).put(

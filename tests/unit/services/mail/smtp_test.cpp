@@ -1,5 +1,5 @@
-// What libcurl's callbacks do that no real server brings about; the rest of the talk with a server
-// is in tests/integration/mail.
+// Cases of libcurl's callbacks that no real server causes; tests/integration/mail has the rest of
+// SMTP.
 #include "services/mail/smtp.hpp"
 
 #include <future>
@@ -18,7 +18,7 @@
 namespace millrace::services::mail {
 namespace {
 
-/// Takes connections and says nothing.
+/// Accepts connections and sends nothing.
 class SilentServer {
  public:
   SilentServer() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
@@ -37,7 +37,7 @@ class SilentServer {
     pollfd waiting{.fd = socket_.get(), .events = POLLIN, .revents = 0};
     return ::poll(&waiting, 1, 0) > 0;
   }
-  /// Says who it is, and then nothing more.
+  /// Sends its greeting, and then nothing.
   [[nodiscard]] base::posix::Fd greet() const {
     base::posix::Fd connection(::accept(socket_.get(), nullptr, nullptr));
     const std::string_view greeting = "220 test\r\n";
@@ -59,7 +59,8 @@ class SilentServer {
   std::uint16_t port_ = 0;
 };
 
-// It went through libcurl, which then took itself for still at work: the connection stayed open.
+// The exception passed through libcurl, which then never finished the transfer: the connection
+// stayed open.
 TEST(Smtp, ThrowsWhatItsWatchThrowsBehindLibcurl) {
   const SilentServer server;
   Smtp sut(

@@ -1,4 +1,4 @@
-// What the spool holds after a power cut, wherever in its work that happens.
+// The contents of the spool after a power cut at any point of its work.
 #include <gtest/gtest.h>
 
 #include "services/mail/spool.hpp"
@@ -14,7 +14,7 @@ Entry at_stage(std::uint64_t number, Stage stage) {
           .mail = {.from = "a@b", .to = {"c@d"}, .message = "Subject: x\r\n"}};
 }
 
-// What was handed over and is forgotten is sent twice.
+// A handed-over mail that is missing in the spool would be sent twice.
 TEST(MailSpoolAfterAPowerCut, HasWhatWasPutAndNothingThatWasRemoved) {
   const tests::TemporaryFolder folder;
   const auto spool = folder.path() / "spool";
@@ -41,7 +41,7 @@ TEST(MailSpoolAfterAPowerCut, HasWhatWasPutAndNothingThatWasRemoved) {
   for (const tests::PowerCut& cut : cuts) {
     cut.restore(folder.path() / "left");
     const Spool sut(folder.path() / "left");
-    // One more may be there than was promised.
+    // One more than promised may be present.
     bool as_promised = false;
     for (unsigned done = cut.promised; done <= cut.promised + 1; ++done) {
       std::map<fabric::CallId, Entry> expected;

@@ -34,7 +34,7 @@ Entry entry(std::uint64_t number, Stage stage = Stage::waiting) {
           .reply = "451 \"busy\" \xFF"};
 }
 
-/// What an earlier version has left of entry(number).
+/// Writes the file of entry(number) as an earlier version left it.
 void write_old_file(const std::filesystem::path& folder, std::uint64_t number,
                     const std::string& stage) {
   std::ofstream(folder / ("5f-" + std::to_string(number) + ".mail"))
@@ -137,7 +137,7 @@ TEST_F(MailSpool, TakesOverTheFilesOfAnEarlierVersion) {
   EXPECT_EQ(found(sut, 1), old_entry(1));
 }
 
-// A start that ended half way has left the file; its mail has been sent meanwhile.
+// An interrupted start has left the file; its mail has been sent since.
 TEST_F(MailSpool, TakesAFileOverOnlyOnce) {
   ASSERT_TRUE(Spool(folder.path()).put(entry(1, Stage::accepted)));
   write_old_file(folder.path(), 1, "WAITING");
