@@ -46,6 +46,9 @@ std::shared_ptr<ads::Routes> read_routes(const std::filesystem::path& file,
   for (std::string line; !file.empty() && std::getline(in, line);) {
     routes->add(route_of(line, file));
   }
+  if (in.bad() || (!in.is_open() && std::filesystem::exists(file))) {
+    throw std::runtime_error(fmt::format("{}: the file of routes cannot be read", file.string()));
+  }
   routes->on_added([file, log, known = std::weak_ptr(routes)](const ads::Route& route) {
     log->info("route added to NetId {}{}", route.net_id.to_string(),
               route.fingerprint.empty() ? "" : ", fingerprint " + route.fingerprint);

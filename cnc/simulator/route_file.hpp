@@ -12,8 +12,8 @@
 namespace millrace::cnc::simulator {
 
 /// Reads the routes of the file; each added route is logged, and the file is rewritten. An empty
-/// path = no file. A missing or unreadable file counts as empty. Throws std::runtime_error for a
-/// malformed line.
+/// path = no file. A missing file counts as empty. Throws std::runtime_error for a malformed line
+/// and for a file that cannot be read.
 std::shared_ptr<ads::Routes> read_routes(const std::filesystem::path& file,
                                          const base::program::Log& log);
 
