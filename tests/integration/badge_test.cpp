@@ -438,6 +438,35 @@ TEST_F(BadgeTest, AMachineOfAGatewayThatIsRevokedIsTakenOver) {
   second.await_error("link up");
 }
 
+TEST_F(BadgeTest, WhatAGatewayThatIsRevokedHasSaidOfItsChannelsIsOver) {
+  sut.trust({"issue", sut.plant(), "gateway-3", "--role", "gateway", "--machine", "cnc"});
+  Process cnc = sut.cnc();
+  Process gateway = sut.gateway(sut.unaware("gateway-3"));
+  fabric::dds::Participant participant(join("office"));
+  boost::asio::io_context io;
+  const auto work = boost::asio::make_work_guard(io);
+  struct Listener : fabric::observer::ObserverListener {
+    void on_entry(fabric::observer::Entry entry) override {
+      if (auto* status = std::get_if<fabric::ChannelStatus>(&entry.sample)) {
+        last = std::move(*status);
+      }
+    }
+    void on_ignored(const std::string&) override {}
+    std::optional<fabric::ChannelStatus> last;
+  } listener;
+  const fabric::observer::Observer observer(participant, io.get_executor(), listener,
+                                            fabric::observer::Interest::states);
+  await("the channel", [&] {
+    io.poll();
+    return listener.last && listener.last->reason.empty();
+  });
+  sut.trust({"revoke", sut.plant(), "gateway-3"});
+  await("that its gateway is gone", [&] {
+    io.poll();
+    return listener.last->reason == "its gateway is gone";
+  });
+}
+
 // Whatever it says of itself.
 TEST_F(BadgeTest, ACommandIsFromWhoTheCertificateSays) {
   Process service = sut.square_root(sut.as("square-root"));

@@ -80,9 +80,10 @@ TEST_F(MillraceCnc, AbortsAProgramWhoseReportFileIsRefused) {
   const auto nc = folder_.path() / "report.nc";
   std::ofstream(nc) << "N10 #FILE NAME [MSG=\".profile\"]\nN20 #MSG SAVE [\"evil\"]\n"
                        "N30 G04 X1\nN40 #FLUSH WAIT\nN50 #MSG [\"went on\"]\nN60 M30\n";
-  Process sut = start({"--run", "1=" + nc.string(), "--exit-when-idle"});
+  Process sut = start({"--channels", "2", "--run", "2=" + nc.string(), "--exit-when-idle"});
   EXPECT_EQ(sut.wait(), 1) << sut.error_output();
-  EXPECT_THAT(sut.error_output(), ContainsRegex("the program was aborted: .*report file .profile"));
+  EXPECT_THAT(sut.error_output(),
+              ContainsRegex("channel 2: the program was aborted: .*report file .profile"));
   EXPECT_THAT(sut.output(), testing::Not(HasSubstr("went on")));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / ".profile"));
 }

@@ -146,11 +146,14 @@ class Elsewhere : public fabric::ends::ReplyEndListener, public fabric::ends::Co
   void on_request(const fabric::Request&) override {}
   void on_withdrawn(const fabric::RequestKey&) override {}
   void on_command(const fabric::Command& command) override {
+    ++asked_;
     ASSERT_TRUE(commands_.publish({.responder = identity_.id,
                                    .command = command.id,
                                    .done = true,
                                    .at = std::chrono::system_clock::now() + ahead_}));
   }
+
+  [[nodiscard]] int asked() const { return asked_; }
 
  private:
   static fabric::InstanceIdentity who() {
@@ -161,6 +164,7 @@ class Elsewhere : public fabric::ends::ReplyEndListener, public fabric::ends::Co
   }
 
   std::chrono::nanoseconds ahead_;
+  int asked_ = 0;
   fabric::dds::Participant participant_;
   fabric::InstanceIdentity identity_;
   fabric::ends::CommandEnd commands_;
@@ -173,6 +177,7 @@ TEST_F(TheDoctor, MeasuresTheClocksOfOtherHosts) {
   EXPECT_EQ(exit_code, 1);
   EXPECT_THAT(text, ContainsRegex("problem +the clock of hall-9 is 3 min behind this host's \\(± "
                                   ".*, asked sq9\\)"));
+  EXPECT_GT(other.asked(), 1) << "one exchange may have taken long";
 }
 
 }  // namespace

@@ -207,6 +207,12 @@ TEST_F(Replay, StandingInForTheControllerAnswersTheLastWriteBeforeItEnds) {
   EXPECT_THAT(gateway.error_output(), Not(HasSubstr("may or may not have taken place")));
 }
 
+TEST_F(Replay, StandsInForAControllerWithTheLastChannelThatThereIs) {
+  Process replay = chain.stand_in({"--channel", "cnc/2=cnc/255", demo_recording});
+  replay.terminate();
+  replay.wait();
+}
+
 TEST_F(Replay, StandingInForTheControllerFindsAWrongDigit) {
   Process replay = chain.stand_in({"--verify", "--fast", "--wait", "30s", demo_recording});
   Process gateway = chain.gateway();

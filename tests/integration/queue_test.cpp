@@ -115,6 +115,19 @@ TEST_F(AMessageQueue, OfThreeElementsBringsEachMessageToItsService) {
   EXPECT_EQ(texts(), messages(200));
 }
 
+TEST_F(AMessageQueue, WithoutAJournalIsWarnedOfAndNoneWithOne) {
+  const std::string queue = "queue { name: \"ALARMS\" control: \"SD.CONTROL\" uuid: \"c0ffee00\" }";
+  Process controller = cnc(3, "messages.nc");
+  const std::string warning = "cnc\\.ALARMS/1: without a journal";
+  {
+    Process sut = chain_.configured_gateway(machine(queue));
+    sut.await_error(warning);
+  }
+  Process sut = gateway();
+  sut.await_error("link up");
+  EXPECT_THAT(sut.error_output(), Not(HasSubstr("without a journal")));
+}
+
 TEST_F(AMessageQueue, IsReadIntoTheJournalWhileNobodyServesIt) {
   Process controller = cnc(3, "messages.nc", {"--exit-when-idle"});
   {

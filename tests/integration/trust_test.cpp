@@ -202,6 +202,11 @@ TEST_F(Trust, MayBeMoreWhenItIsIssuedAgain) {
               Not(HasSubstr("goes on counting")));
 }
 
+TEST_F(Trust, IsIssuedWithTheFlagForThoseThatAreThereToWhoIsNew) {
+  EXPECT_THAT(sut.trust({"issue", sut.plant(), "newcomer", "--renew", "--role", "observer"}),
+              HasSubstr("newcomer: valid until"));
+}
+
 TEST_F(Trust, IsPackedForItsHost) {
   const std::string file = (sut.folder() / "screen.tar").string();
   sut.trust({"export", sut.plant(), "screen", "-o", file});
