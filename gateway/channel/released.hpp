@@ -51,8 +51,8 @@ class Released {
   }
   [[nodiscard]] Value value() const { return text_last_ ? Value(text_) : Value(state_); }
 
-  /// Until when a release that no read has shown may still take effect; nothing if one has, or if
-  /// it is a text.
+  /// Until when RESPONSE_STATE may still take effect, if no read has shown it yet. Empty if a read
+  /// has, or if RESPONSE releases the NC program.
   [[nodiscard]] std::optional<SteadyTime> unseen_until() const {
     return text_last_ || state_seen_ ? std::nullopt : std::optional(sent_.last + takes_effect);
   }

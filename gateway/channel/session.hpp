@@ -133,8 +133,9 @@ class ChannelSession {
   void expect_anything(Moment now);
   /// Whether what stands in the channel may be the beginning of a request.
   [[nodiscard]] bool may_be_request(const Snapshot& snapshot, Moment now);
-  /// A program gave up while it was released, and asked again: RESPONSE_STATE of the answer before
-  /// may have released it from the call that stands. What is written now would answer its next one.
+  /// The NC program may have withdrawn its request while RESPONSE_STATE was on its way, and have
+  /// asked again. The late RESPONSE_STATE then released it from this call, and another response
+  /// would answer its next request.
   [[nodiscard]] bool released_late(const Snapshot& snapshot, Moment now) const;
   void check_patience(Moment now);
   void read(ReadSet look, Io io, Moment now);
@@ -194,8 +195,8 @@ class ChannelSession {
   /// visible yet; nothing once that is known. And what stood there first.
   std::optional<SteadyTime> unknown_until_;
   std::optional<Snapshot> unknown_;
-  /// RESPONSE_STATE of the last answer, until a read shows it or it is lost: beside a request it
-  /// is no answer to that.
+  /// RESPONSE_STATE of the last response, until a read shows it or it is lost. Where a read shows
+  /// it together with a request, the request is not a new one.
   struct UnseenRelease {
     std::uint32_t state = 0;
     SteadyTime until{};

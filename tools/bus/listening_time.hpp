@@ -1,4 +1,4 @@
-// How long a look at a fabric listens until all who are there have announced themselves. Pure.
+// How long a command listens to a fabric until all processes on it have announced themselves. Pure.
 #pragma once
 
 #include <algorithm>
@@ -7,10 +7,9 @@
 namespace millrace::tools::bus {
 
 struct Patience {
-  /// Listens at least this long: everybody who is there has announced himself by then, on a host
-  /// that is not busy.
+  /// The shortest time. On a host that is not busy all processes have announced themselves by then.
   std::chrono::milliseconds at_least{700};
-  /// And until nobody new came for this long.
+  /// Listens on until no new process came for this long.
   std::chrono::milliseconds quiet{200};
   std::chrono::milliseconds at_most{5000};
   /// With trust: the longest wait for announced participants to be authenticated. A participant of
@@ -18,14 +17,15 @@ struct Patience {
   std::chrono::milliseconds proof{3000};
 };
 
+/// Ends after Patience::at_most at the latest. A late timer starts Patience::at_least again.
 class ListeningTime {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// A timer that comes later than this is on a busy host, where discovery is late too (our
-  /// choice).
+  /// A timer that fires later than this shows that the host is busy. Discovery is late then, too
+  /// (our choice).
   static constexpr std::chrono::milliseconds most_late{20};
-  /// A timer is due at least this often, or nobody knows that the host is busy.
+  /// The longest time between two timers, so that a busy host is noticed.
   static constexpr std::chrono::milliseconds look_again{50};
 
   ListeningTime(Patience patience, Clock::time_point start)
@@ -34,9 +34,9 @@ class ListeningTime {
         proof_until_(start + patience.proof),
         until_(start + patience.at_least) {}
 
-  /// Somebody new is there.
+  /// A new process announced itself.
   void on_news(Clock::time_point now) { until_ = std::max(until_, now + patience_.quiet); }
-  /// A timer of this process was due then, and has come now.
+  /// A timer of this process was due at `due` and fired at `now`.
   void on_timer(Clock::time_point due, Clock::time_point now) {
     if (now - due > most_late) {
       until_ = std::max(until_, now + patience_.at_least);

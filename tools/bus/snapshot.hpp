@@ -1,4 +1,4 @@
-// One look at a fabric: joins it, listens until nobody new comes (ListeningTime), and leaves.
+// Joins a fabric, listens until no new process comes (ListeningTime), and leaves.
 #pragma once
 
 #include <functional>

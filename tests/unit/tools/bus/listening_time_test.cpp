@@ -1,4 +1,4 @@
-// How long a look at a fabric listens.
+// How long a command listens to a fabric.
 #include "tools/bus/listening_time.hpp"
 
 #include <gtest/gtest.h>
@@ -20,19 +20,19 @@ TEST_F(ListeningTimeTest, IsAsLongAsDiscoveryTakes) {
   EXPECT_EQ(sut.end(), start + 700ms);
 }
 
-TEST_F(ListeningTimeTest, GoesOnUntilNobodyNewComes) {
+TEST_F(ListeningTimeTest, GoesOnUntilNoNewProcessComes) {
   sut.on_news(start + 650ms);
   EXPECT_EQ(sut.end(), start + 850ms);
 }
 
-TEST_F(ListeningTimeTest, BeginsAnewWhereATimerIsLateAsOnABusyHost) {
+TEST_F(ListeningTimeTest, StartsAgainWhereATimerIsLateAsOnABusyHost) {
   sut.on_timer(start + 400ms, start + 421ms);
   EXPECT_EQ(sut.end(), start + 1121ms);
   sut.on_timer(start + 450ms, start + 451ms);
   EXPECT_EQ(sut.end(), start + 1121ms) << "one that is in time takes nothing back";
 }
 
-TEST_F(ListeningTimeTest, WaitsForTheProofOfWhoIsAnnounced) {
+TEST_F(ListeningTimeTest, WaitsForTheProofOfAnAnnouncedParticipant) {
   EXPECT_EQ(sut.end(true), start + 3s);
   EXPECT_EQ(sut.end(false), start + 700ms);
 }
